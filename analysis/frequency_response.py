@@ -1,0 +1,69 @@
+"""A set of accelerances measured with one accelerometer and a roving hammer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class FrequencyResponses:
+    """Accelerances of one roving-hammer set, a row for each point struck.
+
+    Attributes:
+        frequency: (lines,) in Hz, rising.
+        accelerance: (rows, lines) complex, in (m/s^2)/N.
+        response: where the accelerometer sits.
+        inputs: (rows,) where the hammer struck.
+        coherence: (rows, lines) in 0..1, or None where it was not measured.
+        variance: (rows, lines) variance of the averaged accelerance, per real and imaginary part,
+            in ((m/s^2)/N)^2, or None where it is not known.
+    """
+
+    frequency: Real
+    accelerance: Complex
+    response: Dof
+    inputs: tuple[Dof, ...]
+    coherence: Real | None = None
+    variance: Real | None = None
+
+    def __post_init__(self) -> None:
+        shape = (len(self.inputs), self.frequency.size)
+        for name in ("accelerance", "coherence", "variance"):
+            array = getattr(self, name)
+            if array is None:
+                continue
+            if array.shape != shape:
+                raise AnalysisError(f"{name} has shape {array.shape}, expected (rows, lines) = {shape}")
+            if not np.all(np.isfinite(array)):
+                raise AnalysisError(f"{name} holds values that are not finite numbers")
+
+    def row(self, point: Dof) -> int:
+        """Index of the row struck at `point`.
+
+        Raises:
+            AnalysisError: no row was struck there.
+        """
+        if point not in self.inputs:
+            raise AnalysisError(f"no blow at {point}; struck were {', '.join(map(str, self.inputs))}")
+        return self.inputs.index(point)
+
+    def band(self, lowest: float, highest: float) -> FrequencyResponses:
+        """The lines from `lowest` to `highest`, Hz, both included."""
+        keep = (self.frequency >= lowest) & (self.frequency <= highest)
+        return FrequencyResponses(
+            frequency=self.frequency[keep],
+            accelerance=self.accelerance[:, keep],
+            response=self.response,
+            inputs=self.inputs,
+            coherence=None if self.coherence is None else self.coherence[:, keep],
+            variance=None if self.variance is None else self.variance[:, keep],
+        )

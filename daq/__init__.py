@@ -1,0 +1,1 @@
+"""Channels to blocks of samples: NI-DAQmx tasks, triggers, clocks, one record format."""

@@ -1,0 +1,106 @@
+"""The rules that hold for the whole tree: style, types and which package may import which."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("analysis", "api", "daq", "rig", "simlab", "store")
+
+# What each package may import of ours besides itself; arrows point down only.
+ALLOWED: dict[str, set[str]] = {
+    "analysis": set(),
+    "daq": set(),
+    "store": set(),
+    "rig": {"analysis", "daq", "store"},
+    "api": {"analysis", "daq", "rig", "store"},
+    "simlab": set(),
+}
+# Exceptions, each with its reason.
+ALSO_ALLOWED: dict[str, set[str]] = {
+    "rig.registers": {"simlab"},  # the tester's wire contract
+    "simlab": {"api.commands.simulate", "api.commands.demo", "api.simulated"},  # the commands that start it
+}
+INPUT_OUTPUT = {"io", "os", "pathlib", "socket", "sqlite3", "subprocess", "sqlalchemy", "urllib", "http", "shutil"}
+
+
+def modules() -> list[Path]:
+    return [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path.relative_to(ROOT)}: relative import; write the package's name"
+            found.add(str(node.module))
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return found
+
+
+def may_import(importer: str, imported: str) -> bool:
+    package, target = importer.split(".")[0], imported.split(".")[0]
+    if target not in PACKAGES or target == package or target in ALLOWED[package]:
+        return True
+    for name, importers in ALSO_ALLOWED.items():
+        within = imported == name or imported.startswith(name + ".")
+        if within and any(importer == allowed or importer.startswith(allowed + ".") for allowed in importers):
+            return True
+    # `from rig import registers` names the package on the way to the allowed module
+    return f"{imported}.registers" == "rig.registers" and package == "simlab"
+
+
+@pytest.mark.parametrize("path", modules(), ids=module_name)
+def test_arrows_between_packages_point_down_only(path: Path) -> None:
+    wrong = {name for name in imports(path) if not may_import(module_name(path), name)}
+    assert not wrong, f"{module_name(path)} imports {', '.join(sorted(wrong))}"
+
+
+def test_the_arrow_rule_refuses_what_it_should() -> None:
+    assert not may_import("rig.tester", "simlab.bench")
+    assert not may_import("analysis.beam", "store.catalogue")
+    assert not may_import("simlab.beam", "analysis.beam")
+    assert not may_import("daq.device", "rig.hammer")
+    assert not may_import("simlab.tester_server", "rig.tester")
+    assert may_import("simlab.tester_server", "rig.registers")
+    assert may_import("rig.sweep", "daq.block")
+
+
+@pytest.mark.parametrize("path", [p for p in modules() if p.parts[len(ROOT.parts)] == "analysis"], ids=module_name)
+def test_analysis_does_no_input_or_output(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    calls = {n.func.id for n in ast.walk(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    assert not calls & {"open", "print", "input"}
+    assert not {name.split(".")[0] for name in imports(path)} & INPUT_OUTPUT
+
+
+@pytest.mark.parametrize("tool", [["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"]], ids=" ".join)
+def test_style_and_types_are_clean(tool: list[str]) -> None:
+    done = subprocess.run([sys.executable, "-m", *tool], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_lock_files_name_no_address() -> None:
+    for lock in ROOT.glob("requirements*.lock"):
+        text = lock.read_text(encoding="utf-8")
+        assert not re.search(r"https?://|file:|--index-url|--find-links", text), lock.name
+
+
+def test_every_top_folder_is_one_the_design_names() -> None:
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if tracked.returncode != 0:
+        pytest.skip("not a git checkout")
+    folders = {line.split("/")[0] for line in tracked.stdout.splitlines() if "/" in line}
+    assert folders <= {*PACKAGES, "tests", "docs", ".ci"}

@@ -1,0 +1,79 @@
+"""A block: what the converters gave, untouched, and all that is needed to make SI of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial import polynomial
+
+from daq.channels import Channel
+from daq.errors import ChannelError
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Simultaneous samples of several channels.
+
+    Attributes:
+        channels: one per row of `counts`.
+        counts: int32 (channels, samples), raw converter counts.
+        scaling: per channel, the polynomial from counts to volts, coefficients in ascending order of power.
+        sample_rate: in Hz, as the instrument coerced it.
+        started_at: UTC of the first sample by the clock of this computer.
+        trigger_index: column of the first sample at or after the trigger; None for a record without a trigger.
+        overloaded: names of channels that exceeded the range of their input during the block.
+    """
+
+    channels: tuple[Channel, ...]
+    counts: npt.NDArray[np.int32]
+    scaling: tuple[tuple[float, ...], ...]
+    sample_rate: float
+    started_at: datetime
+    trigger_index: int | None = None
+    overloaded: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Channel names, in the order of the rows."""
+        return tuple(channel.name for channel in self.channels)
+
+    @property
+    def samples(self) -> int:
+        """Samples per channel."""
+        return int(self.counts.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.samples / self.sample_rate
+
+    def row(self, name: str) -> int:
+        """Row of the channel called `name`.
+
+        Raises:
+            ChannelError: no such channel in this block.
+        """
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise ChannelError(f"no channel {name!r} in this block; it holds {', '.join(self.names)}") from None
+
+    def volts(self, name: str) -> npt.NDArray[np.float64]:
+        """Volts at the input of channel `name`, (samples,).
+
+        Raises:
+            ChannelError: no such channel in this block.
+        """
+        row = self.row(name)
+        return np.asarray(polynomial.polyval(self.counts[row].astype(np.float64), self.scaling[row]))
+
+    def value(self, name: str) -> npt.NDArray[np.float64]:
+        """Channel `name` in its SI unit, (samples,).
+
+        Raises:
+            ChannelError: no such channel in this block.
+        """
+        return self.volts(name) / self.channels[self.row(name)].sensitivity

@@ -1,0 +1,82 @@
+"""The channel table: which sensor is wired where, and what its volts mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from enum import StrEnum
+
+from daq.errors import ChannelError
+
+
+class ChannelKind(StrEnum):
+    """How a channel is conditioned: IEPE sensors are fed a constant current, a voltage is taken as it is."""
+
+    FORCE_IEPE = "force_iepe"
+    ACCELERATION_IEPE = "acceleration_iepe"
+    VOLTAGE = "voltage"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One sensor on one input.
+
+    Attributes:
+        name: what the laboratory calls it ("hammer"); unique in a table.
+        physical: NI-DAQmx physical channel ("cDAQ1Mod1/ai0").
+        kind: conditioning.
+        sensitivity: volts per `unit`.
+        unit: SI unit of the quantity measured ("N", "m/s^2", "m").
+        minimum, maximum: range asked of the instrument, in `unit`.
+        excitation_current: IEPE current in A; 0 where the sensor is fed elsewhere or needs none.
+        serial: serial number of the sensor.
+        calibrated_on: date of the calibration that `sensitivity` comes from.
+
+    Raises:
+        ChannelError: a figure makes no sense, such as a sensitivity of zero or a range upside down.
+    """
+
+    name: str
+    physical: str
+    kind: ChannelKind
+    sensitivity: float
+    unit: str
+    minimum: float
+    maximum: float
+    excitation_current: float = 0.0
+    serial: str = ""
+    calibrated_on: date | None = None
+
+    def __post_init__(self) -> None:
+        if not self.name or "," in self.name:
+            raise ChannelError(f"channel name {self.name!r}: give a name without commas")
+        if not (math.isfinite(self.sensitivity) and self.sensitivity > 0):
+            raise ChannelError(
+                f"channel {self.name!r}: sensitivity {self.sensitivity} V per {self.unit} must be positive"
+            )
+        if not self.minimum < self.maximum:
+            raise ChannelError(f"channel {self.name!r}: range {self.minimum} to {self.maximum} {self.unit} is empty")
+        if not self.excitation_current >= 0:
+            raise ChannelError(f"channel {self.name!r}: excitation current {self.excitation_current} A is negative")
+        if self.kind is ChannelKind.VOLTAGE and self.excitation_current:
+            raise ChannelError(f"channel {self.name!r}: a voltage channel takes no excitation current; set it to 0")
+
+
+def checked_table(channels: Sequence[Channel]) -> tuple[Channel, ...]:
+    """The channels as a table that one task can hold.
+
+    Raises:
+        ChannelError: no channel at all, or two that share a name or a physical channel.
+    """
+    if not channels:
+        raise ChannelError("the channel table is empty; name at least one channel")
+    for what, values in (
+        ("name", [c.name for c in channels]),
+        ("physical channel", [c.physical for c in channels]),
+    ):
+        twice = sorted({value for value in values if values.count(value) > 1})
+        if twice:
+            raise ChannelError(f"channel table: {what} {', '.join(twice)} stands there twice; use each once")
+    return tuple(channels)

@@ -1,0 +1,31 @@
+"""What goes wrong in acquisition, sorted by what the caller can do about it."""
+
+from __future__ import annotations
+
+
+class DaqError(Exception):
+    """Acquisition failed; the message says what, where and what to do.
+
+    Attributes:
+        code: NI-DAQmx error code, None where the failure is not one of the driver's.
+    """
+
+    def __init__(self, message: str, code: int | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class InstrumentAbsentError(DaqError):
+    """The instrument is not there or no longer there: no driver, no server, device unplugged."""
+
+
+class ChannelError(DaqError):
+    """The channel table does not fit the instrument: unknown device or channel, range, duplicate name."""
+
+
+class TriggerTimeoutError(DaqError):
+    """The trigger did not come, or the record was not complete, within the time allowed; arm again to go on."""
+
+
+class OverrunError(DaqError):
+    """Samples were lost because they were not read in time; the record is void."""

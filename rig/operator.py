@@ -1,0 +1,120 @@
+"""The person at the rig, and what a sequence tells whoever watches it.
+
+A sequence asks an `Operator` to strike or to mount a specimen, and reports every step to an `Observer` as an
+`Event`. The command line shows events as progress, a page shows them live, a test collects them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from analysis.dof import Dof
+
+
+class Operator(Protocol):
+    """Whoever strikes the beam and mounts specimens: a technician who is prompted, or a simulated hand."""
+
+    def strike(self, point: Dof, blow: int) -> None:
+        """Strike `point` now: the trigger is armed and waits. `blow` counts from 1 and includes refused blows.
+
+        May return before the blow has happened; the sequence waits for the trigger, not for this call.
+        """
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        """Put the cylinders of joint `specimen` ("I", "II") into the tester; return when they are mounted.
+
+        `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair).
+        """
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that a sequence did, for whoever watches."""
+
+
+Observer = Callable[[Event], None]
+
+
+def unobserved(event: Event) -> None:
+    """Observe nothing: the observer of a sequence that nobody watches."""
+
+
+@dataclass(frozen=True)
+class PointStarted(Event):
+    """The hammer session moved on to `point`, the `index`-th (from 1) of `points`."""
+
+    point: Dof
+    index: int
+    points: int
+
+
+@dataclass(frozen=True)
+class BlowAccepted(Event):
+    """Blow `blow` at `point` counts; `accepted` of `wanted` are there. Peak force in N."""
+
+    point: Dof
+    blow: int
+    accepted: int
+    wanted: int
+    peak_force: float
+
+
+@dataclass(frozen=True)
+class BlowRefused(Event):
+    """Blow `blow` at `point` does not count, for `reason`, a sentence to show. Peak force in N."""
+
+    point: Dof
+    blow: int
+    reason: str
+    peak_force: float
+
+
+@dataclass(frozen=True)
+class BlowMissed(Event):
+    """Nobody struck `point` within `waited` seconds of blow `blow` being armed."""
+
+    point: Dof
+    blow: int
+    waited: float
+
+
+@dataclass(frozen=True)
+class PointFinished(Event):
+    """`point` has all its accepted blows; `refused` more were struck in vain."""
+
+    point: Dof
+    accepted: int
+    refused: int
+
+
+@dataclass(frozen=True)
+class SpecimenMounted(Event):
+    """The cylinders of joint `specimen` are in the tester, in `configuration`."""
+
+    specimen: str
+    configuration: str
+
+
+@dataclass(frozen=True)
+class SinePointMeasured(Event):
+    """One steady sine point is recorded, the `index`-th (from 1) of `points`. Frequency in Hz."""
+
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: float
+    frequency: float
+    index: int
+    points: int
+
+
+@dataclass(frozen=True)
+class SinePointRefused(Event):
+    """One sine point could not be measured as asked, for `reason`, a sentence to show. Frequency in Hz."""
+
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: float
+    frequency: float
+    reason: str

@@ -1,0 +1,265 @@
+"""First harmonic of one or several signals on one clock: the least-squares sine fit of IEEE 1057.
+
+The model of each signal, with t = 0 at its first sample and one angular frequency w for all of them, is
+
+    x(t) = drift(t) + Re( X_1 e^(i w t) + X_2 e^(2 i w t) + ... ),
+
+drift being a low polynomial. With w held this is linear (the standard's three-parameter fit); with w refined it is the
+four-parameter fit, done here by Gauss-Newton on w alone, everything linear being eliminated. Signals are weighted by
+their own residual, so their units do not matter.
+
+A noisy machine does not make white noise, so besides the residual's standard error the record is cut into blocks of
+whole cycles and each is fitted again at the same w: what scatters between blocks is what a repeat would scatter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+
+FEWEST_CYCLES = 2.0
+MOST_BLOCKS = 20  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
+CONVERGED = 1e-5  # rad over the record; the step after it would be some 1e-10
+MOST_STEPS = 20
+SAMPLES_PER_UNKNOWN = 2  # of a block, so that its own fit is overdetermined
+
+
+@dataclass(frozen=True)
+class SineFit:
+    """Fitted sines of several signals at one frequency, in the signals' own units.
+
+    Attributes:
+        frequency: in Hz, refined or held.
+        frequency_standard_error: in Hz from the residuals; 0 where the frequency was held.
+        harmonics: (signals, harmonics) complex X_1, X_2, ... with t = 0 at the first sample.
+        blocks: (blocks, signals) complex X_1 of each block of whole cycles, same t = 0.
+        cycles_per_block: whole cycles in each block.
+        cycles: length of the record in cycles.
+        residual: (signals, samples) what drift and harmonics leave.
+        residual_standard_error: (signals,) of the real part, and of the imaginary part, of X_1 if the residual
+            were white noise.
+    """
+
+    frequency: float
+    frequency_standard_error: float
+    harmonics: Complex
+    blocks: Complex
+    cycles_per_block: int
+    cycles: float
+    residual: Real
+    residual_standard_error: Real
+
+    @property
+    def first(self) -> Complex:
+        """(signals,) first harmonic X_1."""
+        return np.asarray(self.harmonics[:, 0])
+
+    @property
+    def amplitude_pp(self) -> Real:
+        """(signals,) peak-to-peak amplitude of the first harmonic."""
+        return np.asarray(2 * np.abs(self.first))
+
+    @property
+    def total_harmonic_distortion(self) -> Real:
+        """(signals,) root of the sum of |X_2|^2, |X_3|^2, ... over |X_1|."""
+        return np.asarray(np.linalg.norm(self.harmonics[:, 1:], axis=1) / np.abs(self.first))
+
+    @property
+    def residual_rms(self) -> Real:
+        """(signals,) root mean square of the residual."""
+        return np.asarray(np.sqrt(np.mean(self.residual**2, axis=1)))
+
+    @property
+    def amplitude_scatter(self) -> Real:
+        """(signals,) standard deviation of |X_1| from block to block, relative."""
+        return np.asarray(np.std(self._relative_blocks.real, axis=0, ddof=1))
+
+    @property
+    def phase_scatter(self) -> Real:
+        """(signals,) standard deviation of the phase of X_1 from block to block, in rad."""
+        return np.asarray(np.std(self._relative_blocks.imag, axis=0, ddof=1))
+
+    @property
+    def amplitude_pp_standard_error(self) -> Real:
+        """(signals,) standard error of `amplitude_pp` from the scatter between blocks."""
+        return np.asarray(self.amplitude_pp * self.amplitude_scatter / math.sqrt(len(self.blocks)))
+
+    @property
+    def _relative_blocks(self) -> Complex:
+        return np.asarray(self.blocks / self.first)
+
+
+def fit_sine(
+    signals: ArrayLike,
+    sample_rate: float,
+    frequency: float,
+    *,
+    harmonics: int = 5,
+    drift_order: int = 1,
+    refine: bool = True,
+) -> SineFit:
+    """Fit a sine of one common frequency, its harmonics and drift to every signal.
+
+    Args:
+        signals: (samples,) or (signals, samples), any units.
+        sample_rate: in Hz.
+        frequency: in Hz; where `refine`, a start within about a third of a cycle over the record.
+        harmonics: how many to model, the first included; those that would pass Nyquist are left out.
+        drift_order: of the polynomial; 1 is a straight line.
+        refine: refine the frequency (four-parameter fit) or hold it (three-parameter fit).
+
+    Returns:
+        The fit; one signal gives arrays with one row.
+
+    Raises:
+        AnalysisError: a value is not finite, a signal is constant, the record has fewer than two cycles or too few
+            samples, the frequency is not between 0 and Nyquist, or no sine was found near the given frequency.
+    """
+    record = _checked(signals, sample_rate, frequency, harmonics, drift_order)
+    samples = record.shape[1]
+    duration = samples / sample_rate
+    # a harmonic nearer to Nyquist than the record resolves cannot be told from its alias
+    harmonics = min(harmonics, int((sample_rate / 2 - 1 / duration) / frequency))
+    unknowns = drift_order + 1 + 2 * harmonics
+    cycles_per_block = max(
+        math.ceil(duration * frequency / MOST_BLOCKS),
+        math.ceil(SAMPLES_PER_UNKNOWN * unknowns * frequency / sample_rate),
+    )
+    if 2 * cycles_per_block * sample_rate / frequency > samples + 1:
+        raise AnalysisError(
+            f"{samples} samples are too few for {unknowns} unknowns in each of two blocks of whole cycles; "
+            "record longer or model fewer harmonics"
+        )
+    model = _Model(record, sample_rate, drift_order, harmonics)
+    omega, omega_variance = 2 * math.pi * frequency, 0.0
+    model.fit(omega)
+    if refine:
+        omega, omega_variance = _refine(model, omega)
+    refined = omega / (2 * math.pi)
+    to_first_sample = np.exp(1j * omega * model.time[0])
+    noise = np.sum(model.residual**2, axis=1) / (samples - unknowns)
+    return SineFit(
+        frequency=refined,
+        frequency_standard_error=math.sqrt(omega_variance) / (2 * math.pi),
+        harmonics=model.amplitudes * to_first_sample ** np.arange(1, harmonics + 1),
+        blocks=_fit_blocks(model, cycles_per_block, sample_rate / refined) * to_first_sample,
+        cycles_per_block=cycles_per_block,
+        cycles=duration * refined,
+        residual=model.residual,
+        residual_standard_error=np.sqrt(2 * noise / samples),
+    )
+
+
+class _Model:
+    """Linear least squares of one record with the frequency held; the regressors are overwritten by each `fit`.
+
+    `rows` (unknowns, samples): powers of time, then cos and -sin of each harmonic, so that the coefficients
+    (signals, unknowns) are the drift's and Re X_1, Im X_1, Re X_2, ... with `time` = 0 in the middle of the record,
+    where amplitude and frequency are least correlated.
+    """
+
+    def __init__(self, record: Real, sample_rate: float, drift_order: int, harmonics: int) -> None:
+        samples = record.shape[1]
+        self.record = record
+        self.time: Real = (np.arange(samples) - (samples - 1) / 2) / sample_rate
+        self.drift = drift_order + 1
+        self.rows: Real = np.empty((self.drift + 2 * harmonics, samples))
+        self.rows[: self.drift] = np.vander(self.time / self.time[-1], self.drift, increasing=True).T
+
+    def fit(self, omega: float) -> None:
+        """Set the frequency, in rad/s, and solve for everything linear."""
+        # e^(i w (a + b)) = e^(i w a) e^(i w b): two short exponentials instead of one long
+        stride = math.isqrt(self.time.size)
+        coarse = np.exp(1j * omega * self.time[::stride])
+        fine = np.exp(1j * omega * (self.time[:stride] - self.time[0]))
+        wave = np.outer(coarse, fine).ravel()[: self.time.size]
+        power = wave.copy()
+        for row in range(self.drift, len(self.rows), 2):
+            self.rows[row] = power.real
+            np.negative(power.imag, out=self.rows[row + 1])
+            power *= wave
+        self.gram = self.rows @ self.rows.T
+        self.coefficients = np.linalg.solve(self.gram, self.rows @ self.record.T).T
+        self.residual: Real = self.record - self.coefficients @ self.rows
+
+    @property
+    def amplitudes(self) -> Complex:
+        """(signals, harmonics) X_1, X_2, ..."""
+        return np.asarray(self.coefficients[:, self.drift :: 2] + 1j * self.coefficients[:, self.drift + 1 :: 2])
+
+
+def _checked(signals: ArrayLike, sample_rate: float, frequency: float, harmonics: int, drift_order: int) -> Real:
+    record = np.atleast_2d(np.asarray(signals, dtype=np.float64))
+    if record.ndim != 2 or record.shape[1] == 0:
+        raise AnalysisError(f"signals have shape {np.shape(signals)}; give (samples,) or (signals, samples)")
+    if harmonics < 1 or drift_order < 0:
+        raise AnalysisError(f"harmonics = {harmonics} and drift_order = {drift_order}; at least 1 and 0 are needed")
+    if not (math.isfinite(sample_rate) and sample_rate > 0):
+        raise AnalysisError(f"the sample rate is {sample_rate} Hz; it has to be positive")
+    duration = record.shape[1] / sample_rate
+    if not 0 < frequency < sample_rate / 2 - 1 / duration:
+        raise AnalysisError(
+            f"{frequency:g} Hz is not between 0 and {sample_rate / 2 - 1 / duration:g} Hz, what a record of "
+            f"{duration:g} s at {sample_rate:g} Hz resolves below Nyquist; sample faster"
+        )
+    if duration * frequency < FEWEST_CYCLES * (1 - 1e-6):
+        raise AnalysisError(
+            f"the record has {duration * frequency:.2f} cycles of {frequency:g} Hz; "
+            f"at least {FEWEST_CYCLES:g} are needed"
+        )
+    if not np.all(np.isfinite(record)):
+        row, sample = np.argwhere(~np.isfinite(record))[0]
+        raise AnalysisError(f"signal {row} is not a finite number at sample {sample}")
+    for row in np.flatnonzero(np.ptp(record, axis=1) == 0):
+        raise AnalysisError(f"signal {row} is constant at {record[row, 0]:g}; is its channel connected?")
+    return record
+
+
+def _refine(model: _Model, omega: float) -> tuple[float, float]:
+    """Gauss-Newton on w: returns w, at which `model` is left fitted, and its variance."""
+    start = omega
+    duration = model.time[-1] - model.time[0]
+    floor = 1e-28 * np.mean(model.record**2, axis=1)  # a noiseless signal would have infinite weight
+    for _ in range(MOST_STEPS):
+        # d/dw Re(X e^(i m w t)) = Re(i m t X e^(i m w t))
+        turned = 1j * model.amplitudes * np.arange(1, model.amplitudes.shape[1] + 1)
+        coefficients = np.zeros_like(model.coefficients)
+        coefficients[:, model.drift :: 2], coefficients[:, model.drift + 1 :: 2] = turned.real, turned.imag
+        slope = (coefficients @ model.rows) * model.time
+        inside = model.rows @ slope.T  # the part of the slope that the linear unknowns can imitate
+        steepness = np.sum(slope**2, axis=1) - np.sum(inside * np.linalg.solve(model.gram, inside), axis=0)
+        weight = 1 / (np.mean(model.residual**2, axis=1) + floor)
+        information = float(weight @ steepness)
+        step = float(weight @ np.sum(slope * model.residual, axis=1)) / information
+        omega += step
+        if not abs(omega - start) * duration < 2 * math.pi:
+            break
+        model.fit(omega)
+        if abs(step) * duration < CONVERGED:
+            return omega, 1 / information
+    raise AnalysisError(
+        f"no sine found near {start / (2 * math.pi):g} Hz: the refined frequency runs away; "
+        "check the commanded frequency, or hold it with refine=False"
+    )
+
+
+def _fit_blocks(model: _Model, cycles_per_block: int, period: float) -> Complex:
+    """(blocks, signals) first harmonic of blocks of whole cycles, each fitted with its own line of drift."""
+    samples = model.time.size
+    length = round(cycles_per_block * period)
+    count = max(2, int(samples / (cycles_per_block * period)))
+    first = np.round(np.linspace(0, samples - length, count)).astype(int)
+    drift = min(model.drift, 2)  # a block is too short to bend: constant and slope at most
+    rows = np.concatenate([model.rows[:drift], model.rows[model.drift :]]) if drift < model.drift else model.rows
+    blocks = np.empty((count, len(model.record)), dtype=np.complex128)
+    for block, start in enumerate(first):
+        own = rows[:, start : start + length]
+        coefficients = np.linalg.solve(own @ own.T, own @ model.record[:, start : start + length].T)
+        blocks[block] = coefficients[drift] + 1j * coefficients[drift + 1]
+    return blocks

@@ -1,0 +1,1 @@
+"""The subcommands of `jointlab`, a file for each topic."""

@@ -1,0 +1,1 @@
+"""The report: one self-contained HTML file with the paper's figures and tables for this bench."""

@@ -1,0 +1,46 @@
+"""How the report's pictures look: one style, colours that colour-blind people can tell apart, inline SVG."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+# Okabe and Ito's palette: distinct for every common kind of colour vision.
+BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#222222"
+MEASURED, PREDICTED = BLACK, ORANGE
+AMPLITUDE_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
+
+
+def figure(rows: int = 1, columns: int = 1, width: float = 7.2, height: float = 3.2) -> tuple[Figure, list[Axes]]:
+    """An empty figure of `rows` x `columns` axes, in reading order; `height` in inches a row."""
+    drawn = Figure(figsize=(width, height * rows), layout="constrained")
+    FigureCanvasSVG(drawn)
+    grid = drawn.subplots(rows, columns, squeeze=False)
+    axes: list[Axes] = [grid[row][column] for row in range(rows) for column in range(columns)]
+    for each in axes:
+        each.grid(visible=True, alpha=0.25, linewidth=0.6)
+        each.spines[["top", "right"]].set_visible(False)
+    return drawn, axes
+
+
+def as_svg(drawn: Figure, label: str) -> str:
+    """The figure as an inline SVG element with `label` as its text alternative."""
+    buffer = io.StringIO()
+    drawn.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    # Several SVGs share one page: their ids must not meet.
+    prefix = re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-")
+    text = re.sub(r'\bid="', f'id="{prefix}-', text)
+    text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{prefix}-", text)
+    start = text.index("<svg")
+    return text[start:].replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1)
+
+
+def band(axes: Axes, interval: Sequence[float], colour: str, label: str) -> None:
+    """A horizontal interval across the axes, as Figs. 13 and 14 show the inverse result."""
+    axes.axhspan(interval[0], interval[1], color=colour, alpha=0.18, linewidth=0, label=label)

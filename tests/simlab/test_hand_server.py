@@ -51,7 +51,12 @@ def test_a_laboratory_that_hangs_up_is_a_connection_error() -> None:
         hand = Hand(f"127.0.0.1:{listener.getsockname()[1]}")
         connection, _ = listener.accept()
         with connection.makefile("rb") as requests, contextlib.closing(hand):
-            answered = threading.Thread(target=lambda: (requests.readline(), connection.shutdown(socket.SHUT_RDWR)))
+
+            def hang_up() -> None:
+                requests.readline()
+                connection.shutdown(socket.SHUT_RDWR)
+
+            answered = threading.Thread(target=hang_up)
             answered.start()
             with pytest.raises(ConnectionError, match="closed the line"):
                 hand.do("strike", node=3)

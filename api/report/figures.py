@@ -1,0 +1,166 @@
+"""The paper's Figs. 5 to 9 and 11 to 14, drawn for the bench at hand. Each returns an inline SVG element."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from analysis.dof import Dof
+from analysis.frequency_response import FrequencyResponses, Real
+from analysis.modes import Modes
+from api.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PREDICTED, as_svg, band, figure
+
+CONFIGURATIONS = ("compression", "shear", "angled")
+
+
+def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
+    """Fig. 5: what the joint equations observe against what the identified joints give, for each joint."""
+    drawn, (axes,) = figure(width=4.6, height=4.0)
+    span = 0.0
+    for (name, (observed, fitted)), colour, marker in zip(
+        observed_and_fitted.items(), AMPLITUDE_COLOURS * 9, "o+xsd^v*" * 9, strict=False
+    ):
+        axes.plot(fitted, observed, marker, color=colour, label=f"joint {name}", markersize=5, fillstyle="none")
+        span = max(span, float(np.abs(observed).max()), float(np.abs(fitted).max()))
+    axes.plot([-span, span], [-span, span], "--", color=MEASURED, linewidth=0.8, label="slope one")
+    axes.set(xlabel="curve-fitted", ylabel="observed")
+    axes.legend(frameon=False)
+    return as_svg(drawn, "Fig. 5: observed against curve-fitted data")
+
+
+def mode_shapes(measured: Modes, predicted: Modes, positions: Mapping[int, float]) -> str:
+    """Fig. 6: transverse shapes, measured at the points struck and predicted along the beam.
+
+    `positions` gives x in metres for every node of both sets of modes.
+    """
+    count = min(measured.poles.size, predicted.poles.size)
+    drawn, axes = figure(rows=(count + 1) // 2, columns=2, height=1.7)
+    for mode, each in enumerate(axes[:count]):
+        curve = _transverse(predicted, mode, positions)
+        points = _transverse(measured, mode, positions)
+        nearest = np.interp(points[0].real, curve[0].real, curve[1])
+        # the scale of a measured shape is free: fit it to the prediction
+        scale = np.vdot(points[1], nearest) / np.vdot(points[1], points[1])
+        top = float(np.abs(curve[1]).max()) or 1.0
+        each.plot(curve[0].real, curve[1].real / top, color=PREDICTED, linewidth=1.4, label="predicted")
+        each.plot(points[0].real, (scale * points[1]).real / top, "+", color=MEASURED, markersize=8, label="measured")
+        each.set_title(f"mode {mode + 1}, {measured.frequency[mode]:.1f} Hz", fontsize=9)
+        each.set_ylim(-1.4, 1.4)
+    for empty in axes[count:]:
+        empty.set_visible(False)
+    axes[0].legend(frameon=False, fontsize=8)
+    for each in axes[max(count - 2, 0) : count]:
+        each.set_xlabel("position along the beam (m)")
+    return as_svg(drawn, "Fig. 6: mode shapes, measured and predicted")
+
+
+def _transverse(modes: Modes, mode: int, positions: Mapping[int, float]) -> tuple[Real, Real]:
+    chosen = [(positions[dof.node], modes.shapes[mode, i]) for i, dof in enumerate(modes.dofs) if dof.direction == "y"]
+    chosen.sort(key=lambda pair: pair[0])
+    x, shape = zip(*chosen, strict=True)
+    largest = max(shape, key=abs)
+    return np.array(x), np.array(shape) / largest
+
+
+def accelerance(label: str, measured: FrequencyResponses, predicted: FrequencyResponses, point: Dof) -> str:
+    """Figs. 7 to 9: accelerance of one row, measured and predicted by Eq. (46), magnitude and phase."""
+    drawn, (magnitude, phase) = figure(rows=2, height=2.1)
+    for responses, name, colour, line in (
+        (measured, "measured", MEASURED, "-"),
+        (predicted, "predicted", PREDICTED, "--"),
+    ):
+        row = responses.accelerance[responses.row(point)]
+        keep = responses.frequency > 0
+        frequency = responses.frequency[keep]
+        magnitude.semilogy(frequency, np.abs(row[keep]), line, linewidth=1.1, color=colour, label=name)
+        phase.plot(frequency, np.degrees(np.angle(row[keep])), line, linewidth=0.9, color=colour)
+    magnitude.set(ylabel="|A| ((m/s²)/N)")
+    magnitude.legend(frameon=False)
+    phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=(-180, -90, 0, 90, 180))
+    return as_svg(drawn, f"{label}: accelerance at {measured.response} for a blow at {point}")
+
+
+# One curve of a sweep: frequency (Hz), value, 95 % half-width.
+Curve = tuple[Real, Real, Real]
+
+
+def dynamic_stiffness(
+    joint: str, magnitude: Mapping[str, Mapping[float, Curve]], loss_factor: Mapping[str, Mapping[float, Curve]]
+) -> str:
+    """Fig. 11: dynamic stiffness and loss factor by configuration and amplitude (mm p-p), for one joint's cylinders."""
+    drawn, axes = figure(rows=3, columns=2, height=2.1)
+    for row, configuration in enumerate(CONFIGURATIONS):
+        for column, (curves, unit) in enumerate(((magnitude, 1e6), (loss_factor, 1.0))):
+            each = axes[2 * row + column]
+            _sweeps(each, curves.get(configuration, {}), unit)
+            each.set_ylim(bottom=0)
+            each.set_ylabel("|k| (MN/m)" if column == 0 else "loss factor")
+            each.set_title(configuration, fontsize=9)
+    axes[0].legend(frameon=False, fontsize=8, title="mm p-p")
+    for each in axes[-2:]:
+        each.set_xlabel("frequency (Hz)")
+    return as_svg(drawn, f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders")
+
+
+def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
+    for (amplitude, (frequency, value, half)), colour in zip(
+        sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False
+    ):
+        axes.plot(frequency, value / unit, color=colour, linewidth=1.3, label=f"{amplitude:g}")
+        axes.fill_between(frequency, (value - half) / unit, (value + half) / unit, color=colour, alpha=0.2, linewidth=0)
+
+
+def superposition(joint: str, computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> str:
+    """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
+    drawn, (axes,) = figure(height=3.0)
+    for (amplitude, curve), colour in zip(sorted(measured.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False):
+        axes.plot(curve[0], curve[1] / 1e6, color=colour, label=f"measured, {amplitude:g} mm")
+        axes.plot(
+            computed[amplitude][0],
+            computed[amplitude][1] / 1e6,
+            "+",
+            color=colour,
+            label=f"computed, {amplitude:g} mm",
+        )
+    axes.set(xlabel="frequency (Hz)", ylabel="|k| (MN/m)")
+    axes.set_ylim(bottom=0)
+    axes.legend(frameon=False, fontsize=8, ncols=2)
+    return as_svg(drawn, f"Fig. 12, joint {joint}: superposition of the cylinders at 45 degrees")
+
+
+def direct_against_inverse(
+    label: str,
+    unit: str,
+    panels: Sequence[tuple[str, Mapping[float, Curve], Sequence[float] | None]],
+    scale: float = 1.0,
+) -> str:
+    """Figs. 13 and 14: the direct sweep over the interval that the inverse test leaves, a panel for each element.
+
+    Each panel is a title, the direct curves by amplitude (mm p-p) and the inverse 95 % interval or None.
+    """
+    columns = min(2, len(panels))
+    drawn, axes = figure(rows=-(-len(panels) // columns), columns=columns, height=2.4)
+    for each, (title, curves, interval) in zip(axes, panels, strict=False):
+        if interval is not None:
+            band(each, [value / scale for value in interval], GREEN, "inverse, 95 %")
+        for (amplitude, (frequency, value, half)), colour in zip(
+            sorted(curves.items()), (ORANGE, BLUE, MEASURED), strict=False
+        ):
+            each.errorbar(
+                frequency,
+                value / scale,
+                half / scale,
+                fmt="o",
+                markersize=3,
+                color=colour,
+                elinewidth=0.8,
+                fillstyle="none",
+                label=f"direct, {amplitude:g} mm",
+            )
+        each.set_title(title, fontsize=9)
+        each.set_ylabel(unit)
+        each.set_xlabel("frequency (Hz)")
+    axes[0].legend(frameon=False, fontsize=8)
+    return as_svg(drawn, label)

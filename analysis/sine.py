@@ -38,7 +38,7 @@ class SineFit:
         frequency: in Hz, refined or held.
         frequency_standard_error: in Hz from the residuals; 0 where the frequency was held.
         harmonics: (signals, harmonics) complex X_1, X_2, ... with t = 0 at the first sample.
-        blocks: (blocks, signals) complex X_1 of each block of whole cycles, same t = 0.
+        blocks: (blocks, signals, harmonics) complex X_1, X_2, ... of each block of whole cycles, same t = 0.
         cycles_per_block: whole cycles in each block.
         cycles: length of the record in cycles.
         residual: (signals, samples) what drift and harmonics leave.
@@ -92,7 +92,7 @@ class SineFit:
 
     @property
     def _relative_blocks(self) -> Complex:
-        return np.asarray(self.blocks / self.first)
+        return np.asarray(self.blocks[:, :, 0] / self.first)
 
 
 def fit_sine(
@@ -137,17 +137,17 @@ def fit_sine(
             "record longer or model fewer harmonics"
         )
     model = _Model(record, sample_rate, drift_order, harmonics)
-    omega, omega_variance = 2 * math.pi * frequency, 0.0
+    omega, omega_variance = 2 * math.pi * float(frequency), 0.0
     model.fit(omega)
     if refine:
         omega, omega_variance = _refine(model, omega)
     refined = omega / (2 * math.pi)
-    to_first_sample = np.exp(1j * omega * model.time[0])
+    to_first_sample = np.exp(1j * omega * model.time[0] * np.arange(1, harmonics + 1))
     noise = np.sum(model.residual**2, axis=1) / (samples - unknowns)
     return SineFit(
         frequency=refined,
         frequency_standard_error=math.sqrt(omega_variance) / (2 * math.pi),
-        harmonics=model.amplitudes * to_first_sample ** np.arange(1, harmonics + 1),
+        harmonics=model.amplitudes * to_first_sample,
         blocks=_fit_blocks(model, cycles_per_block, sample_rate / refined) * to_first_sample,
         cycles_per_block=cycles_per_block,
         cycles=duration * refined,
@@ -250,16 +250,19 @@ def _refine(model: _Model, omega: float) -> tuple[float, float]:
 
 
 def _fit_blocks(model: _Model, cycles_per_block: int, period: float) -> Complex:
-    """(blocks, signals) first harmonic of blocks of whole cycles, each fitted with its own line of drift."""
+    """(blocks, signals, harmonics) of blocks of whole cycles, each fitted with its own offset.
+
+    Drift is taken from the whole record: a line fitted to a single cycle imitates its sine and would more than double
+    the variance of that part.
+    """
     samples = model.time.size
     length = round(cycles_per_block * period)
     count = max(2, int(samples / (cycles_per_block * period)))
     first = np.round(np.linspace(0, samples - length, count)).astype(int)
-    drift = min(model.drift, 2)  # a block is too short to bend: constant and slope at most
-    rows = np.concatenate([model.rows[:drift], model.rows[model.drift :]]) if drift < model.drift else model.rows
-    blocks = np.empty((count, len(model.record)), dtype=np.complex128)
+    level = model.record - model.coefficients[:, : model.drift] @ model.rows[: model.drift]
+    rows = model.rows if model.drift == 1 else np.concatenate([model.rows[:1], model.rows[model.drift :]])
+    coefficients = np.empty((count, len(rows), len(level)))
     for block, start in enumerate(first):
         own = rows[:, start : start + length]
-        coefficients = np.linalg.solve(own @ own.T, own @ model.record[:, start : start + length].T)
-        blocks[block] = coefficients[drift] + 1j * coefficients[drift + 1]
-    return blocks
+        coefficients[block] = np.linalg.solve(own @ own.T, own @ level[:, start : start + length].T)
+    return np.asarray(coefficients[:, 1::2] + 1j * coefficients[:, 2::2]).transpose(0, 2, 1)

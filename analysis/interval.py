@@ -1,0 +1,54 @@
+"""Student's intervals, and the degrees of freedom of a combination."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtr, stdtrit
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and what is known about its error.
+
+    Attributes:
+        value: in its own unit.
+        standard_error: in the same unit.
+        degrees_of_freedom: behind the standard error; infinite where it is known beforehand.
+    """
+
+    value: float
+    standard_error: float
+    degrees_of_freedom: float = math.inf
+
+    def half_width(self, confidence: float = CONFIDENCE) -> float:
+        """Half of the two-sided interval."""
+        return float(stdtrit(self.degrees_of_freedom, (1 + confidence) / 2)) * self.standard_error
+
+    def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
+        """Lower and upper end of the two-sided interval."""
+        half = self.half_width(confidence)
+        return self.value - half, self.value + half
+
+    def probability_below(self, limit: float) -> float:
+        """How probable Student's distribution about `value` holds what lies below `limit`; 0 or 1 where exact."""
+        if self.standard_error == 0:
+            return float(self.value < limit)
+        return float(stdtr(self.degrees_of_freedom, (limit - self.value) / self.standard_error))
+
+
+def combined_degrees_of_freedom(variances: Sequence[float], degrees_of_freedom: Sequence[float]) -> float:
+    """Of a sum of independent estimates, by Welch and Satterthwaite (Biometrics Bulletin 2, 1946, 110-114).
+
+    Args:
+        variances: what each contributes to the variance of the sum.
+        degrees_of_freedom: behind each of them.
+    """
+    parts = np.square(variances) / np.asarray(degrees_of_freedom, dtype=np.float64)
+    total = float(np.sum(parts))
+    return float(np.sum(variances)) ** 2 / total if total > 0 else math.inf

@@ -27,6 +27,7 @@ FEWEST_CYCLES = 2.0
 MOST_BLOCKS = 20  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
 CONVERGED = 1e-5  # rad over the record; the step after it would be some 1e-10
 MOST_STEPS = 20
+LARGEST_OVERLAP = 0.05  # of one block, shared out among all
 SAMPLES_PER_UNKNOWN = 2  # of a block, so that its own fit is overdetermined
 
 
@@ -257,7 +258,8 @@ def _fit_blocks(model: _Model, cycles_per_block: int, period: float) -> Complex:
     """
     samples = model.time.size
     length = round(cycles_per_block * period)
-    count = max(2, int(samples / (cycles_per_block * period)))
+    # a record of just under whole cycles keeps its last block, at the price of a slight overlap
+    count = max(2, int(samples / (cycles_per_block * period) + LARGEST_OVERLAP))
     first = np.round(np.linspace(0, samples - length, count)).astype(int)
     level = model.record - model.coefficients[:, : model.drift] @ model.rows[: model.drift]
     rows = model.rows if model.drift == 1 else np.concatenate([model.rows[:1], model.rows[model.drift :]])

@@ -1,0 +1,131 @@
+"""Which modes and how many residual terms the data pay for.
+
+A mode has two parameters for its pole and two for each row's modal constant. It is kept if it lowers chi-square by
+more than the logarithm of the number of data for each of them (G. Schwarz, Annals of Statistics 6, 1978): a mode that
+is not there must not be reported. A residual term has two parameters for each row and is added if it lowers chi-square
+by more than two for each (H. Akaike, IEEE Trans. Automatic Control 19, 1974): one too many costs little, one too few
+biases all modes. Both prices rise with the noise scale, so that what no mode can explain does not call for more modes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.modal_refinement import ModalData, ModalFit, fit_constants, refine
+from analysis.modes import poles_from
+
+_MOST_TERMS = 12
+_SUSPICIOUS = 6.0  # standard deviations of the mean chi-square of a run of lines
+_RUNS = (5, 15, 45, 135)  # lines
+_TRIAL_LOSS_FACTORS = (0.002, 0.01, 0.04, 0.1, 0.2)
+
+
+def noise_scale(fit: ModalFit) -> float:
+    """Chi-square per degree of freedom, but not below one."""
+    rows, lines = fit.accelerance.shape
+    parameters = 2 * fit.poles.size + 2 * rows * (fit.poles.size + fit.residual_terms.shape[0])
+    return max(1.0, float(fit.chi_square / (2 * rows * lines - parameters)))
+
+
+def evidence(fit: ModalFit) -> Real:
+    """(modes,) chi-square that would be lost without each mode, by Wald's approximation, over its price."""
+    modes = fit.poles.size
+    stacked = np.concatenate([fit.constants.real, fit.constants.imag], axis=1)
+    covariance = fit.constants_covariance
+    lost = [stacked[mode] @ np.linalg.solve(covariance[mode], stacked[mode]) for mode in range(modes)]
+    return np.asarray(lost) / _price(fit, 1)
+
+
+def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
+    """Drop, one at a time, modes that have left the band or do not pay.
+
+    Raises:
+        AnalysisError: no mode is left.
+    """
+    while True:
+        frequency = np.sqrt(-(fit.poles**2).real) / (2 * np.pi)
+        outside = (frequency < data.frequency[0]) | (frequency > data.frequency[-1])
+        worth = np.where(outside, 0.0, evidence(fit))
+        weakest = int(np.argmin(worth))
+        if worth[weakest] > 1:
+            return fit
+        if fit.poles.size == 1:
+            raise AnalysisError(
+                f"no mode stands out from the noise between {data.frequency[0]:g} and {data.frequency[-1]:g} Hz"
+            )
+        fit = refine(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
+
+
+def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
+    """Add residual terms, and poles where chi-square is suspicious, as long as they pay.
+
+    Args:
+        data: what is fitted.
+        fit: the fit to start from, with few residual terms.
+        most_poles: how many poles may be added. Data that no modal model fits would ask for ever more.
+    """
+    first_terms = fit.residual_terms.shape[0]
+    fit = _with_enough_terms(data, fit)
+    for _ in range(most_poles):
+        suspect = _suspicious_frequency(data, fit)
+        richer = None if suspect is None else _with_a_pole(data, fit.poles, suspect, first_terms)
+        if richer is None or fit.chi_square - richer.chi_square < _price(richer, 1):
+            return fit
+        fit = richer
+    return fit
+
+
+def _with_enough_terms(data: ModalData, fit: ModalFit) -> ModalFit:
+    while fit.residual_terms.shape[0] < _MOST_TERMS:
+        richer = refine(data, fit.poles, fit.residual_terms.shape[0] + 1)
+        if fit.chi_square - richer.chi_square < 2 * 2 * fit.accelerance.shape[0] * noise_scale(richer):
+            return fit
+        fit = richer
+    return fit
+
+
+def _with_a_pole(data: ModalData, poles: Complex, frequency: float, terms: int) -> ModalFit | None:
+    """The fit with one more pole near `frequency` in Hz, or None where that pole makes no mode."""
+    starts = poles_from(np.full(len(_TRIAL_LOSS_FACTORS), frequency), np.array(_TRIAL_LOSS_FACTORS))
+    trials = []
+    for start in starts:
+        try:
+            trials.append(fit_constants(data, np.append(poles, start), terms))
+        except np.linalg.LinAlgError:
+            continue  # it coincides with a pole that is there already
+    if not trials:
+        return None
+    try:
+        richer = refine(data, min(trials, key=lambda trial: trial.chi_square).poles, terms)
+        return _with_enough_terms(data, richer) if np.all(evidence(richer) > 1) else None
+    except AnalysisError:
+        return None  # it wandered off: nothing there looks like a mode
+
+
+def _price(fit: ModalFit, modes: int) -> float:
+    """Chi-square that `modes` have to explain."""
+    parameters = modes * (2 + 2 * len(fit.accelerance))
+    return parameters * math.log(2 * fit.accelerance.size) * noise_scale(fit)
+
+
+def _suspicious_frequency(data: ModalData, fit: ModalFit) -> float | None:
+    """Middle in Hz of the run of lines whose mean chi-square is the least credible, or None where all are credible."""
+    rows = fit.accelerance.shape[0]
+    excess = chi_square_per_line(data, fit) / noise_scale(fit) - 1
+    worst, where = _SUSPICIOUS, None
+    for run in _RUNS:
+        score = uniform_filter1d(excess, run, mode="nearest") * np.sqrt(run * rows)
+        if score.max() > worst:
+            worst, where = float(score.max()), float(data.frequency[int(np.argmax(score))])
+    return where
+
+
+def chi_square_per_line(data: ModalData, fit: ModalFit) -> Real:
+    """(lines,) mean over rows of squared deviations over their variance."""
+    square = np.abs(data.accelerance - fit.accelerance) ** 2 / data.deviation**2
+    return np.asarray(np.mean(square, axis=0) / 2)

@@ -1,0 +1,94 @@
+"""Variance of averaged accelerances, from what is known about them.
+
+Always per real and per imaginary part, in the square of the accelerance's unit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+
+# of the difference over five neighbouring lines with weights 1, -4, 6, -4, 1: blind to cubic polynomials
+_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+_MEDIAN_OF_EXPONENTIAL = np.log(2.0)
+
+
+def variance_from_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Real:
+    """Variance (lines,) of H1 from what each blow leaves unexplained.
+
+    The weighted mean of the blows has the variance sum |F_b|^2 |A_b - H F_b|^2 / (sum |F_b|^2)^2, whether the scatter
+    comes from noise or from blows that differ, times n/(n - 1) for the mean that was subtracted.
+
+    Args:
+        force: (blows, lines) spectra of the force.
+        acceleration: (blows, lines) spectra of the acceleration.
+        accelerance: (lines,) their averaged ratio.
+    """
+    blows = force.shape[0]
+    if blows < 2:
+        raise AnalysisError("one blow has no scatter; strike at least twice")
+    power = np.abs(force) ** 2
+    left = np.abs(acceleration - accelerance * force) ** 2
+    variance = np.sum(power * left, axis=0) / np.sum(power, axis=0) ** 2 * blows / (blows - 1)
+    return np.asarray(variance / 2)
+
+
+def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int) -> Real:
+    """Variance, in the shape of `accelerance`, from the coherence of `averages` blows.
+
+    (1 - g^2) / (2 n g^2) |H|^2 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Section 9.2), with n - 1 for n as
+    the coherence of n blows is itself estimated, which makes it without bias at ten.
+    """
+    if averages < 2:
+        raise AnalysisError(f"the coherence of {averages} blow says nothing about noise; give two averages or more")
+    if np.any((coherence < 0) | (coherence > 1)):
+        raise AnalysisError("coherence lies outside 0 to 1")
+    floor = 1 / (averages * 1e6)
+    known = np.maximum(coherence, floor)
+    return np.asarray((1 - known) / (2 * (averages - 1) * known) * np.abs(accelerance) ** 2)
+
+
+def variance_from_neighbours(accelerance: Complex, lines: int = 31) -> Real:
+    """Variance (rows, lines) where nothing is known: from how neighbouring lines differ.
+
+    The fourth difference over five lines cancels all that is smooth; its median over `lines` lines passes over
+    resonances narrower than half of them. An estimate to start from, to be replaced by the scatter about a fit.
+    """
+    difference = np.apply_along_axis(np.convolve, 1, accelerance, _DIFFERENCE, mode="valid")
+    square = np.abs(difference) ** 2 / (2 * np.sum(_DIFFERENCE**2))
+    typical = median_filter(square, size=(1, lines), mode="nearest") / _MEDIAN_OF_EXPONENTIAL
+    return np.asarray(np.pad(typical, ((0, 0), (2, 2)), mode="edge"))
+
+
+def variance_from_residual(accelerance: Complex, fitted: Complex, rounds: int = 100) -> Real:
+    """Variance (rows, lines) by the scatter of `accelerance` about `fitted`: a floor and a part proportional to |H|^2.
+
+    The most likely two parts of each row for Gaussian errors, by multiplicative updates that never lower the
+    likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence).
+    A row that fits exactly keeps a floor of 1e-9 of its largest value.
+    """
+    square = np.abs(accelerance - fitted) ** 2 / 2
+    power = np.abs(fitted) ** 2
+    floor = np.full_like(power, 1.0)
+    shapes = np.stack([floor, power / np.mean(power, axis=1, keepdims=True)])
+    smallest = 1e-18 * np.max(np.abs(accelerance) ** 2, axis=1, keepdims=True)
+    parts = np.tile(np.mean(square, axis=1) / 2, (2, 1))[:, :, None]
+    variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
+    for _ in range(rounds):
+        explained = np.sum(shapes / variance, axis=2, keepdims=True)
+        found = np.sum(shapes * square / variance**2, axis=2, keepdims=True)
+        parts = parts * np.sqrt(found / explained)
+        variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
+    return np.asarray(variance)
+
+
+def smoothed_variance(variance: Real, lines: int = 5) -> Real:
+    """Mean of `variance` (rows, lines) over `lines` neighbouring lines.
+
+    The scatter of ten blows knows a line's variance to 30 % only. Used as a weight as it is, it would follow the
+    noise: chi-square would come out 1/7 too high, and every estimate 10 % less certain than it could be.
+    """
+    return np.asarray(uniform_filter1d(variance, lines, axis=-1, mode="nearest"))

@@ -1,0 +1,355 @@
+"""The elastomer tester's wire contract: its Modbus register map, as a table.
+
+The map is a set of blocks. A block is a run of registers that is read or written in one transaction and ends with a
+CRC-16 of the words before it, because Modbus TCP carries no checksum of its own: a block with a flipped bit is refused,
+never half applied. All quantities are in SI units; 32-bit values are big-endian, high word first.
+
+    IDENTITY   input    what the instrument is, and the limits that live in it
+    STATUS     input    state, interlocks, the command last applied, and what is measured now
+    HEARTBEAT  holding  a counter that has to change within the watchdog time while hydraulics are on
+    COMMAND    holding  one command with its sequence number, written whole
+    EMERGENCY_STOP  coil  writing 1 trips the emergency stop, at any time, without sequence number
+
+The network cannot change a limit or the watchdog time: they are set at the instrument.
+"""
+
+from __future__ import annotations
+
+import struct
+from binascii import crc_hqx
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum, IntEnum, IntFlag, StrEnum
+
+MAP_VERSION = 1
+CYCLES_REPORTED = 16
+"""How many of the latest complete cycles STATUS reports one by one."""
+
+Value = int | float | str | tuple[float, ...]
+
+
+class Units(IntEnum):
+    """The system of units of every quantity in the map."""
+
+    SI = 1
+    MILLIMETRE_NEWTON = 2
+
+
+class State(IntEnum):
+    """What the actuator is doing."""
+
+    HYDRAULICS_OFF = 0
+    IDLE = 1  # hydraulics on, no preset yet
+    RAMPING = 2  # on the way to the preset or to rest
+    HELD = 3  # at the preset, at rest
+    CYCLING = 4  # amplitude still approaching what was commanded
+    SETTLED = 5  # cycling steadily
+    TRIPPED = 6  # an interlock stopped the actuator; needs a reset
+
+
+class Interlock(IntFlag):
+    """Limit detectors and other reasons to stop; a bit stays set until it is reset."""
+
+    UPPER_DISPLACEMENT = 1
+    LOWER_DISPLACEMENT = 2
+    FORCE = 4
+    ERROR = 8
+    UNDERPEAK = 16
+    WATCHDOG = 32
+    EMERGENCY_STOP = 64
+
+
+class Action(StrEnum):
+    """What the instrument does when a detector fires."""
+
+    INDICATE = "indicate"
+    PROGRAM_INTERLOCK = "stop the program"
+    HYDRAULIC_INTERLOCK = "hydraulics off"
+
+
+ACTIONS: Mapping[Interlock, Action] = {
+    Interlock.UPPER_DISPLACEMENT: Action.PROGRAM_INTERLOCK,
+    Interlock.LOWER_DISPLACEMENT: Action.PROGRAM_INTERLOCK,
+    Interlock.FORCE: Action.PROGRAM_INTERLOCK,
+    Interlock.ERROR: Action.PROGRAM_INTERLOCK,
+    Interlock.UNDERPEAK: Action.INDICATE,
+    Interlock.WATCHDOG: Action.HYDRAULIC_INTERLOCK,
+    Interlock.EMERGENCY_STOP: Action.HYDRAULIC_INTERLOCK,
+}
+
+
+class CommandCode(IntEnum):
+    """What a COMMAND block asks for."""
+
+    NONE = 0
+    HYDRAULICS_ON = 1
+    HYDRAULICS_OFF = 2
+    PRESET = 3  # ramp to `preset` and hold
+    CYCLE = 4  # cycle about the preset with `amplitude` and `frequency`
+    HOLD = 5  # stop cycling or ramping and hold the mean position
+    RESET = 6  # clear the interlocks, once their cause is gone
+
+
+class Refusal(IntEnum):
+    """Why the instrument refused the last COMMAND; it then also answers with a Modbus exception."""
+
+    NONE = 0
+    CHECKSUM = 1
+    UNKNOWN_COMMAND = 2
+    SEQUENCE_REUSED = 3
+    PRESET_LIMIT = 4
+    AMPLITUDE_LIMIT = 5
+    FREQUENCY_LIMIT = 6
+    VELOCITY_LIMIT = 7
+    ACCELERATION_LIMIT = 8
+    DISPLACEMENT_LIMIT = 9
+    HYDRAULICS_ARE_OFF = 10
+    NOT_AT_PRESET = 11
+    TRIPPED = 12
+    CAUSE_STILL_PRESENT = 13
+    BUSY = 14
+    FAULT = 15
+
+
+class Kind(StrEnum):
+    """The Modbus table that holds a register."""
+
+    COIL = "coil"
+    INPUT = "input register"
+    HOLDING = "holding register"
+
+
+class DataType(Enum):
+    """How a value is laid out; the value is its `struct` format, big-endian."""
+
+    UINT16 = ">H"
+    UINT32 = ">I"
+    FLOAT32 = ">f"
+    TEXT16 = ">16s"
+
+    @property
+    def words(self) -> int:
+        """Number of 16-bit registers that one value takes."""
+        return struct.calcsize(self.value) // 2
+
+
+@dataclass(frozen=True)
+class Register:
+    """One quantity of a block; its address follows from its place in the block.
+
+    Attributes:
+        name: key of the value in what `Block.pack` takes and `Block.unpack` gives.
+        datatype: how the value is laid out.
+        unit: SI unit, empty where the value is a code, a count or a text.
+        meaning: one sentence for whoever reads the map.
+        minimum: smallest value with a meaning, in `unit`.
+        maximum: largest value with a meaning, in `unit`.
+        count: number of values; a value with more than one is a tuple of floats.
+    """
+
+    name: str
+    datatype: DataType
+    unit: str
+    meaning: str
+    minimum: float = 0.0
+    maximum: float = 65535.0
+    count: int = 1
+
+    @property
+    def words(self) -> int:
+        """Number of 16-bit registers taken."""
+        return self.datatype.words * self.count
+
+
+class ChecksumError(ValueError):
+    """The words of a block do not agree with their CRC-16: at least one bit was changed on the way."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A run of registers that is read or written whole, closed by a CRC-16."""
+
+    name: str
+    kind: Kind
+    address: int
+    registers: tuple[Register, ...]
+
+    @property
+    def writable(self) -> bool:
+        """Whether the network may write it (whole)."""
+        return self.kind is Kind.HOLDING
+
+    @property
+    def count(self) -> int:
+        """Number of 16-bit registers, the checksum included."""
+        return sum(register.words for register in self.registers) + 1
+
+    def address_of(self, name: str) -> int:
+        """Modbus address (from 0) of the first word of register `name`.
+
+        Raises:
+            KeyError: the block has no such register.
+        """
+        address = self.address
+        for register in self.registers:
+            if register.name == name:
+                return address
+            address += register.words
+        raise KeyError(name)
+
+    def pack(self, values: Mapping[str, Value]) -> list[int]:
+        """Words to send for `values`, which names every register of the block; the checksum is added.
+
+        Raises:
+            KeyError: a register has no value.
+            struct.error: a value does not fit its data type.
+        """
+        words = [word for register in self.registers for word in _encode(register, values[register.name])]
+        return [*words, checksum(words)]
+
+    def unpack(self, words: Sequence[int]) -> dict[str, Value]:
+        """Values by register name, from the words of the whole block.
+
+        Raises:
+            ChecksumError: the number of words or the checksum is wrong.
+        """
+        if len(words) != self.count:
+            raise ChecksumError(f"block {self.name} has {self.count} words, {len(words)} came")
+        if checksum(words[:-1]) != words[-1]:
+            raise ChecksumError(f"block {self.name} came with checksum {words[-1]:#06x}, its words give another")
+        values, start = dict[str, Value](), 0
+        for register in self.registers:
+            values[register.name] = _decode(register, words[start : start + register.words])
+            start += register.words
+        return values
+
+
+def checksum(words: Sequence[int]) -> int:
+    """CRC-16 (CCITT polynomial, start value 0xFFFF) of 16-bit words, high byte first."""
+    return crc_hqx(struct.pack(f">{len(words)}H", *words), 0xFFFF)
+
+
+def float32(value: float) -> float:
+    """The number that a FLOAT32 register holds for `value`: what a read-back has to equal."""
+    return float(struct.unpack(">f", struct.pack(">f", value))[0])
+
+
+def _encode(register: Register, value: Value) -> list[int]:
+    items: Sequence[object] = value if isinstance(value, tuple) else (value,)
+    if len(items) != register.count:
+        raise struct.error(f"register {register.name} holds {register.count} values, not {len(items)}")
+    encoded = [item.encode("ascii") if isinstance(item, str) else item for item in items]
+    data = b"".join(struct.pack(register.datatype.value, item) for item in encoded)
+    return list(struct.unpack(f">{register.words}H", data))
+
+
+def _decode(register: Register, words: Sequence[int]) -> Value:
+    data = struct.pack(f">{len(words)}H", *words)
+    items = [item for (item,) in struct.iter_unpack(register.datatype.value, data)]
+    if register.datatype is DataType.TEXT16:
+        return str(items[0].rstrip(b"\0").decode("ascii", errors="replace"))
+    if register.count > 1:
+        return tuple(items)
+    value: int | float = items[0]
+    return value
+
+
+_U16, _U32, _F32, _TEXT = DataType.UINT16, DataType.UINT32, DataType.FLOAT32, DataType.TEXT16
+
+IDENTITY = Block(
+    "IDENTITY",
+    Kind.INPUT,
+    0,
+    (
+        Register("map_version", _U16, "", "version of this map", 1),
+        Register("units", _U16, "", "code of Units", 1, 2),
+        Register("serial", _TEXT, "", "serial number of the instrument, ASCII"),
+        Register("watchdog_time", _F32, "s", "longest time between two heartbeats with hydraulics on", 0.1, 10.0),
+        Register("upper_displacement_limit", _F32, "m", "highest position of the actuator", -0.01, 0.01),
+        Register("lower_displacement_limit", _F32, "m", "lowest position of the actuator", -0.01, 0.01),
+        Register("force_limit", _F32, "N", "largest absolute force", 1.0, 25e3),
+        Register("amplitude_limit", _F32, "m", "largest peak-to-peak amplitude", 1e-6, 0.01),
+        Register("frequency_limit", _F32, "Hz", "highest frequency", 1.0, 1000.0),
+        Register("velocity_limit", _F32, "m/s", "highest velocity of a cycle", 1e-3, 1.0),
+        Register("acceleration_limit", _F32, "m/s^2", "highest acceleration of a cycle", 0.1, 1000.0),
+        Register("error_limit", _F32, "m", "largest overshoot of the amplitude beyond the command", 1e-6, 0.01),
+        Register("underpeak_limit", _F32, "", "smallest settled amplitude as a fraction of the command", 0.0, 1.0),
+    ),
+)
+
+STATUS = Block(
+    "STATUS",
+    Kind.INPUT,
+    100,
+    (
+        Register("state", _U16, "", "code of State", 0, 6),
+        Register("interlocks", _U16, "", "bits of Interlock", 0, 127),
+        Register("refusal", _U16, "", "code of Refusal of the last command, 0 where it was applied", 0, 15),
+        Register("heartbeat", _U16, "", "the last heartbeat counter received"),
+        Register("sequence", _U16, "", "sequence number of the last command applied"),
+        Register("command", _U16, "", "code of the last command applied", 0, 6),
+        Register("preset", _F32, "m", "preset in force", -0.01, 0.01),
+        Register("amplitude", _F32, "m", "commanded peak-to-peak amplitude in force, 0 when not cycling", 0.0, 0.01),
+        Register("frequency", _F32, "Hz", "frequency in force, 0 when not cycling", 0.0, 1000.0),
+        Register("cycles", _U32, "", "complete cycles since the last change of command", 0, 2**32 - 1),
+        Register("displacement_mean", _F32, "m", "mean position of the actuator", -0.01, 0.01),
+        Register("force_mean", _F32, "N", "mean force", -25e3, 25e3),
+        Register("force_pp", _F32, "N", "peak-to-peak force of the last complete cycle", 0.0, 50e3),
+        Register(
+            "displacement_pp",
+            _F32,
+            "m",
+            "peak-to-peak displacement of the latest complete cycles, latest first, 0 where there is none yet",
+            0.0,
+            0.02,
+            count=CYCLES_REPORTED,
+        ),
+    ),
+)
+
+HEARTBEAT = Block(
+    "HEARTBEAT",
+    Kind.HOLDING,
+    200,
+    (Register("heartbeat", _U16, "", "a counter; a value that did not change is no heartbeat"),),
+)
+
+COMMAND = Block(
+    "COMMAND",
+    Kind.HOLDING,
+    210,
+    (
+        Register("command", _U16, "", "code of CommandCode", 0, 6),
+        Register("sequence", _U16, "", "a number that was not the last one; the same again is not applied again"),
+        Register("preset", _F32, "m", "mean position asked for by PRESET", -0.01, 0.01),
+        Register("amplitude", _F32, "m", "peak-to-peak amplitude asked for by CYCLE", 0.0, 0.01),
+        Register("frequency", _F32, "Hz", "frequency asked for by CYCLE", 0.0, 1000.0),
+    ),
+)
+
+EMERGENCY_STOP_COIL = 0
+BLOCKS = (IDENTITY, STATUS, HEARTBEAT, COMMAND)
+
+
+def table() -> str:
+    """The map as a Markdown table, for the documentation: one row a register."""
+    rows = [
+        "| block | address | kind | name | type | unit | range | access | meaning |",
+        "|---|---|---|---|---|---|---|---|---|",
+        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {Kind.COIL} | emergency_stop | bit | | 1 | write |"
+        " 1 trips the emergency stop |",
+    ]
+    for block in BLOCKS:
+        access = "write" if block.writable else "read"
+        for register in block.registers:
+            kind = f"{register.datatype.name.lower()}{f' x {register.count}' if register.count > 1 else ''}"
+            span = "" if register.datatype is _TEXT else f"{register.minimum:g} to {register.maximum:g}"
+            rows.append(
+                f"| {block.name} | {block.address_of(register.name)} | {block.kind} | {register.name} | {kind} |"
+                f" {register.unit} | {span} | {access} | {register.meaning} |"
+            )
+        rows.append(
+            f"| {block.name} | {block.address + block.count - 1} | {block.kind} | checksum | uint16 | | |"
+            f" {access} | CRC-16 of the words before it |"
+        )
+    return "\n".join(rows) + "\n"

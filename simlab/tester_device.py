@@ -1,0 +1,292 @@
+"""The tester's controller: the state machine, limits and interlocks behind its registers, without any wire.
+
+Motion runs on bench time. The watchdog runs on wall-clock time, because it guards communication with a client that
+lives on wall-clock time, however fast the bench runs.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+from rig.registers import (
+    ACTIONS,
+    CYCLES_REPORTED,
+    HEARTBEAT,
+    IDENTITY,
+    MAP_VERSION,
+    Action,
+    Block,
+    ChecksumError,
+    CommandCode,
+    Interlock,
+    Refusal,
+    State,
+    Units,
+    Value,
+)
+from simlab.actuator import Actuator
+
+SETTLED_WITHIN = 0.005  # of the steady amplitude
+PRESET_WITHIN = 1e-9  # m
+REST_WITHIN = 1e-7  # m peak to peak
+
+
+@dataclass(frozen=True)
+class DeviceLimits:
+    """What is set at the instrument and the network cannot change; SI units, meanings as in the IDENTITY block."""
+
+    watchdog_time: float = 2.0
+    upper_displacement_limit: float = 1.5e-3
+    lower_displacement_limit: float = -0.5e-3
+    force_limit: float = 5e3
+    amplitude_limit: float = 5e-4
+    frequency_limit: float = 250.0
+    velocity_limit: float = 0.2
+    acceleration_limit: float = 200.0
+    error_limit: float = 5e-5
+    underpeak_limit: float = 0.5
+
+
+class TesterDevice:
+    """The controller of one tester; any thread may call it.
+
+    Attributes:
+        applied: every command applied so far, for tests that count.
+    """
+
+    def __init__(
+        self,
+        actuator: Actuator,
+        now: Callable[[], float],
+        limits: DeviceLimits | None = None,
+        serial: str = "SIM-ET-0001",
+        wall: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.applied: list[CommandCode] = []
+        self._actuator = actuator
+        self._now = now
+        self._limits = limits or DeviceLimits()
+        self._serial = serial
+        self._wall = wall
+        self._lock = threading.RLock()
+        self._hydraulics = False
+        self._preset: float | None = None
+        self._amplitude = 0.0
+        self._frequency = 0.0
+        self._interlocks = Interlock(0)
+        self._refusal = Refusal.NONE
+        self._sequence = 0
+        self._last: Mapping[str, Value] = {"command": CommandCode.NONE}
+        self._heartbeat = 0
+        self._heard = wall()
+        self._button = False
+
+    def identity(self) -> dict[str, Value]:
+        """Values of the IDENTITY block."""
+        return {
+            "map_version": MAP_VERSION,
+            "units": Units.SI,
+            "serial": self._serial,
+            **{name: float(value) for name, value in vars(self._limits).items()},
+        }
+
+    def status(self) -> dict[str, Value]:
+        """Values of the STATUS block, as of now."""
+        with self._lock:
+            self.tick()
+            now = self._now()
+            force_mean, force_pp = self._actuator.force(now)
+            cycles = [float(cycle) for cycle in self._actuator.latest_cycles_pp(now, CYCLES_REPORTED)]
+            return {
+                "state": self._state(now),
+                "interlocks": self._interlocks,
+                "refusal": self._refusal,
+                "heartbeat": self._heartbeat,
+                "sequence": self._sequence,
+                "command": self._last["command"],
+                "preset": self._preset or 0.0,
+                "amplitude": self._amplitude,
+                "frequency": self._frequency,
+                "cycles": min(self._actuator.cycles_since_command(now), 2**32 - 1),
+                "displacement_mean": self._actuator.mean(now),
+                "force_mean": force_mean,
+                "force_pp": force_pp,
+                "displacement_pp": tuple(cycles + [0.0] * (CYCLES_REPORTED - len(cycles))),
+            }
+
+    def read(self, block: Block) -> list[int]:
+        """The words of a readable block."""
+        return block.pack(self.identity() if block is IDENTITY else self.status())
+
+    def write(self, block: Block, words: Sequence[int]) -> Refusal:
+        """Take the words of a writable block: a heartbeat, or a command, which is applied or refused."""
+        with self._lock:
+            try:
+                values = block.unpack(words)
+            except ChecksumError:
+                self._refusal = Refusal.CHECKSUM
+                return self._refusal
+            if block is HEARTBEAT:
+                return self._take_heartbeat(int(cast(int, values["heartbeat"])))
+            return self._take_command(values)
+
+    def emergency_stop(self, *, latched: bool = True) -> None:
+        """Stop now. `latched` is the mushroom button, which has to be released before a reset; the coil is not."""
+        with self._lock:
+            self._button = self._button or latched
+            self._trip(Interlock.EMERGENCY_STOP)
+
+    def release_emergency_stop(self) -> None:
+        """Turn the mushroom button back; the interlock stays until it is reset."""
+        self._button = False
+
+    def tick(self) -> None:
+        """Look at the detectors and the watchdog; the controller does this all the time."""
+        with self._lock:
+            if self._hydraulics and self._wall() - self._heard > self._limits.watchdog_time:
+                self._trip(Interlock.WATCHDOG)
+            for interlock in self._detected(self._now()):
+                self._trip(interlock)
+
+    def _take_heartbeat(self, count: int) -> Refusal:
+        if count != self._heartbeat:
+            self._heartbeat, self._heard = count, self._wall()
+        return Refusal.NONE
+
+    def _take_command(self, values: Mapping[str, Value]) -> Refusal:
+        self.tick()
+        if values == self._last:
+            return Refusal.NONE  # the same again: its reply was lost
+        self._refusal = self._reason_to_refuse(values)
+        if self._refusal is Refusal.NONE:
+            self._last, self._sequence = values, int(cast(int, values["sequence"]))
+            self._apply(CommandCode(cast(int, values["command"])), values)
+        return self._refusal
+
+    def _reason_to_refuse(self, values: Mapping[str, Value]) -> Refusal:
+        if values["command"] not in set(CommandCode) - {CommandCode.NONE}:
+            return Refusal.UNKNOWN_COMMAND
+        if values["sequence"] == self._sequence:
+            return Refusal.SEQUENCE_REUSED
+        command = CommandCode(cast(int, values["command"]))
+        if command in (CommandCode.HOLD, CommandCode.HYDRAULICS_OFF):
+            return Refusal.NONE  # a stop is never refused
+        if command is CommandCode.RESET:
+            return Refusal.CAUSE_STILL_PRESENT if self._button or self._detected(self._now()) else Refusal.NONE
+        if self._tripped:
+            return Refusal.TRIPPED
+        if command is CommandCode.HYDRAULICS_ON:
+            return Refusal.NONE
+        if not self._hydraulics:
+            return Refusal.HYDRAULICS_ARE_OFF
+        if command is CommandCode.PRESET:
+            return self._reason_to_refuse_preset(cast(float, values["preset"]))
+        return self._reason_to_refuse_cycle(cast(float, values["amplitude"]), cast(float, values["frequency"]))
+
+    def _reason_to_refuse_preset(self, preset: float) -> Refusal:
+        limits = self._limits
+        # written so that a value that is not a number is refused
+        if not limits.lower_displacement_limit <= preset <= limits.upper_displacement_limit:
+            return Refusal.PRESET_LIMIT
+        return Refusal.NONE
+
+    def _reason_to_refuse_cycle(self, amplitude_pp: float, frequency: float) -> Refusal:
+        limits, omega = self._limits, 2 * math.pi * frequency
+        if self._preset is None or abs(self._actuator.mean(self._now()) - self._preset) > PRESET_WITHIN:
+            return Refusal.NOT_AT_PRESET
+        if not 0 < amplitude_pp <= limits.amplitude_limit:
+            return Refusal.AMPLITUDE_LIMIT
+        if not 0 < frequency <= limits.frequency_limit:
+            return Refusal.FREQUENCY_LIMIT
+        if omega * amplitude_pp / 2 > limits.velocity_limit:
+            return Refusal.VELOCITY_LIMIT
+        if omega**2 * amplitude_pp / 2 > limits.acceleration_limit:
+            return Refusal.ACCELERATION_LIMIT
+        highest, lowest = self._preset + amplitude_pp / 2, self._preset - amplitude_pp / 2
+        if highest > limits.upper_displacement_limit or lowest < limits.lower_displacement_limit:
+            return Refusal.DISPLACEMENT_LIMIT
+        return Refusal.NONE
+
+    def _apply(self, command: CommandCode, values: Mapping[str, Value]) -> None:
+        self.applied.append(command)
+        match command:
+            case CommandCode.HYDRAULICS_ON:
+                if not self._hydraulics:
+                    self._hydraulics, self._heard = True, self._wall()
+            case CommandCode.HYDRAULICS_OFF:
+                self._switch_off()
+            case CommandCode.PRESET:
+                self._preset = cast(float, values["preset"])
+                self._rest()
+                self._actuator.move(self._preset)
+            case CommandCode.CYCLE:
+                self._amplitude, self._frequency = cast(float, values["amplitude"]), cast(float, values["frequency"])
+                self._actuator.cycle(self._amplitude, self._frequency)
+            case CommandCode.HOLD:
+                self._rest()
+                self._actuator.hold()
+            case CommandCode.RESET:
+                self._interlocks = Interlock(0)
+
+    def _detected(self, now: float) -> list[Interlock]:
+        """Detectors that fire now; the largest excursion is that of the mean plus half the peak-to-peak value."""
+        if not self._hydraulics:
+            return []
+        limits, actuator = self._limits, self._actuator
+        mean, amplitude_pp = actuator.mean(now), actuator.amplitude_pp(now)
+        force_mean, force_pp = actuator.force(now)
+        cycling = self._amplitude > 0.0
+        fires = {
+            Interlock.UPPER_DISPLACEMENT: mean + amplitude_pp / 2 > limits.upper_displacement_limit,
+            Interlock.LOWER_DISPLACEMENT: mean - amplitude_pp / 2 < limits.lower_displacement_limit,
+            Interlock.FORCE: abs(force_mean) + force_pp / 2 > limits.force_limit,
+            Interlock.ERROR: cycling and amplitude_pp - self._amplitude > limits.error_limit,
+            Interlock.UNDERPEAK: cycling
+            and self._is_steady(amplitude_pp)
+            and amplitude_pp < limits.underpeak_limit * self._amplitude,
+        }
+        return [interlock for interlock, fired in fires.items() if fired]
+
+    def _trip(self, interlock: Interlock) -> None:
+        if interlock in self._interlocks:
+            return
+        self._interlocks |= interlock
+        if ACTIONS[interlock] is Action.PROGRAM_INTERLOCK:
+            self._rest()
+            self._actuator.hold()
+        elif ACTIONS[interlock] is Action.HYDRAULIC_INTERLOCK:
+            self._switch_off()
+
+    def _switch_off(self) -> None:
+        """Without hydraulics the actuator comes to rest and the specimen pushes it back to zero."""
+        if self._hydraulics:
+            self._actuator.move(0.0)
+        self._hydraulics, self._preset = False, None
+        self._rest()
+
+    def _rest(self) -> None:
+        self._amplitude = self._frequency = 0.0
+
+    @property
+    def _tripped(self) -> bool:
+        return any(ACTIONS[interlock] is not Action.INDICATE for interlock in self._interlocks)
+
+    def _is_steady(self, amplitude_pp: float) -> bool:
+        steady = self._actuator.steady_pp()
+        return abs(amplitude_pp - steady) <= SETTLED_WITHIN * steady
+
+    def _state(self, now: float) -> State:
+        if self._tripped:
+            return State.TRIPPED
+        if not self._hydraulics:
+            return State.HYDRAULICS_OFF
+        if self._amplitude > 0.0:
+            return State.SETTLED if self._is_steady(self._actuator.amplitude_pp(now)) else State.CYCLING
+        if self._actuator.is_ramping(now) or self._actuator.amplitude_pp(now) > REST_WITHIN:
+            return State.RAMPING
+        return State.IDLE if self._preset is None else State.HELD

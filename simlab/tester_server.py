@@ -1,0 +1,252 @@
+"""The simulated tester on its wire: Modbus TCP, or Modbus RTU on a pseudo-terminal, served by pymodbus.
+
+What the instrument does is in `simlab.tester_device`; here its blocks are put on the wire, its refusals are made Modbus
+exceptions, and faults of the wire are played.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import struct
+import threading
+from collections.abc import Coroutine
+from enum import StrEnum
+from typing import cast
+
+from pymodbus.constants import ExcCodes
+from pymodbus.framer import FramerType
+from pymodbus.server import ModbusSerialServer, ModbusTcpServer
+from pymodbus.simulator import DataType, SimData, SimDevice
+
+from rig.registers import BLOCKS, COMMAND, EMERGENCY_STOP_COIL, IDENTITY, STATUS, Block, Kind, Refusal, Units
+from simlab.actuator import Actuator
+from simlab.bench import Bench
+from simlab.faults import Faults
+from simlab.pty_line import PtyLine
+from simlab.tester_device import DeviceLimits, TesterDevice
+
+DEVICE_ID = 1
+BAUD_RATE = 115_200
+TICK = 0.01  # s on the wall, between two looks at detectors and watchdog
+
+_EXCEPTIONS = {
+    Refusal.BUSY: ExcCodes.DEVICE_BUSY,
+    Refusal.FAULT: ExcCodes.DEVICE_FAILURE,
+    Refusal.TRIPPED: ExcCodes.DEVICE_FAILURE,
+    Refusal.HYDRAULICS_ARE_OFF: ExcCodes.DEVICE_FAILURE,
+    Refusal.NOT_AT_PRESET: ExcCodes.DEVICE_FAILURE,
+    Refusal.CAUSE_STILL_PRESENT: ExcCodes.DEVICE_FAILURE,
+}  # every other refusal is an illegal value
+_COMMAND_HEADER = struct.pack(">BH", 16, COMMAND.address)
+_READ_INPUT, _WRITE_COIL, _WRITE_HOLDING = 4, 5, 16
+
+
+Written = list[int] | list[bool] | None
+
+
+class TesterFault(StrEnum):
+    """What can be wrong with the tester or its wire."""
+
+    REFUSE = "refuse"  # every command is answered with a device failure
+    BUSY = "busy"  # every command is answered with device busy
+    WRONG_MAP_VERSION = "wrong_map_version"
+    WRONG_UNITS = "wrong_units"
+    NO_WATCHDOG = "no_watchdog"
+    NO_LIMITS = "no_limits"
+    LOST_REPLY = "lost_reply"  # a command is applied and its reply does not arrive
+    FLIPPED_COMMAND = "flipped_command"  # one bit of a command changes on the way
+    FLIPPED_STATUS = "flipped_status"  # one bit of a status reply changes on the way
+    SILENT = "silent"  # nothing is answered any more
+    DROP = "drop"  # the connection is closed on a request
+    WEAK_SERVO = "weak_servo"  # the actuator reaches a third of what is commanded
+    RUNAWAY_SERVO = "runaway_servo"  # the actuator reaches three times what is commanded
+
+
+class TesterServer:
+    """A running tester. `url` is what a driver connects to, ``tcp://host:port`` or ``rtu:///dev/pts/N?baudrate=N``."""
+
+    def __init__(self, device: TesterDevice, actuator: Actuator, rtu: bool, port: int) -> None:
+        self.device = device
+        self.actuator = actuator
+        self.faults = Faults(TesterFault)
+        self.url = ""
+        self._server: ModbusTcpServer | ModbusSerialServer | None = None
+        self._lose_reply = False
+        self._started = threading.Event()
+        self._stopping = threading.Event()
+        self._failure: BaseException | None = None
+        serve = self._serve_rtu() if rtu else self._serve_tcp(port)
+        self._thread = threading.Thread(target=self._run, args=(serve,), name="tester", daemon=True)
+        self._thread.start()
+        self._started.wait()
+        if self._failure is not None:
+            raise RuntimeError(f"the simulated tester did not start: {self._failure}") from self._failure
+
+    def emergency_stop(self) -> None:
+        """Press the mushroom button."""
+        self.device.emergency_stop()
+
+    def release_emergency_stop(self) -> None:
+        """Release the mushroom button."""
+        self.device.release_emergency_stop()
+
+    def stop(self) -> None:
+        """Close the wire and end the thread."""
+        self._stopping.set()
+        self._thread.join()
+
+    def _run(self, serve: Coroutine[None, None, None]) -> None:
+        try:
+            asyncio.run(serve)
+        except Exception as error:
+            if self._started.is_set():
+                raise
+            self._failure = error
+        finally:
+            self._started.set()
+
+    async def _serve_tcp(self, port: int) -> None:
+        server = ModbusTcpServer(
+            self._sim_device(), address=("127.0.0.1", port), trace_packet=self._trace, ignore_missing_devices=True
+        )
+        await server.serve_forever(background=True)
+        listener = cast(asyncio.Server, server.transport)
+        self.url = f"tcp://127.0.0.1:{listener.sockets[0].getsockname()[1]}"
+        await self._serve(server)
+
+    async def _serve_rtu(self) -> None:
+        with PtyLine(asyncio.get_running_loop()) as line:
+            server = ModbusSerialServer(
+                self._sim_device(),
+                framer=FramerType.RTU,
+                port=line.instrument,
+                baudrate=BAUD_RATE,
+                trace_packet=self._trace,
+                ignore_missing_devices=True,
+            )
+            await server.serve_forever(background=True)
+            self.url = f"rtu://{line.client}?baudrate={BAUD_RATE}"
+            await self._serve(server)
+
+    async def _serve(self, server: ModbusTcpServer | ModbusSerialServer) -> None:
+        self._server = server
+        self._started.set()
+        while not self._stopping.is_set():
+            self.device.tick()
+            await asyncio.sleep(TICK)
+        await server.shutdown()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+        await asyncio.sleep(0)  # let the closed transports say so
+
+    def _sim_device(self) -> SimDevice:
+        def registers(kind: Kind) -> list[SimData]:
+            return [
+                SimData(block.address, values=[0] * block.count, datatype=DataType.REGISTERS)
+                for block in BLOCKS
+                if block.kind is kind
+            ]
+
+        bits = [SimData(EMERGENCY_STOP_COIL, values=[False] * 16, datatype=DataType.BITS)]
+        tables = (bits, list(bits), registers(Kind.HOLDING), registers(Kind.INPUT))
+        return SimDevice(DEVICE_ID, simdata=tables, action=self._access)
+
+    async def _access(
+        self, function: int, start: int, address: int, count: int, registers: list[int], values: Written
+    ) -> ExcCodes | None:
+        """Answer one request: pymodbus calls this before it reads or writes its own copy of the registers."""
+        if function == _READ_INPUT:
+            block = STATUS if address >= STATUS.address else IDENTITY
+            offset = block.address - start
+            registers[offset : offset + block.count] = self._read(block)
+            return None
+        if values is None:
+            return None
+        if function == _WRITE_COIL:
+            if address != EMERGENCY_STOP_COIL or not values[0]:
+                return ExcCodes.ILLEGAL_VALUE
+            self.device.emergency_stop(latched=False)
+            return None
+        for block in BLOCKS:
+            if function == _WRITE_HOLDING and block.writable and (address, count) == (block.address, block.count):
+                return self._write(block, [int(word) for word in values])
+        return ExcCodes.ILLEGAL_ADDRESS
+
+    def _read(self, block: Block) -> list[int]:
+        self._set_servo()
+        if block is STATUS:
+            return self.device.read(block)
+        values = self.device.identity()
+        if self.faults.take(TesterFault.WRONG_MAP_VERSION):
+            values["map_version"] = cast(int, values["map_version"]) + 1
+        if self.faults.take(TesterFault.WRONG_UNITS):
+            values["units"] = Units.MILLIMETRE_NEWTON
+        if self.faults.take(TesterFault.NO_WATCHDOG):
+            values["watchdog_time"] = 0.0
+        if self.faults.take(TesterFault.NO_LIMITS):
+            values["force_limit"] = 0.0
+        return IDENTITY.pack(values)
+
+    def _write(self, block: Block, words: list[int]) -> ExcCodes | None:
+        refusal = Refusal.NONE
+        if block is COMMAND:
+            self._set_servo()
+            if self.faults.take(TesterFault.REFUSE):
+                refusal = Refusal.FAULT
+            elif self.faults.take(TesterFault.BUSY):
+                refusal = Refusal.BUSY
+            else:
+                self._lose_reply = self.faults.take(TesterFault.LOST_REPLY)
+        refusal = refusal or self.device.write(block, words)
+        return None if refusal is Refusal.NONE else _EXCEPTIONS.get(refusal, ExcCodes.ILLEGAL_VALUE)
+
+    def _set_servo(self) -> None:
+        weak, strong = self.faults.take(TesterFault.WEAK_SERVO), self.faults.take(TesterFault.RUNAWAY_SERVO)
+        self.actuator.servo_gain = 1 / 3 if weak else 3.0 if strong else 1.0
+
+    def _trace(self, sending: bool, data: bytes) -> bytes:
+        """Play the faults of the wire on the bytes that come in or go out."""
+        if sending:
+            if self._lose_reply:
+                self._lose_reply = False
+                return b""
+            if self.faults.take(TesterFault.SILENT):
+                return b""
+            if len(data) > 2 * STATUS.count and self.faults.take(TesterFault.FLIPPED_STATUS):
+                return _flipped(data, len(data) // 2)
+            return data
+        if data and self.faults.take(TesterFault.DROP):
+            self._disconnect()
+            return b""
+        if _COMMAND_HEADER in data and self.faults.take(TesterFault.FLIPPED_COMMAND):
+            return _flipped(data, len(data) - 6)
+        return data
+
+    def _disconnect(self) -> None:
+        if isinstance(self._server, ModbusTcpServer):  # a serial line has no connection; the request is lost
+            for connection in list(self._server.active_connections.values()):
+                cast(asyncio.Transport, connection.transport).abort()
+
+
+def _flipped(data: bytes, at: int) -> bytes:
+    return data[:at] + bytes([data[at] ^ 0x10]) + data[at + 1 :]
+
+
+def start_tester_server(
+    bench: Bench, *, rtu: bool = False, port: int = 0, limits: DeviceLimits | None = None
+) -> TesterServer:
+    """Connect an actuator to the bench and serve the tester, on a loopback port or a pseudo-terminal.
+
+    Args:
+        bench: what the actuator works on, and the clock.
+        rtu: Modbus RTU on a pseudo-terminal instead of Modbus TCP.
+        port: TCP port; 0 lets the system pick one.
+        limits: set at the instrument; None is its ordinary setting.
+
+    Raises:
+        RuntimeError: the port is taken.
+    """
+    # every failure is answered on the wire; pymodbus would log it a second time
+    logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
+    actuator = Actuator(bench, bench.clock.now, bench.seed)
+    bench.attach_actuator(actuator)
+    return TesterServer(TesterDevice(actuator, bench.clock.now, limits), actuator, rtu, port)

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from threading import RLock
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simlab.article import JOINT_NODES, NODE_POSITIONS, SENSOR_NODE, draw_article
+from simlab.assembly import Complex
+from simlab.beam import Real
 from simlab.clock import Clock
+from simlab.elastomer import REFERENCE_TEMPERATURE
+from simlab.hand import Blow, BlowKind, Hand
+from simlab.sampling import Sampler, blow_amplitude, white_noise
+from simlab.supported_beam import Load, SupportedBeam
+from simlab.truth import direct_truth, inverse_truth, modal_truth
 
-Real = NDArray[np.float64]
+REACTION = 0.3
+HAMMER_CHANNELS = ("hammer", "accelerometer")
 
 
 class Actuator(Protocol):
@@ -27,11 +36,11 @@ class Conditions:
     Attributes:
         peak_force: mean peak force of a blow, N; a harder hammer level softens the joints.
         double_hits: probability that an ordinary blow bounces.
-        tolerances: scale of what is drawn off its nominal value (beam, positions, cylinders); 0 is the drawing itself.
+        tolerances: scale of what is drawn off its nominal value (bar, positions, cylinders); 0 is the drawing itself.
         scatter: scale of the hand's scatter in place, angle, force and width; 0 is a hammer in a guide.
         gain_error: largest relative error of a sensor's gain; 0 is exact.
         force_noise, acceleration_noise: white noise of the two sensors, N and m/s^2 rms a sample.
-        cross_axis: cross-axis sensitivity of the accelerometer, through which it sees the beam bend out of plane.
+        cross_axis: cross-axis sensitivity of the accelerometer, through which it sees the bar bend out of plane.
     """
 
     peak_force: float = 100.0
@@ -53,12 +62,34 @@ class Mounted:
 
 
 class Bench:
-    """Beam on two joints, hammer and accelerometer, and the cylinders in the tester; safe to share between threads."""
+    """Beam on two joints, hammer and accelerometer, and the cylinders in the tester; safe to share between threads.
+
+    For one seed, one set of conditions and one sequence of strikes at given times every signal is the same again.
+    """
 
     def __init__(self, seed: int, clock: Clock, conditions: Conditions | None = None) -> None:
         self.seed = seed
         self.clock = clock
         self.conditions = conditions or Conditions()
+        self.article = draw_article(seed, self.conditions.tolerances)
+        self.elastomer = self.article.elastomer
+        self.hand = Hand(seed, self.conditions.scatter, self.conditions.double_hits)
+        self.gains = self._draw_gains()
+        self._weather = self._random(5).uniform([-0.2, 0, 0], [0.2, 2 * np.pi, 2 * np.pi])
+        self._beam = SupportedBeam(self.article, self.conditions.cross_axis)
+        self._sampler = Sampler(self._beam, self.temperature)
+        self._blows: list[Blow] = []
+        self._mounted: Mounted | None = None
+        self._actuator: Actuator | None = None
+        self._lock = RLock()
+
+    # --- the beam and the hammer ---
+
+    @property
+    def blows(self) -> tuple[Blow, ...]:
+        """Every blow so far, as it really happened."""
+        with self._lock:
+            return tuple(self._blows)
 
     def strike(
         self,
@@ -71,19 +102,70 @@ class Bench:
         """Let the hand strike `node` (1, 3 to 9, 11 in y; 1, 11 in x), with its peak at bench time `at` or soon.
 
         `what` is clean, double, weak, overload, soft or late; None is an ordinary blow, now and then a double hit.
+        A positive force acts in the positive direction, at both ends.
 
         Raises:
-            ValueError: no hammer reaches that point, or there is no such blow.
+            ValueError: no hammer reaches that point, or there is no such blow, or the force is not positive.
         """
-        raise NotImplementedError
+        kind = None if what is None else BlowKind(what)
+        mean = self.conditions.peak_force if peak_force is None else peak_force
+        if not mean > 0.0:
+            raise ValueError(f"a blow of {mean} N; the peak force must be positive")
+        with self._lock:
+            number = len(self._blows)
+            if at is None:
+                at = self.clock.now() + REACTION * (1 + self._random(4, number).uniform(-0.3, 0.3))
+            blow = self.hand.strike(number, node, direction, at, mean, kind)
+            self._blows.append(blow)
+            self._sampler.prepare(blow)
 
     def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
         """``hammer`` in N and ``accelerometer`` in m/s^2, each (samples,), at bench times start + i / rate."""
-        raise NotImplementedError
+        with self._lock:
+            clean = self._sampler.read(self._blows, start, rate, samples)
+        first = round(start * rate)
+        noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
+        return {
+            name: self.gains[name] * signal + rms * white_noise(self.seed, channel, first, samples)
+            for channel, (name, signal, rms) in enumerate(zip(HAMMER_CHANNELS, clean, noise, strict=True))
+        }
 
     def next_crossing(self, channel: str, level: float, after: float) -> float | None:
-        """Bench time later than `after` when ``hammer`` first rises through `level` N; None if no known blow does."""
-        raise NotImplementedError
+        """Bench time later than `after` when ``hammer`` first rises through `level` N; None if no known blow does.
+
+        Raises:
+            ValueError: the channel is not the hammer, or the level is not well above its noise.
+        """
+        if channel != "hammer":
+            raise ValueError(f"no trigger on {channel!r}; the bench knows the crossings of 'hammer'")
+        if level < 10 * self.conditions.force_noise or level <= 0.0:
+            raise ValueError(f"a trigger level of {level} N is in the hammer's noise")
+        force_level = level / self.gains["hammer"]
+        blows = [blow for blow in self.blows if blow.pulses[-1].time > after]
+        crossings = [pulse.crossing(force_level) for blow in blows for pulse in blow.pulses]
+        for time in sorted(t for t in crossings if t is not None and t > after):
+            before = time - 1e-5
+            if sum(float(blow.force(before)) for blow in blows) < force_level:
+                return time
+        return None
+
+    def accelerance(
+        self,
+        frequency: Real,
+        node: int,
+        direction: str,
+        peak_force: float | None = None,
+        temperature: float = REFERENCE_TEMPERATURE,
+    ) -> Complex:
+        """(lines,) exact accelerance of 3y in (m/s^2)/N for a straight force at the drawing's `node`.
+
+        `frequency` (lines,) in Hz, above zero; the joints are those of a blow of `peak_force` N at `temperature` C.
+        """
+        load = Load(NODE_POSITIONS[node - 1], **{direction: 1.0})
+        amplitude = blow_amplitude(peak_force or self.conditions.peak_force)
+        return self._beam.accelerance(self._beam.lines(frequency), load, amplitude, temperature)
+
+    # --- the tester ---
 
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` (I or II) into the tester in compression, shear or angled.
@@ -91,12 +173,15 @@ class Bench:
         Raises:
             ValueError: no such specimen or configuration.
         """
-        raise NotImplementedError
+        self.elastomer.require(specimen, configuration)
+        with self._lock:
+            self._mounted = Mounted(specimen, configuration)
 
     @property
     def mounted(self) -> Mounted | None:
         """What is in the tester; None while it is empty."""
-        raise NotImplementedError
+        with self._lock:
+            return self._mounted
 
     def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
         """k + ih in N/m of what is mounted, at zero-to-peak `amplitude` m and `frequency` Hz, at today's temperature.
@@ -104,28 +189,89 @@ class Bench:
         Raises:
             ValueError: the tester is empty.
         """
-        raise NotImplementedError
+        mounted, temperature = self._require_mounted(), self.temperature(self.clock.now())
+        return complex(
+            self.elastomer.dynamic_stiffness(mounted.specimen, mounted.configuration, amplitude, frequency, temperature)
+        )
 
     def static_force(self, preset: float) -> float:
-        """Force in N that holds what is mounted at `preset` m."""
-        raise NotImplementedError
+        """Force in N that holds what is mounted at `preset` m.
+
+        Raises:
+            ValueError: the tester is empty.
+        """
+        mounted = self._require_mounted()
+        return self.elastomer.static_force(mounted.specimen, mounted.configuration, preset)
 
     def third_harmonic(self, amplitude: float) -> float:
-        """Third harmonic of the force over its first, in phase with it, at zero-to-peak `amplitude` m."""
-        raise NotImplementedError
+        """Third harmonic of the force over its first, in phase with it, at zero-to-peak `amplitude` m.
+
+        Raises:
+            ValueError: the tester is empty.
+        """
+        mounted = self._require_mounted()
+        return self.elastomer.third_harmonic(mounted.specimen, mounted.configuration, amplitude)
 
     def attach_actuator(self, actuator: Actuator) -> None:
         """Connect the tester's actuator, whose signals `tester_signals` passes on."""
-        raise NotImplementedError
+        with self._lock:
+            self._actuator = actuator
 
     def tester_signals(self, times: Real) -> dict[str, Real]:
         """``displacement`` in m and ``force`` in N at bench `times` (samples,) in s; zero without an actuator."""
-        raise NotImplementedError
+        with self._lock:
+            actuator = self._actuator
+        displacement, force = (np.zeros(np.shape(times)),) * 2 if actuator is None else actuator.signals(times)
+        return {"displacement": displacement, "force": force}
+
+    # --- the room, and what is true ---
 
     def temperature(self, time: float) -> float:
-        """Temperature in degrees Celsius at bench `time`."""
-        raise NotImplementedError
+        """Temperature in degrees Celsius at bench `time`: 23 within half a degree, drifting over hours."""
+        offset, slow, fast = self._weather
+        return float(
+            23.0
+            + offset
+            + 0.2 * np.sin(2 * np.pi * time / 5400.0 + slow)
+            + 0.08 * np.sin(2 * np.pi * time / 1300.0 + fast)
+        )
 
     def truth(self) -> dict[str, Any]:
-        """What the bench really is, ready for JSON."""
-        raise NotImplementedError
+        """What the bench really is, ready for JSON; SI units, and the shape of the results that should equal it.
+
+        ``modes``, ``inverse`` (joints at the mean blow's amplitude) and ``direct`` (every sine point at 23 C) are what
+        identification should find; ``free``, ``drawn`` and ``conditions`` are why.
+        """
+        amplitude = blow_amplitude(self.conditions.peak_force)
+        return {
+            "modes": modal_truth(self._beam, amplitude),
+            "inverse": inverse_truth(self.article, amplitude),
+            "direct": direct_truth(self.elastomer),
+            "free": {
+                "frequency_hz": self._beam.free.frequency[3:6].tolist(),
+                "damping_ratio": self._beam.free.damping_ratio[3:6].tolist(),
+                "out_of_plane_hz": self._beam.free_across.frequency[3:5].tolist(),
+            },
+            "drawn": {
+                "node_positions": list(NODE_POSITIONS),
+                "joint_nodes": dict(JOINT_NODES),
+                "sensor_node": SENSOR_NODE,
+                "article": asdict(self.article),
+                "gains": dict(self.gains),
+                "blow_amplitude": amplitude,
+            },
+            "conditions": asdict(self.conditions),
+        }
+
+    def _require_mounted(self) -> Mounted:
+        mounted = self.mounted
+        if mounted is None:
+            raise ValueError("the tester is empty; mount a specimen first")
+        return mounted
+
+    def _draw_gains(self) -> dict[str, float]:
+        errors = self.conditions.gain_error * self._random(6).uniform(-1, 1, len(HAMMER_CHANNELS))
+        return {name: 1.0 + float(error) for name, error in zip(HAMMER_CHANNELS, errors, strict=True)}
+
+    def _random(self, *stream: int) -> np.random.Generator:
+        return np.random.default_rng([self.seed, *stream])

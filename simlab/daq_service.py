@@ -1,0 +1,348 @@
+"""The gRPC face of the simulated NI-DAQmx: the methods of NI's service that a reader of analog inputs needs.
+
+Every method is named as in NI's service, takes a request and gives a response or raises `StatusError`; `daq_server`
+puts them on the wire.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import grpc
+import numpy as np
+from nidaqmx._stubs import nidaqmx_pb2 as pb
+from nidaqmx.constants import AcquisitionType, FillMode, Slope, TaskMode
+
+from simlab.daq_attributes import (
+    Value,
+    buffer_attributes,
+    channel_attributes,
+    device_attributes,
+    lookup,
+    read_attributes,
+    system_attributes,
+    task_attributes,
+    timing_attributes,
+)
+from simlab.daq_channels import accelerometer_channel, force_channel, voltage_channel
+from simlab.daq_codes import Code, StatusError, meaning
+from simlab.daq_faults import DaqFaults
+from simlab.daq_modules import Chassis
+from simlab.daq_tasks import Bench, Task, Trigger
+
+EVENT_POLL = 2e-3  # wall seconds
+
+Message = Any  # protobuf messages carry no types
+Method = Callable[["NiDaqmx", Message, grpc.ServicerContext], Message]
+
+
+def _attribute(name: str, find: Callable[[NiDaqmx, Message], Value]) -> Method:
+    """The method ``Get...Attribute...`` called `name`, whose value `find` finds."""
+    response = getattr(pb, f"{name}Response")
+    field = "value_raw" if "value_raw" in response.DESCRIPTOR.fields_by_name else "value"
+
+    def get(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> Message:
+        return response(**{field: find(service, request)})
+
+    return get
+
+
+class NiDaqmx:
+    """NI-DAQmx on one chassis in front of a bench; methods may be called from any thread."""
+
+    def __init__(self, chassis: Chassis, bench: Bench, faults: DaqFaults) -> None:
+        self._chassis = chassis
+        self._bench = bench
+        self._faults = faults
+        self._tasks: dict[str, Task] = {}
+        self._lock = threading.RLock()
+        self._unnamed = 0
+
+    # -- attributes
+
+    def _system(self, request: Message) -> Value:
+        return lookup(system_attributes(self._chassis), request.attribute_raw)
+
+    def _device(self, request: Message) -> Value:
+        self._faults.check_device()
+        return lookup(device_attributes(self._chassis, request.device_name), request.attribute_raw)
+
+    def _of_task(self, request: Message) -> Value:
+        return lookup(task_attributes(self._task(request)), request.attribute_raw)
+
+    def _channel(self, request: Message) -> Value:
+        return lookup(channel_attributes(self._task(request), request.channel), request.attribute_raw)
+
+    def _read(self, request: Message) -> Value:
+        self._faults.check_device()
+        return lookup(read_attributes(self._task(request)), request.attribute_raw)
+
+    def _timing(self, request: Message) -> Value:
+        return lookup(timing_attributes(self._task(request)), request.attribute_raw)
+
+    def _buffer(self, request: Message) -> Value:
+        return lookup(buffer_attributes(self._task(request)), request.attribute_raw)
+
+    GetSystemInfoAttributeString = _attribute("GetSystemInfoAttributeString", _system)
+    GetSystemInfoAttributeUInt32 = _attribute("GetSystemInfoAttributeUInt32", _system)
+    GetDeviceAttributeString = _attribute("GetDeviceAttributeString", _device)
+    GetDeviceAttributeUInt32 = _attribute("GetDeviceAttributeUInt32", _device)
+    GetDeviceAttributeInt32 = _attribute("GetDeviceAttributeInt32", _device)
+    GetDeviceAttributeDouble = _attribute("GetDeviceAttributeDouble", _device)
+    GetDeviceAttributeBool = _attribute("GetDeviceAttributeBool", _device)
+    GetTaskAttributeString = _attribute("GetTaskAttributeString", _of_task)
+    GetTaskAttributeUInt32 = _attribute("GetTaskAttributeUInt32", _of_task)
+    GetChanAttributeString = _attribute("GetChanAttributeString", _channel)
+    GetChanAttributeInt32 = _attribute("GetChanAttributeInt32", _channel)
+    GetChanAttributeDouble = _attribute("GetChanAttributeDouble", _channel)
+    GetChanAttributeDoubleArray = _attribute("GetChanAttributeDoubleArray", _channel)
+    GetReadAttributeString = _attribute("GetReadAttributeString", _read)
+    GetReadAttributeBool = _attribute("GetReadAttributeBool", _read)
+    GetReadAttributeUInt32 = _attribute("GetReadAttributeUInt32", _read)
+    GetReadAttributeUInt64 = _attribute("GetReadAttributeUInt64", _read)
+    GetTimingAttributeDouble = _attribute("GetTimingAttributeDouble", _timing)
+    GetTimingAttributeInt32 = _attribute("GetTimingAttributeInt32", _timing)
+    GetTimingAttributeUInt64 = _attribute("GetTimingAttributeUInt64", _timing)
+    GetBufferAttributeUInt32 = _attribute("GetBufferAttributeUInt32", _buffer)
+
+    def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """What a status code says."""
+        return pb.GetErrorStringResponse(error_string=meaning(request.error_code))
+
+    # -- tasks and channels
+
+    def CreateTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Make a task, or attach to the one of that name."""
+        with self._lock:
+            name = request.session_name
+            if not name:
+                name, self._unnamed = f"_unnamedTask<{self._unnamed:X}>", self._unnamed + 1
+            new = name not in self._tasks
+            if not new and request.initialization_behavior == 1:  # a new one was insisted on
+                raise StatusError(Code.DUPLICATE_TASK, f"Task: {name}.")
+            if new and request.initialization_behavior == 2:  # an old one was insisted on
+                raise StatusError(Code.INVALID_TASK, f"Task: {name}.")
+            if new:
+                self._tasks[name] = Task(name, self._chassis, self._bench, self._faults)
+        response = pb.CreateTaskResponse(new_session_initialized=new)
+        response.task.name = name
+        return response
+
+    def ClearTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Stop a task and forget it."""
+        with self._lock:
+            self._task(request)
+            task = self._tasks.pop(request.task.name)
+        task.clear()
+        return pb.ClearTaskResponse()
+
+    def _task(self, request: Message) -> Task:
+        try:
+            return self._tasks[request.task.name]
+        except KeyError:
+            raise StatusError(Code.INVALID_TASK, f"Task: {request.task.name}.") from None
+
+    def CreateAIForceIEPEChan(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Add an IEPE force sensor."""
+        self._faults.check_device()
+        self._task(request).add(force_channel(request, self._chassis))
+        return pb.CreateAIForceIEPEChanResponse()
+
+    def CreateAIAccelChan(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Add an IEPE accelerometer."""
+        self._faults.check_device()
+        self._task(request).add(accelerometer_channel(request, self._chassis))
+        return pb.CreateAIAccelChanResponse()
+
+    def CreateAIVoltageChan(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Add a voltage."""
+        self._faults.check_device()
+        self._task(request).add(voltage_channel(request, self._chassis))
+        return pb.CreateAIVoltageChanResponse()
+
+    # -- timing and triggers
+
+    def CfgSampClkTiming(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Set rate, mode and number of samples."""
+        if request.sample_mode_raw not in (AcquisitionType.FINITE.value, AcquisitionType.CONTINUOUS.value):
+            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"SampQuant.SampMode: {request.sample_mode_raw}.")
+        finite = request.sample_mode_raw == AcquisitionType.FINITE.value
+        self._task(request).set_timing(request.rate, finite, request.samps_per_chan)
+        return pb.CfgSampClkTimingResponse()
+
+    def SetTimingAttributeUInt64(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Change the number of samples of a task whose clock is set."""
+        if request.attribute_raw != pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_PER_CHAN:
+            raise StatusError(Code.ATTR_NOT_SUPPORTED, f"Attribute: {request.attribute_raw:#x}, not simulated.")
+        task = self._task(request)
+        task.set_timing(task.rate, task.finite, request.value)
+        return pb.SetTimingAttributeUInt64Response()
+
+    def CfgInputBuffer(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Set the size of the buffer."""
+        self._task(request).set_buffer(request.num_samps_per_chan)
+        return pb.CfgInputBufferResponse()
+
+    def CfgAnlgEdgeRefTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Keep samples from before an analog edge, and the rest from after it."""
+        self._task(request).set_trigger(self._edge(request, request.pretrigger_samples))
+        return pb.CfgAnlgEdgeRefTrigResponse()
+
+    def CfgAnlgEdgeStartTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Start at an analog edge."""
+        self._task(request).set_trigger(self._edge(request, None))
+        return pb.CfgAnlgEdgeStartTrigResponse()
+
+    def DisableRefTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Acquire without a trigger."""
+        self._task(request).set_trigger(None)
+        return pb.DisableRefTrigResponse()
+
+    def DisableStartTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Acquire without a trigger."""
+        self._task(request).set_trigger(None)
+        return pb.DisableStartTrigResponse()
+
+    def _edge(self, request: Message, pretrigger: int | None) -> Trigger:
+        """The trigger that a request describes; the bench knows the rising edges of the hammer only."""
+        channel = self._task(request).channel(request.trigger_source)
+        sensor = self._chassis.wiring.get(channel.physical)
+        if sensor is None or sensor.signal != "hammer":
+            raise StatusError(
+                Code.INVALID_ANALOG_TRIG_SRC, f"Source: {channel.name}. The bench triggers on its hammer only."
+            )
+        if request.trigger_slope_raw != Slope.RISING.value:
+            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, "Trigger slope. The bench triggers on rising edges only.")
+        return Trigger(channel, request.trigger_level, pretrigger)
+
+    # -- running
+
+    def StartTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Start to acquire or to wait for the trigger."""
+        self._start(self._task(request))
+        return pb.StartTaskResponse()
+
+    def _start(self, task: Task) -> None:
+        with self._lock:
+            self._check_free(task)
+            task.start()
+
+    def _check_free(self, task: Task) -> None:
+        for other in self._tasks.values():
+            shared = set(task.modules) & set(other.modules)
+            if other is not task and other.running and shared:
+                raise StatusError(Code.PAL_RESOURCE_RESERVED, f"Device: {min(shared)}, by task {other.name}.")
+
+    def StopTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Stop."""
+        self._task(request).stop()
+        return pb.StopTaskResponse()
+
+    def TaskControl(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Verify, reserve, commit, start, stop or abort."""
+        task, action = self._task(request), TaskMode(request.action_raw)
+        if action is TaskMode.TASK_START:
+            self._start(task)
+        elif action in (TaskMode.TASK_STOP, TaskMode.TASK_ABORT):
+            task.stop()
+        elif action in (TaskMode.TASK_VERIFY, TaskMode.TASK_RESERVE, TaskMode.TASK_COMMIT):
+            task.verify()
+            if action is not TaskMode.TASK_VERIFY:
+                self._check_free(task)
+        return pb.TaskControlResponse()
+
+    def IsTaskDone(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Whether a finite task has all its samples."""
+        self._faults.check_device()
+        return pb.IsTaskDoneResponse(is_task_done=self._task(request).done)
+
+    def WaitUntilTaskDone(self, request: Message, context: grpc.ServicerContext) -> Message:
+        """Wait until a finite task has all its samples."""
+        task = self._task(request)
+        if not task.done and not task.wait(task.samples - task.position, request.time_to_wait, context.is_active):
+            raise StatusError(Code.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE, f"Task: {task.name}.")
+        return pb.WaitUntilTaskDoneResponse()
+
+    def ResetDevice(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Stop every task that uses a module, or any module where the chassis is named."""
+        device_attributes(self._chassis, request.device_name)
+        with self._lock:
+            for task in self._tasks.values():
+                if request.device_name in (*task.modules, self._chassis.name):
+                    task.stop()
+        return pb.ResetDeviceResponse()
+
+    # -- reading
+
+    def ReadBinaryI32(self, request: Message, context: grpc.ServicerContext) -> Message:
+        """Counts as the converters gave them."""
+        counts, in_time = self._take(request, context)
+        return pb.ReadBinaryI32Response(
+            status=0 if in_time else Code.SAMPLES_NOT_YET_AVAILABLE,
+            read_array=_laid_out(counts, request).tolist(),
+            samps_per_chan_read=counts.shape[1],
+        )
+
+    def ReadAnalogF64(self, request: Message, context: grpc.ServicerContext) -> Message:
+        """Values in the units of the channels."""
+        counts, in_time = self._take(request, context)
+        channels = self._task(request).channels
+        scale = np.array([channel.module.volts_per_count / channel.volts_per_unit for channel in channels])
+        return pb.ReadAnalogF64Response(
+            status=0 if in_time else Code.SAMPLES_NOT_YET_AVAILABLE,
+            read_array=_laid_out(counts * scale[:, None], request).tolist(),
+            samps_per_chan_read=counts.shape[1],
+        )
+
+    def _take(self, request: Message, context: grpc.ServicerContext) -> tuple[np.ndarray[Any, Any], bool]:
+        task = self._task(request)
+        if not task.running:
+            self._start(task)
+        samples = request.num_samps_per_chan
+        wanted = task.samples if samples < 0 else samples
+        if wanted * len(task.channels) > request.array_size_in_samps:
+            raise StatusError(Code.READ_BUFFER_TOO_SMALL, f"Room for {request.array_size_in_samps} samples.")
+        return task.read(samples, request.timeout, context.is_active)
+
+    # -- events
+
+    def RegisterEveryNSamplesEvent(self, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
+        """Tell each time that another n samples have come."""
+        task = self._task(request)
+        context.send_initial_metadata(())
+        return self._every_n_samples(task, request, context)
+
+    def _every_n_samples(self, task: Task, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
+        told = 0
+        while context.is_active() and not task.cleared:
+            acquired = task.acquired
+            told = min(told, acquired // request.n_samples)  # a new start begins anew
+            while task.running and acquired >= (told + 1) * request.n_samples:
+                told += 1
+                yield pb.RegisterEveryNSamplesEventResponse(
+                    every_n_samples_event_type_raw=request.every_n_samples_event_type_raw, n_samples=request.n_samples
+                )
+            task.pause(EVENT_POLL)
+
+    def RegisterDoneEvent(self, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
+        """Tell when a finite task has all its samples."""
+        task = self._task(request)
+        context.send_initial_metadata(())
+        return self._each_done(task, context)
+
+    def _each_done(self, task: Task, context: grpc.ServicerContext) -> Iterator[Message]:
+        was_done = True
+        while context.is_active() and not task.cleared:
+            done = not task.running or task.done
+            if done and not was_done and task.running:
+                yield pb.RegisterDoneEventResponse(status=0)
+            was_done = done
+            task.pause(EVENT_POLL)
+
+
+def _laid_out(values: np.ndarray[Any, Any], request: Message) -> np.ndarray[Any, Any]:
+    """`values` (channels, samples) in one row, by channel or by scan as the request wants it."""
+    by_scan = request.fill_mode_raw == FillMode.GROUP_BY_SCAN_NUMBER.value
+    return (values.T if by_scan else values).ravel()

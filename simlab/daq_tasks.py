@@ -1,0 +1,373 @@
+"""A task of the simulated NI-DAQmx: its channels, timing and trigger, and the samples it has acquired."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simlab.clock import Clock
+from simlab.daq_codes import Code, StatusError
+from simlab.daq_faults import OVERLOAD_GAIN, DaqFaults
+from simlab.daq_modules import Chassis, Counts, Module, Real, Sensor, input_volts
+
+TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
+LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
+BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # NI's default by rate
+
+
+class Bench(Protocol):
+    """What a task needs of the bench."""
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the bench."""
+
+    def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
+        """Signals of the hammer rig, SI (samples,), at bench times start + i / rate."""
+
+    def tester_signals(self, times: Real) -> dict[str, Real]:
+        """Signals of the tester, SI (samples,), at bench `times`."""
+
+    def next_crossing(self, channel: str, level: float, after: float) -> float | None:
+        """Bench time later than `after` when signal `channel` rises through `level`; None while not known."""
+
+
+@dataclass(frozen=True)
+class VirtualChannel:
+    """A channel of a task.
+
+    Attributes:
+        name: name in the task.
+        physical: the physical channel.
+        module: the module that it is on.
+        measurement: NI's number of the kind of measurement.
+        minimum, maximum: range that was asked for, in the unit of the channel.
+        volts_per_unit: sensitivity that the client gave.
+        excitation_source: NI's number.
+        excitation_current: A; 0 without excitation.
+    """
+
+    name: str
+    physical: str
+    module: Module
+    measurement: int
+    minimum: float
+    maximum: float
+    volts_per_unit: float
+    excitation_source: int
+    excitation_current: float
+
+
+@dataclass(frozen=True)
+class Trigger:
+    """An analog edge, rising through `level` (in the unit of the channel) of `channel`.
+
+    `pretrigger` samples are kept from before it; None makes it a start trigger.
+    """
+
+    channel: VirtualChannel
+    level: float
+    pretrigger: int | None
+
+
+class Task:
+    """A task; every method may be called from any thread."""
+
+    def __init__(self, name: str, chassis: Chassis, bench: Bench, faults: DaqFaults) -> None:
+        self.name = name
+        self.chassis = chassis
+        self.bench = bench
+        self.faults = faults
+        self.channels: tuple[VirtualChannel, ...] = ()
+        self.trigger: Trigger | None = None
+        self.rate = 1000.0
+        self.finite = True
+        self.samples = 1000
+        self.cleared = False
+        self.new_overloads: frozenset[str] = frozenset()
+        self.reported_overloads: frozenset[str] = frozenset()
+        self.position = 0  # samples of the record that were read
+        self._buffer: int | None = None
+        self._changed = threading.Condition(threading.RLock())
+        self._started: float | None = None  # bench time
+        self._origin: float | None = None  # bench time of the first sample of the record, once it is known
+
+    # -- configuration
+
+    def add(self, channel: VirtualChannel) -> None:
+        """Add a channel.
+
+        Raises:
+            StatusError: -200489, one of that name or on that input is there already; -200479, the task runs.
+        """
+        with self._changed:
+            self._check_stopped()
+            if any(channel.name == other.name or channel.physical == other.physical for other in self.channels):
+                raise StatusError(Code.CHAN_ALREADY_IN_TASK, f"Channel: {channel.name}.")
+            self.channels = (*self.channels, channel)
+
+    def _check_stopped(self) -> None:
+        if self.running:
+            raise StatusError(Code.CAN_NOT_PERFORM_OP_WHILE_TASK_RUNNING, f"Task: {self.name}.")
+
+    def channel(self, name: str) -> VirtualChannel:
+        """The channel called `name`; of several, or of none named, the first.
+
+        Raises:
+            StatusError: -200428, no such channel.
+        """
+        wanted = name.split(",")[0].strip()
+        for channel in self.channels:
+            if wanted in ("", channel.name):
+                return channel
+        raise StatusError(Code.LAB_VIEW_INVALID_TASK_OR_CHANS, f"Channel: {wanted}.")
+
+    def set_timing(self, rate: float, finite: bool, samples: int) -> None:
+        """Set the sample clock; all modules run on the time base of the first channel's.
+
+        Raises:
+            StatusError: -200478 without channels, -200077 for a rate or a number of samples out of range, -200479 when
+                the task runs.
+        """
+        with self._changed:
+            self._check_stopped()
+            if samples < 2:
+                raise StatusError(
+                    Code.INVALID_ATTRIBUTE_VALUE, f"Property: SampQuant.SampPerChan. Requested: {samples}."
+                )
+            self.rate = self._first_module().coerced_rate(rate)
+            self.finite = finite
+            self.samples = samples
+
+    def set_trigger(self, trigger: Trigger | None) -> None:
+        """Set the trigger, or none.
+
+        Raises:
+            StatusError: -200479, the task runs.
+        """
+        with self._changed:
+            self._check_stopped()
+            self.trigger = trigger
+
+    def set_buffer(self, samples: int) -> None:
+        """Set how many samples per channel may wait to be read.
+
+        Raises:
+            StatusError: -200479, the task runs.
+        """
+        with self._changed:
+            self._check_stopped()
+            self._buffer = samples
+
+    def verify(self) -> None:
+        """Check that the task as it stands can run.
+
+        Raises:
+            StatusError: -200478 without channels, -200077 for more pre-trigger samples than the record has room for,
+                -201003 when the chassis is gone.
+        """
+        self.faults.check_device()
+        self._first_module()
+        pretrigger = self.trigger.pretrigger if self.trigger else None
+        if pretrigger is not None and not 2 <= pretrigger <= self.samples - 2:
+            raise StatusError(
+                Code.INVALID_ATTRIBUTE_VALUE,
+                f"Property: RefTrig.PretrigSamples. Requested value: {pretrigger}. "
+                f"Minimum value: 2. Maximum value: {self.samples - 2}.",
+            )
+
+    def _first_module(self) -> Module:
+        if not self.channels:
+            raise StatusError(Code.CAN_NOT_PERFORM_OP_WHEN_NO_CHANS_IN_TASK, f"Task: {self.name}.")
+        return self.channels[0].module
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Names of the modules in use."""
+        return tuple(dict.fromkeys(channel.module.name for channel in self.channels))
+
+    @property
+    def buffer_size(self) -> int:
+        """Samples per channel that may wait to be read; NI's defaults, or more where asked for."""
+        default = next((size for fastest, size in BUFFER_SIZES if self.rate <= fastest), 1_000_000)
+        return self._buffer if self._buffer is not None else max(default, self.samples)
+
+    # -- running
+
+    @property
+    def running(self) -> bool:
+        """Started and not yet stopped."""
+        return self._started is not None
+
+    def start(self) -> None:
+        """Start to acquire, or to wait for the trigger.
+
+        Raises:
+            StatusError: -200479 when it runs already; and what `verify` raises.
+        """
+        with self._changed:
+            self._check_stopped()
+            self.verify()
+            self._started = self.bench.clock.now()
+            self._origin = None if self.trigger else self._started
+            self.position = 0
+            self.new_overloads = frozenset()
+            self._changed.notify_all()
+
+    def stop(self) -> None:
+        """Stop; samples that were not read are lost."""
+        with self._changed:
+            self._started = None
+            self._changed.notify_all()
+
+    def clear(self) -> None:
+        """Stop for good."""
+        with self._changed:
+            self.cleared = True
+            self.stop()
+
+    @property
+    def done(self) -> bool:
+        """Whether a finite task has all its samples; a stopped task is done."""
+        return not self.running or (self.finite and self.acquired >= self.samples)
+
+    @property
+    def total_acquired(self) -> int:
+        """Samples per channel since the start, with those before the trigger that the record will not hold."""
+        with self._changed:
+            if self._started is None:
+                return 0
+            total = self._samples_since(self._started)
+            return min(total, self.samples) if self.finite and self.trigger is None else total
+
+    @property
+    def acquired(self) -> int:
+        """Samples per channel of the record; around a reference trigger it counts once it is complete."""
+        with self._changed:
+            origin = self._find_origin()
+            if origin is None:
+                return 0
+            acquired = self._samples_since(origin)
+            if self.trigger is not None and self.trigger.pretrigger is not None and acquired < self.samples:
+                return 0
+            return min(acquired, self.samples) if self.finite else acquired
+
+    @property
+    def available(self) -> int:
+        """Samples per channel that can be read now."""
+        with self._changed:
+            return max(0, self.acquired - self.position)
+
+    def _samples_since(self, bench_time: float) -> int:
+        return max(0, int((self.bench.clock.now() - bench_time) * self.rate + 1e-6))
+
+    def _find_origin(self) -> float | None:
+        """Bench time of the first sample of the record; None while the trigger has not come."""
+        if self._origin is None and self._started is not None and self.trigger is not None:
+            pretrigger = self.trigger.pretrigger or 0
+            crossing = self._crossing(self.trigger, self._started + pretrigger / self.rate)
+            if crossing is not None:
+                index = math.ceil((crossing - self._started) * self.rate - 1e-6)
+                self._origin = self._started + (index - pretrigger) / self.rate
+        return self._origin if self.running else None
+
+    def _crossing(self, trigger: Trigger, after: float) -> float | None:
+        sensor = self._sensor(trigger.channel)
+        if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
+            return None
+        level = trigger.level * trigger.channel.volts_per_unit / sensor.sensitivity
+        crossing = self.bench.next_crossing(sensor.signal, level, after)
+        return crossing if crossing is not None and crossing <= self.bench.clock.now() else None
+
+    def pause(self, timeout: float) -> None:
+        """Wait for `timeout` wall seconds, or until the task is started, stopped or cleared."""
+        with self._changed:
+            self._changed.wait(timeout)
+
+    def wait(self, samples: int, timeout: float, alive: Callable[[], bool]) -> bool:
+        """Wait until `samples` can be read; False when the timeout (wall s, negative for ever) came first.
+
+        Raises:
+            StatusError: -201003 when the chassis goes meanwhile, -200278 when the task is stopped meanwhile.
+        """
+        deadline = math.inf if timeout < 0 else time.monotonic() + timeout
+        with self._changed:
+            while True:
+                self.faults.check_device()
+                if not self.running:
+                    raise StatusError(Code.SAMPLES_WILL_NEVER_BE_AVAILABLE, f"Task {self.name} was stopped.")
+                if self.available >= samples:
+                    return True
+                remaining = deadline - time.monotonic()
+                if remaining <= 0 or not alive():
+                    return False
+                self._changed.wait(min(self._nap(samples), remaining))
+
+    def _nap(self, samples: int) -> float:
+        if self._origin is None:
+            return TRIGGER_POLL
+        clock = self.bench.clock
+        ready = self._origin + (self.position + samples) / self.rate
+        return min(max(clock.wall(ready - clock.now()), 50e-6), LONGEST_NAP)
+
+    def read(self, samples: int, timeout: float, alive: Callable[[], bool]) -> tuple[Counts, bool]:
+        """Counts (channels, samples) of the next `samples`, -1 for all; and whether they came in time.
+
+        Too late, the counts are those that did come.
+
+        Raises:
+            StatusError: -200278 when the task has no more, -200279 when they were overwritten, and what `wait` raises.
+        """
+        with self._changed:
+            if not self.running:
+                self.start()
+            if samples < 0:
+                samples = self.samples - self.position if self.finite else self.available
+            if self.finite and self.position + samples > self.samples:
+                raise StatusError(Code.SAMPLES_WILL_NEVER_BE_AVAILABLE, f"Task: {self.name}.")
+            in_time = self.wait(samples, timeout, alive)
+            self.faults.check_overrun()
+            if not self.finite and self.available > self.buffer_size:
+                raise StatusError(Code.SAMPLES_NO_LONGER_AVAILABLE, f"Task: {self.name}.")
+            counts = self._convert(self.position, samples if in_time else min(samples, self.available))
+            self.position += counts.shape[1]
+            return counts, in_time
+
+    # -- conversion
+
+    def _sensor(self, channel: VirtualChannel) -> Sensor | None:
+        """What is connected to `channel`."""
+        if self.faults.present("cable_open", channel.physical):
+            return None
+        return self.chassis.wiring.get(channel.physical)
+
+    def _convert(self, first: int, samples: int) -> Counts:
+        """Counts (channels, samples) of the record from its sample `first` on; notes overloads."""
+        counts: NDArray[np.int32] = np.empty((len(self.channels), samples), dtype=np.int32)
+        if samples == 0 or self._origin is None:
+            return counts
+        start = self._origin + first / self.rate
+        sensors = [self._sensor(channel) for channel in self.channels]
+        rigs = {sensor.rig for sensor in sensors if sensor is not None}
+        signals: dict[str, Real] = {}
+        if "hammer" in rigs:
+            signals |= self.bench.hammer_signals(start, self.rate, samples)
+        if "tester" in rigs:
+            signals |= self.bench.tester_signals(start + np.arange(samples) / self.rate)
+        for row, (channel, sensor) in enumerate(zip(self.channels, sensors, strict=True)):
+            signal = signals.get(sensor.signal) if sensor else None
+            excited = channel.excitation_current > 0
+            volts = input_volts(channel.physical, sensor, signal, excited, first, samples)
+            if self.faults.present("overload", channel.physical):
+                volts = volts * OVERLOAD_GAIN
+            if np.max(np.abs(volts)) > channel.module.volts:
+                self.new_overloads |= {channel.name}
+            counts[row] = channel.module.counts(volts)
+        return counts

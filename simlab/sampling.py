@@ -21,11 +21,11 @@ from simlab.hand import Blow
 from simlab.supported_beam import PlaneLines, SupportedBeam
 
 MEMORY = 3.0
-"""Seconds after which a blow's response has died out, to 1e-7 for the sharpest mode."""
+"""Seconds after which a blow's response has died out, to 1e-9 for the sharpest mode."""
 LEAD = 0.05
 """Seconds before the hammer's touch that a blow's waveform covers, for the filter's ringing."""
 HIGHEST = 8000.0
-"""No blow has force above this frequency, Hz (1e-8 of the force at rest)."""
+"""No blow has force above this frequency, Hz: the shortest sends 1e-6 of its impulse there."""
 NOISE_CHUNK = 4096
 
 Value = TypeVar("Value")

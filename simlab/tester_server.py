@@ -58,6 +58,7 @@ class TesterFault(StrEnum):
     FLIPPED_COMMAND = "flipped_command"  # one bit of a command changes on the way
     FLIPPED_STATUS = "flipped_status"  # one bit of a status reply changes on the way
     SILENT = "silent"  # nothing is answered any more
+    CUT = "cut"  # nothing arrives any more either
     DROP = "drop"  # the connection is closed on a request
     WEAK_SERVO = "weak_servo"  # the actuator reaches a third of what is commanded
     RUNAWAY_SERVO = "runaway_servo"  # the actuator reaches three times what is commanded
@@ -209,11 +210,13 @@ class TesterServer:
             if self._lose_reply:
                 self._lose_reply = False
                 return b""
-            if self.faults.take(TesterFault.SILENT):
+            if self.faults.take(TesterFault.SILENT) or self.faults.take(TesterFault.CUT):
                 return b""
             if len(data) > 2 * STATUS.count and self.faults.take(TesterFault.FLIPPED_STATUS):
                 return _flipped(data, len(data) // 2)
             return data
+        if data and self.faults.take(TesterFault.CUT):
+            return b""
         if data and self.faults.take(TesterFault.DROP):
             self._disconnect()
             return b""

@@ -1,0 +1,168 @@
+"""Modbus to one device, by URL: the only module of the rig that knows pymodbus.
+
+Every call is one transaction, ends within a bounded time, and either returns or raises one of three errors: nobody
+answered, the device said no, or what came back makes no sense. A write is sent once and never repeated here, because a
+write whose reply was lost has been done; whoever repeats it has to make that harmless.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+from urllib.parse import parse_qs, urlsplit
+
+from pymodbus import FramerType
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.constants import ExcCodes
+from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
+from pymodbus.pdu import ModbusPDU
+
+from rig.errors import RigError
+
+DEFAULT_PORT = 502
+DEFAULT_BAUD_RATE = 19_200
+
+_WORDS = {
+    ExcCodes.ILLEGAL_FUNCTION: "it has no such function",
+    ExcCodes.ILLEGAL_ADDRESS: "it has no such register, or one that may not be written",
+    ExcCodes.ILLEGAL_VALUE: "it does not accept the value",
+    ExcCodes.DEVICE_FAILURE: "it cannot do that now",
+    ExcCodes.ACKNOWLEDGE: "it has begun and is not ready yet",
+    ExcCodes.DEVICE_BUSY: "it is busy",
+    ExcCodes.NEGATIVE_ACKNOWLEDGE: "it cannot do that",
+    ExcCodes.MEMORY_PARITY_ERROR: "its memory is damaged",
+    ExcCodes.GATEWAY_PATH_UNAVIABLE: "the gateway has no path to it",
+    ExcCodes.GATEWAY_NO_RESPONSE: "it does not answer the gateway",
+}
+
+_Response = TypeVar("_Response", bound=ModbusPDU)
+
+
+class ModbusUnreachableError(RigError):
+    """Nobody answered in time, or the connection could not be made or was lost; the request may have been done."""
+
+
+class ModbusRefusedError(RigError):
+    """The device answered with a Modbus exception.
+
+    Attributes:
+        code: the exception code.
+    """
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+    @property
+    def busy(self) -> bool:
+        """Whether the device only asks to be asked again later."""
+        return self.code == ExcCodes.DEVICE_BUSY
+
+
+class ModbusProtocolError(RigError):
+    """What came back is no answer to what was asked."""
+
+
+class ModbusLink:
+    """One device on Modbus TCP (``tcp://host:port``) or RTU (``rtu:///dev/ttyS0?baudrate=19200``).
+
+    Any thread may call it; requests go out one at a time. It connects with the first request and again after a failure.
+
+    Args:
+        url: where the device is; RTU takes baudrate, parity (N, E, O) and stopbits as query.
+        device_id: Modbus unit number.
+        timeout: of connecting and of each reply, s.
+
+    Raises:
+        RigError: the URL is not one of those two forms.
+    """
+
+    def __init__(self, url: str, device_id: int = 1, timeout: float = 0.5) -> None:
+        self.url = url
+        self._device_id = device_id
+        self._client = _client(url, timeout)
+        self._lock = threading.RLock()
+        # every failure is raised from here; pymodbus would log it a second time
+        logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
+
+    def read_input(self, address: int, count: int) -> list[int]:
+        """Read `count` input registers from `address`.
+
+        Raises:
+            ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: as their names say.
+        """
+        what = f"read {count} input registers from {address}"
+        response = self._ask(
+            what, lambda: self._client.read_input_registers(address, count=count, device_id=self._device_id)
+        )
+        if len(response.registers) != count:
+            raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
+        return list(response.registers)
+
+    def write_holding(self, address: int, words: Sequence[int]) -> None:
+        """Write `words` to the holding registers from `address`, in one transaction that is sent once.
+
+        Raises:
+            ModbusUnreachableError: no reply; whether the words were taken is unknown.
+            ModbusRefusedError, ModbusProtocolError: as their names say.
+        """
+        what = f"write {len(words)} holding registers from {address}"
+        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=self._device_id))
+
+    def write_coil(self, address: int, value: bool) -> None:
+        """Write one coil, sent once.
+
+        Raises:
+            ModbusUnreachableError: no reply; whether the coil was taken is unknown.
+            ModbusRefusedError, ModbusProtocolError: as their names say.
+        """
+        self._ask(f"write coil {address}", lambda: self._client.write_coil(address, value, device_id=self._device_id))
+
+    def close(self) -> None:
+        """Close the connection."""
+        with self._lock:
+            self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+
+    def _ask(self, what: str, request: Callable[[], _Response]) -> _Response:
+        with self._lock:
+            try:
+                response = request()
+            except (ConnectionException, OSError) as error:
+                self.close()
+                raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
+            except ModbusIOException as error:
+                # closed, so that a late reply is not taken for the answer to the next request
+                self.close()
+                raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
+            except (ModbusException, ValueError, IndexError) as error:
+                self.close()
+                raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
+        if response.isError():
+            code = int(getattr(response, "exception_code", 0))
+            words = _WORDS.get(ExcCodes(code), "") if code in set(ExcCodes) else ""
+            raise ModbusRefusedError(f"{self.url} refused to {what}: {words or f'exception code {code}'}", code)
+        return response
+
+
+def _client(url: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+    try:
+        parts = urlsplit(url)
+        if parts.scheme == "tcp" and parts.hostname:
+            return ModbusTcpClient(parts.hostname, port=parts.port or DEFAULT_PORT, timeout=timeout, retries=0)
+        port = parts.netloc + parts.path
+        if parts.scheme == "rtu" and port:
+            options = {name: values[-1] for name, values in parse_qs(parts.query).items()}
+            return ModbusSerialClient(
+                port,
+                framer=FramerType.RTU,
+                baudrate=int(options.get("baudrate", DEFAULT_BAUD_RATE)),
+                parity=options.get("parity", "N"),
+                stopbits=int(options.get("stopbits", 1)),
+                timeout=timeout,
+                retries=0,
+            )
+    except ValueError as error:
+        raise RigError(f"{url!r} is no Modbus address: {error}") from error
+    raise RigError(f"{url!r} is no Modbus address; write tcp://host:port or rtu:///dev/ttyS0?baudrate=19200")

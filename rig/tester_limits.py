@@ -1,0 +1,69 @@
+"""The rig's own limits for the tester, checked before anything is sent; the instrument has its own besides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rig.errors import RigError
+
+
+class LimitExceededError(RigError):
+    """What was asked of the actuator is beyond a limit of the rig; nothing was sent."""
+
+
+@dataclass(frozen=True)
+class TesterLimits:
+    """What the rig may ask of the actuator, SI units.
+
+    Attributes:
+        amplitude_pp: largest peak-to-peak amplitude, m.
+        lowest_frequency: Hz.
+        highest_frequency: Hz.
+        lowest_preset: m.
+        highest_preset: m.
+        velocity: highest peak velocity of a cycle, m/s.
+        acceleration: highest peak acceleration of a cycle, m/s^2.
+    """
+
+    amplitude_pp: float = 3e-4
+    lowest_frequency: float = 1.0
+    highest_frequency: float = 250.0
+    lowest_preset: float = 0.0
+    highest_preset: float = 1e-3
+    velocity: float = 0.15
+    acceleration: float = 150.0
+
+    def check_preset(self, preset: float) -> None:
+        """Let `preset` m pass.
+
+        Raises:
+            LimitExceededError: it is beyond a limit, or not a number.
+        """
+        _check("preset", preset, self.lowest_preset, self.highest_preset, "m")
+
+    def check_cycle(self, amplitude_pp: float, frequency: float) -> None:
+        """Let a cycle of `amplitude_pp` m peak to peak at `frequency` Hz pass.
+
+        Raises:
+            LimitExceededError: it is beyond a limit, or not a number.
+        """
+        _check("peak-to-peak amplitude", amplitude_pp, 0.0, self.amplitude_pp, "m")
+        _check("frequency", frequency, self.lowest_frequency, self.highest_frequency, "Hz")
+        omega, amplitude = 2 * math.pi * frequency, amplitude_pp / 2
+        _check("peak velocity", omega * amplitude, 0.0, self.velocity, "m/s")
+        _check("peak acceleration", omega**2 * amplitude, 0.0, self.acceleration, "m/s^2")
+
+    def largest_amplitude_pp(self, frequency: float) -> float:
+        """The largest peak-to-peak amplitude in m that `check_cycle` lets pass at `frequency` Hz."""
+        omega = 2 * math.pi * frequency
+        by_motion = 2 * min(self.velocity / omega, self.acceleration / omega**2)
+        return min(self.amplitude_pp, by_motion * (1 - 1e-9))
+
+
+def _check(what: str, value: float, lowest: float, highest: float, unit: str) -> None:
+    # written so that a value that is not a number does not pass
+    if not lowest <= value <= highest:
+        raise LimitExceededError(
+            f"{what} {value:g} {unit} is outside the rig's limits of {lowest:g} to {highest:g} {unit}; nothing was sent"
+        )

@@ -1,0 +1,88 @@
+"""The room's thermometer on a serial line: it is asked ``T?`` and answers ``+23.14 C``."""
+
+from __future__ import annotations
+
+import re
+import threading
+from types import TracebackType
+
+import serial
+
+from rig.errors import RigError
+
+BAUD_RATE = 9600
+ATTEMPTS = 2
+LOWEST, HIGHEST = 5.0, 45.0  # C; a laboratory outside this has other troubles than its thermometer
+LONGEST_REPLY = 64  # bytes
+
+
+class ThermometerError(RigError):
+    """The thermometer cannot be opened, does not answer, or answers what cannot be."""
+
+
+class Thermometer:
+    """One thermometer, by any URL that pyserial opens: ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ...
+
+    A context manager: leaving it closes the line. Any thread may call it.
+
+    Args:
+        url: where it is.
+        timeout: s that one reply may take.
+
+    Raises:
+        ThermometerError: there is nothing to open at `url`.
+    """
+
+    def __init__(self, url: str, timeout: float = 0.5) -> None:
+        self.url = url
+        self._lock = threading.Lock()
+        try:
+            self._port = serial.serial_for_url(url, baudrate=BAUD_RATE, timeout=timeout, write_timeout=timeout)
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise ThermometerError(f"thermometer at {url}: cannot open the line ({error})") from error
+
+    def celsius(self) -> float:
+        """Temperature now, in degrees Celsius.
+
+        Raises:
+            ThermometerError: no answer in time, twice; an answer that is no temperature; or one that cannot be.
+        """
+        with self._lock:
+            for _ in range(ATTEMPTS):
+                reply = self._ask()
+                if reply:
+                    return self._plausible(reply)
+        raise ThermometerError(f"thermometer at {self.url}: no answer; check its cable and power")
+
+    def close(self) -> None:
+        """Close the line."""
+        self._port.close()
+
+    def __enter__(self) -> Thermometer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _ask(self) -> str:
+        """The answer without its line end; empty where none was complete in time."""
+        try:
+            self._port.reset_input_buffer()  # what a late answer to an earlier question has left
+            self._port.write(b"T?\n")
+            reply = bytes(self._port.read_until(b"\n", LONGEST_REPLY))
+        except (serial.SerialException, OSError) as error:
+            raise ThermometerError(f"thermometer at {self.url}: the line is lost ({error})") from error
+        return reply.decode("ascii", errors="replace").strip() if reply.endswith(b"\n") else ""
+
+    def _plausible(self, reply: str) -> float:
+        match = re.fullmatch(r"([+-]\d+\.\d+) C", reply)
+        if match is None:
+            raise ThermometerError(f"thermometer at {self.url}: answered {reply!r}, which is no temperature")
+        celsius = float(match[1])
+        if not LOWEST <= celsius <= HIGHEST:
+            raise ThermometerError(
+                f"thermometer at {self.url}: {celsius:g} C is outside {LOWEST:g} to {HIGHEST:g} C; is its sensor open?"
+            )
+        return celsius

@@ -1,0 +1,269 @@
+"""Direct against inverse: one verdict per element of each joint's matrix (Figs. 13, 14).
+
+The inverse test gives one k + i h per joint for its whole band; the tester gives them frequency by frequency, up to
+200 Hz, at an amplitude. They are compared at one amplitude (the smallest measured unless told) and at the frequencies
+of those modes that lie within the tester's band, or, where none does, with the mean over 50 to 200 Hz, above the range
+in which the paper finds the stiffness to depend on frequency most. What was done is said in each result.
+
+Two elements agree when zero lies within the 95 % interval of their difference. They are not comparable when that
+interval is so wide that even a joint without the element would have agreed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+
+FLAT_BAND = (50.0, 200.0)  # Hz
+ELEMENTS = ("k11", "k22", "k12", "gamma11", "gamma22", "gamma12")
+
+
+class Agreement(StrEnum):
+    """What the comparison of one element came to."""
+
+    AGREE = "agree"
+    DIFFER = "differ"
+    NOT_COMPARABLE = "not comparable"
+
+
+class InverseJoint(Protocol):
+    """What is needed of a joint that the inverse test identified; rows and columns are x, y, rotation."""
+
+    @property
+    def stiffness(self) -> Real:
+        """(3, 3) k."""
+
+    @property
+    def stiffness_ci95(self) -> Real:
+        """(3, 3, 2) its 95 % interval."""
+
+    @property
+    def loss_factor(self) -> Real:
+        """(3, 3) gamma, nan where k is not distinguishable from zero."""
+
+    @property
+    def loss_factor_ci95(self) -> Real:
+        """(3, 3, 2) its 95 % interval."""
+
+    @property
+    def observable(self) -> NDArray[np.bool_]:
+        """(3, 3) false where only a prior or a sum determines the element."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """A value and its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, estimate: Estimate) -> Bounds:
+        """Student's interval of an estimate."""
+        return cls(estimate.value, *estimate.interval())
+
+
+@dataclass(frozen=True)
+class ElementComparison:
+    """One element of one joint's matrix, by both methods.
+
+    Attributes:
+        joint: its name, or the names of all joints whose sum is compared, such as "I+II".
+        element: k11, k22, k12 in N/m or gamma11, gamma22, gamma12.
+        inverse: value and 95 % interval, or None where there is none.
+        direct: value and 95 % interval.
+        amplitude_pp: at which the direct value was measured, m.
+        basis: at which frequencies, in words.
+        verdict: agree, differ or not comparable.
+        reason: the verdict's, in one sentence with figures.
+    """
+
+    joint: str
+    element: str
+    inverse: Bounds | None
+    direct: Bounds
+    amplitude_pp: float
+    basis: str
+    verdict: Agreement
+    reason: str
+
+
+def compare(
+    direct: Mapping[str, Sequence[JointTerms]],
+    inverse: Mapping[str, InverseJoint],
+    *,
+    mode_frequencies: Sequence[float] = (),
+    amplitude_pp: float | None = None,
+    sums: Mapping[str, Bounds] | None = None,
+    relative_uncertainty: float = 0.0,
+) -> tuple[ElementComparison, ...]:
+    """Compare k11, k22, k12 and their loss factors, joint by joint, and the sum of those not observable singly.
+
+    Args:
+        direct: terms of each joint from the tester, by the joint's name, at any frequencies and amplitudes.
+        inverse: what the inverse test identified, by the same names.
+        mode_frequencies: of the modes it was identified from, Hz.
+        amplitude_pp: where to compare, m; the measured amplitude nearest to it is taken, the smallest if None.
+        sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), for
+            elements whose sum only is observable.
+        relative_uncertainty: standard deviation of what scales all direct values alike (tester gain, specimens).
+
+    Raises:
+        AnalysisError: the two do not name the same joints, or a joint has no direct points.
+    """
+    if not inverse or set(direct) != set(inverse):
+        raise AnalysisError(
+            f"the direct test has joints ({', '.join(sorted(direct))}), the inverse test "
+            f"({', '.join(sorted(inverse))}); they have to name the same ones, at least one"
+        )
+    sums = sums or {}
+    series = {name: _series(name, direct[name], mode_frequencies, amplitude_pp) for name in inverse}
+    result = []
+    for element in ELEMENTS:
+        p, q = int(element[-2]) - 1, int(element[-1]) - 1
+        for name, joint in inverse.items():
+            value = series[name].estimate(element, relative_uncertainty)
+            found, missing = _inverse_bounds(joint, element, p, q)
+            result.append(_judge(name, element, found, missing, value, series[name]))
+        observable = all(joint.observable[p, q] for joint in inverse.values())
+        if not observable and (element in sums or (p, q) == (0, 0)):
+            total = _total(tuple(series.values()), element, relative_uncertainty)
+            missing = f"the inverse test gives no interval for the sum of {element}"
+            first = next(iter(series.values()))
+            result.append(_judge("+".join(inverse), element, sums.get(element), missing, total, first))
+    return tuple(result)
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Direct terms of one joint at the amplitude of the comparison, by rising frequency, and where to read them."""
+
+    points: tuple[JointTerms, ...]
+    targets: Real  # (frequencies,) Hz
+    basis: str
+
+    @property
+    def amplitude_pp(self) -> float:
+        return float(np.mean([point.amplitude_pp for point in self.points]))
+
+    def estimate(self, element: str, relative_uncertainty: float) -> Estimate:
+        """Mean over the targets; that it varies among them is part of its error.
+
+        Neighbouring points share specimens and sensors, so their errors are not averaged down.
+        """
+        stiffness = element.startswith("k")
+        terms = [getattr(point, f"k{element[-2:]}") for point in self.points]
+        estimates = [term.stiffness_estimate if stiffness else term.loss_factor_estimate for term in terms]
+        frequency = [point.frequency for point in self.points]
+        values = np.interp(self.targets, frequency, [estimate.value for estimate in estimates])
+        errors = np.interp(self.targets, frequency, [estimate.standard_error for estimate in estimates])
+        value = float(np.mean(values))
+        spread = float(np.std(values, ddof=1)) if values.size > 1 else 0.0
+        common = relative_uncertainty * value if stiffness else 0.0  # a gain leaves a loss factor alone
+        return Estimate(
+            value,
+            math.hypot(float(np.mean(errors)), spread, common),
+            min(estimate.degrees_of_freedom for estimate in estimates),
+        )
+
+
+def _series(
+    name: str, points: Sequence[JointTerms], mode_frequencies: Sequence[float], amplitude_pp: float | None
+) -> _Series:
+    """Pick amplitude and frequencies."""
+    if not points:
+        raise AnalysisError(f"joint {name} has no point from the direct test")
+    amplitudes = [point.amplitude_pp for point in points]
+    wanted = min(amplitudes) if amplitude_pp is None else amplitude_pp
+    if not wanted > 0:
+        raise AnalysisError(f"the amplitude to compare at is {wanted} m; it has to be positive")
+    nearest = min(amplitudes, key=lambda amplitude: abs(math.log(amplitude / wanted)))
+    near = [point for point in points if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
+    near.sort(key=lambda point: point.frequency)
+    frequency = np.array([point.frequency for point in near])
+    at_modes = np.array([mode for mode in mode_frequencies if frequency[0] <= mode <= frequency[-1]])
+    if at_modes.size:
+        return _Series(tuple(near), at_modes, "at the modes " + ", ".join(f"{mode:.1f}" for mode in at_modes) + " Hz")
+    low, high = FLAT_BAND
+    inside = frequency[(frequency >= low) & (frequency <= high)]
+    if inside.size == 0:
+        raise AnalysisError(
+            f"joint {name} has no direct point at a mode's frequency nor within {low:g}-{high:g} Hz; "
+            f"its points lie between {frequency[0]:g} and {frequency[-1]:g} Hz"
+        )
+    return _Series(tuple(near), inside, f"mean of {inside.size} points over {inside[0]:g}-{inside[-1]:g} Hz")
+
+
+def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: float) -> Estimate:
+    """Sum of k over all joints, or sum of h over sum of k; the joints' specimens err independently."""
+    parts = [each.estimate(element, relative_uncertainty) for each in series]
+    shares = np.ones(len(parts))
+    if not element.startswith("k"):
+        stiffness = np.array([each.estimate(f"k{element[-2:]}", 0.0).value for each in series])
+        shares = stiffness / np.sum(stiffness)
+    return Estimate(
+        float(shares @ [part.value for part in parts]),
+        float(np.linalg.norm(shares * [part.standard_error for part in parts])),
+        min(part.degrees_of_freedom for part in parts),
+    )
+
+
+def _inverse_bounds(joint: InverseJoint, element: str, p: int, q: int) -> tuple[Bounds | None, str]:
+    """Value and interval of one element, or None and the reason why there is none."""
+    if not joint.observable[p, q]:
+        return None, f"the inverse test does not determine {element} of one joint alone"
+    stiffness = element.startswith("k")
+    value = joint.stiffness[p, q] if stiffness else joint.loss_factor[p, q]
+    low, high = joint.stiffness_ci95[p, q] if stiffness else joint.loss_factor_ci95[p, q]
+    if not np.all(np.isfinite([value, low, high])):
+        return None, f"the inverse test gives no finite interval for {element}, as where k may be zero"
+    return Bounds(float(value), float(low), float(high)), ""
+
+
+def _judge(
+    joint: str, element: str, inverse: Bounds | None, missing: str, direct: Estimate, series: _Series
+) -> ElementComparison:
+    bounds = Bounds.of(direct)
+    verdict, reason = (Agreement.NOT_COMPARABLE, missing) if inverse is None else _verdict(inverse, bounds)
+    return ElementComparison(
+        joint=joint,
+        element=element,
+        inverse=inverse,
+        direct=bounds,
+        amplitude_pp=series.amplitude_pp,
+        basis=series.basis,
+        verdict=verdict,
+        reason=reason,
+    )
+
+
+def _verdict(inverse: Bounds, direct: Bounds) -> tuple[Agreement, str]:
+    difference = inverse.value - direct.value
+    # of the inverse interval, which need not be symmetric, the side that faces the direct value
+    facing = inverse.value - inverse.low if difference > 0 else inverse.high - inverse.value
+    half = math.hypot(facing, direct.high - direct.value)
+    if half >= abs(direct.value):
+        return (
+            Agreement.NOT_COMPARABLE,
+            f"inverse less direct is {difference:.3g} +- {half:.3g}, so wide that zero for the element would agree too",
+        )
+    figures = f"inverse less direct is {_percent(difference, direct)} +- {_percent(half, direct)} % of the direct value"
+    if abs(difference) <= half:
+        return Agreement.AGREE, f"{figures}: zero lies within"
+    return Agreement.DIFFER, f"{figures}: zero lies outside"
+
+
+def _percent(number: float, direct: Bounds) -> str:
+    return f"{100 * number / abs(direct.value):.1f}"

@@ -1,0 +1,222 @@
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from analysis.comparison import Agreement, Bounds, ElementComparison, compare
+from analysis.cylinder_terms import JointTerms, cylinder_terms, joint_terms
+from analysis.direct import DynamicStiffness, from_polar
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+
+A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
+LEANING = {"I": -math.pi / 4, "II": math.pi / 4}
+SIGN = {"I": 1.0, "II": -1.0}
+
+
+def point(value: complex, error: float, frequency: float, amplitude_pp: float) -> DynamicStiffness:
+    return from_polar(frequency, amplitude_pp, abs(value), cmath.phase(value), error)
+
+
+def sweep(joint: str, error: float = 0.01, highest: float = 200.0) -> list[JointTerms]:
+    """A sweep at two amplitudes; the larger one is half as stiff."""
+    found = []
+    for amplitude_pp, softness in ((1e-5, 1.0), (1e-4, 0.5)):
+        for frequency in np.arange(5.0, highest + 1, 5.0):
+            terms = cylinder_terms(
+                [point(softness * B, error, frequency, amplitude_pp)],
+                [point(softness * 2 * A, error, frequency, amplitude_pp)],
+                [point(softness * (A + B), error, frequency, amplitude_pp)],
+            )
+            found.append(joint_terms(terms[0], LEANING[joint]))
+    return found
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Stands for what the inverse test hands over."""
+
+    stiffness: Real
+    loss_factor: Real
+    error: float = 0.02
+    observable: NDArray[np.bool_] = field(default_factory=lambda: np.ones((3, 3), dtype=bool))
+
+    @property
+    def stiffness_ci95(self) -> Real:
+        half = 1.96 * self.error * np.abs(self.stiffness)
+        return np.stack([self.stiffness - half, self.stiffness + half], axis=-1)
+
+    @property
+    def loss_factor_ci95(self) -> Real:
+        half = 1.96 * self.error
+        return np.stack([self.loss_factor - half, self.loss_factor + half], axis=-1)
+
+
+def identified(joint: str, scale: float = 1.0) -> Identified:
+    coupling = SIGN[joint] * (B - A)
+    full = np.array([[A + B, coupling, 0], [coupling, A + B, 0], [0, 0, 400.0]])
+    with np.errstate(invalid="ignore"):
+        return Identified(scale * full.real, full.imag / full.real)
+
+
+def both(scale: float = 1.0) -> tuple[dict[str, list[JointTerms]], dict[str, Identified]]:
+    return {name: sweep(name) for name in LEANING}, {name: identified(name, scale) for name in LEANING}
+
+
+def pick(result: tuple[ElementComparison, ...], joint: str, element: str) -> ElementComparison:
+    (found,) = [each for each in result if (each.joint, each.element) == (joint, element)]
+    return found
+
+
+def test_equal_joints_agree_in_every_element_and_sign() -> None:
+    result = compare(*both())
+    assert len(result) == 12
+    assert {each.verdict for each in result} == {Agreement.AGREE}
+    assert pick(result, "I", "k12").direct.value == pytest.approx((B - A).real)
+    assert pick(result, "II", "k12").direct.value == pytest.approx((A - B).real)
+
+
+def test_a_joint_ten_percent_stiffer_differs_in_stiffness_and_not_in_loss_factor() -> None:
+    result = compare(*both(scale=1.1))
+    assert pick(result, "I", "k22").verdict is Agreement.DIFFER
+    assert pick(result, "I", "k22").reason.startswith("inverse less direct is 10.0 +- ")
+    assert pick(result, "I", "gamma22").verdict is Agreement.AGREE
+
+
+def test_the_wrong_sign_of_coupling_is_seen() -> None:
+    direct, inverse = both()
+    inverse["I"] = replace(inverse["I"], stiffness=inverse["I"].stiffness * [[1, -1, 1], [-1, 1, 1], [1, 1, 1]])
+    assert pick(compare(direct, inverse), "I", "k12").verdict is Agreement.DIFFER
+
+
+def test_the_smallest_amplitude_is_taken_unless_told() -> None:
+    direct, inverse = both(scale=0.5)
+    assert pick(compare(direct, inverse), "I", "k22").verdict is Agreement.DIFFER
+    told = pick(compare(direct, inverse, amplitude_pp=0.9e-4), "I", "k22")
+    assert told.verdict is Agreement.AGREE
+    assert told.amplitude_pp == pytest.approx(1e-4)
+
+
+def test_modes_within_the_testers_band_are_where_it_is_read() -> None:
+    direct, inverse = both()
+    found = pick(compare(direct, inverse, mode_frequencies=(77.4, 79.5, 204.0, 469.0)), "I", "k22")
+    assert found.basis == "at the modes 77.4, 79.5 Hz"
+
+
+def test_without_a_mode_in_the_band_the_flat_part_of_it_is_averaged() -> None:
+    direct, inverse = both()
+    found = pick(compare(direct, inverse, mode_frequencies=(266.0, 469.0)), "I", "k22")
+    assert found.basis == "mean of 31 points over 50-200 Hz"
+
+
+def test_between_two_points_the_direct_value_is_interpolated() -> None:
+    rising = [
+        replace_stiffness(terms, complex(terms.frequency * 1e4, terms.frequency * 1e3)) for terms in sweep("I")[:40]
+    ]
+    found = pick(compare({"I": rising}, {"I": identified("I")}, mode_frequencies=(77.0,)), "I", "k22")
+    assert found.direct.value == pytest.approx(77e4)
+
+
+def replace_stiffness(terms: JointTerms, value: complex) -> JointTerms:
+    return JointTerms(*(replace(term, complex_stiffness=value) for term in (terms.k11, terms.k22, terms.k12)))
+
+
+def test_a_direct_value_that_varies_over_the_band_has_a_wider_interval() -> None:
+    flat = sweep("I")[:40]
+    rising = [replace_stiffness(terms, (A + B) * (1 + terms.frequency / 1000)) for terms in flat]
+    steady = [replace_stiffness(terms, A + B) for terms in flat]
+    inverse = {"I": identified("I")}
+    wide, narrow = (pick(compare({"I": points}, inverse), "I", "k22").direct for points in (rising, steady))
+    assert wide.high - wide.low > 3 * (narrow.high - narrow.low)
+
+
+def test_where_single_terms_are_not_observable_their_sum_is_compared() -> None:
+    direct, inverse = both()
+    hidden = np.ones((3, 3), dtype=bool)
+    hidden[0, 0] = False
+    inverse = {name: replace(joint, observable=hidden) for name, joint in inverse.items()}
+    k11 = 2 * (A + B).real
+    sums = {"k11": Bounds(k11, 0.99 * k11, 1.01 * k11)}
+    result = compare(direct, inverse, sums=sums)
+    alone = pick(result, "I", "k11")
+    assert alone.verdict is Agreement.NOT_COMPARABLE
+    assert alone.reason == "the inverse test does not determine k11 of one joint alone"
+    together = pick(result, "I+II", "k11")
+    assert together.verdict is Agreement.AGREE
+    assert together.direct.value == pytest.approx(k11)
+    unknown = pick(result, "I+II", "gamma11")
+    assert unknown.verdict is Agreement.NOT_COMPARABLE
+    assert unknown.direct.value == pytest.approx((A + B).imag / (A + B).real)
+
+
+def test_an_interval_that_would_admit_zero_is_not_called_agreement() -> None:
+    direct, inverse = both()
+    inverse["I"] = replace(inverse["I"], error=0.9)
+    found = pick(compare(direct, inverse), "I", "k22")
+    assert found.verdict is Agreement.NOT_COMPARABLE
+    assert "zero for the element would agree too" in found.reason
+
+
+def test_a_loss_factor_without_meaning_is_not_compared() -> None:
+    direct, inverse = both()
+    lost = inverse["I"].loss_factor.copy()
+    lost[0, 1] = np.nan
+    inverse["I"] = replace(inverse["I"], loss_factor=lost)
+    found = pick(compare(direct, inverse), "I", "gamma12")
+    assert found.verdict is Agreement.NOT_COMPARABLE
+    assert found.inverse is None
+
+
+def test_a_common_uncertainty_widens_stiffness_and_leaves_loss_factor() -> None:
+    direct, inverse = both(scale=1.1)
+    assert pick(compare(direct, inverse, relative_uncertainty=0.1), "I", "k22").verdict is Agreement.AGREE
+    plain, widened = (compare(direct, inverse, relative_uncertainty=u) for u in (0.0, 0.1))
+    assert pick(plain, "I", "gamma22").direct == pick(widened, "I", "gamma22").direct
+
+
+@given(scale=st.floats(1e-6, 1e6), excess=st.floats(0.8, 1.2))
+def test_the_unit_of_force_changes_no_verdict(scale: float, excess: float) -> None:
+    few = sweep("I", highest=60.0)
+    scaled = [
+        JointTerms(
+            *(
+                replace(term, complex_stiffness=scale * term.complex_stiffness, covariance=scale**2 * term.covariance)
+                for term in (terms.k11, terms.k22, terms.k12)
+            )
+        )
+        for terms in few
+    ]
+    plain = compare({"I": few}, {"I": identified("I", excess)})
+    other = compare({"I": scaled}, {"I": identified("I", scale * excess)})
+    assert [each.verdict for each in plain] == [each.verdict for each in other]
+
+
+def test_true_joints_agree_in_ninety_five_of_a_hundred_repeats() -> None:
+    rng = np.random.default_rng(5)
+    points, joint, runs = sweep("I", error=0.02)[9:10], identified("I"), 1000
+    known_to = points[0].k22.stiffness_estimate.standard_error
+    agreed = 0
+    for _ in range(runs):
+        shifted = [replace_stiffness(terms, A + B + known_to * rng.standard_normal()) for terms in points]
+        moved = replace(joint, stiffness=joint.stiffness * (1 + joint.error * rng.standard_normal()))
+        agreed += pick(compare({"I": shifted}, {"I": moved}), "I", "k22").verdict is Agreement.AGREE
+    assert agreed / runs == pytest.approx(0.95, abs=0.021)  # 1000 repeats know it to 0.7 %
+
+
+def test_what_cannot_be_compared_is_refused_with_the_reason() -> None:
+    direct, inverse = both()
+    with pytest.raises(AnalysisError, match="same ones"):
+        compare({"I": direct["I"]}, inverse)
+    with pytest.raises(AnalysisError, match="no point"):
+        compare({"I": [], "II": direct["II"]}, inverse)
+    with pytest.raises(AnalysisError, match="between 5 and 30 Hz"):
+        compare({"I": sweep("I", highest=30.0)}, {"I": inverse["I"]})
+    with pytest.raises(AnalysisError, match="amplitude"):
+        compare(direct, inverse, amplitude_pp=-1.0)

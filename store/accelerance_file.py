@@ -1,0 +1,199 @@
+"""The accelerances of one roving-hammer set in one UFF file: what belongs together, in the right units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from store.dof import Dof
+from store.errors import StoreError
+from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff
+
+Real = NDArray[np.float64]
+
+# How other people's software writes the units, in lower case and without blanks.
+ACCELERATION_LABELS = ("m/s^2", "m/s2", "m/s**2", "m/s²", "m/s/s", "m/sec^2")
+FORCE_LABELS = ("n", "newton")
+_RATIO_LABELS = tuple(f"{left}{unit}{right}/n" for unit in ACCELERATION_LABELS for left, right in (("", ""), "()"))
+_UFF_AXES = {"x": "x", "y": "y", "r": "rz"}
+_AXIS_DIRECTIONS = {axis: direction for direction, axis in _UFF_AXES.items()}
+# Rounding may carry a coherence of one past it.
+_COHERENCE_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerances:
+    """What a file holds.
+
+    Attributes:
+        response: where the accelerometer sits.
+        inputs: (rows,) where the hammer struck.
+        frequency: (lines,) Hz, evenly spaced.
+        accelerance: (rows, lines) complex128, (m/s^2)/N, along positive directions.
+        coherence: (rows, lines), or None where the file has none.
+        warnings: what the file holds besides and was passed over.
+    """
+
+    response: Dof
+    inputs: tuple[Dof, ...]
+    frequency: Real
+    accelerance: NDArray[np.complex128]
+    coherence: Real | None
+    warnings: tuple[str, ...] = ()
+
+
+def read_accelerances(path: Path) -> Accelerances:
+    """Read one set: one accelerometer, every row on the same frequencies, coherence for all rows or none.
+
+    Raises:
+        StoreError: the file is not readable as UFF, the units are not (m/s^2)/N, the rows do not belong
+            together, or it holds no frequency response.
+    """
+    functions = read_uff(path)
+    responses = [f for f in functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]
+    coherences = [f for f in functions if f.kind == FunctionKind.COHERENCE]
+    others = sorted({f.kind for f in functions} - {FunctionKind.FREQUENCY_RESPONSE, FunctionKind.COHERENCE})
+    if not responses:
+        raise StoreError(f"{path.name} holds no frequency response (function type 4)")
+    _check_axes(path.name, responses + coherences)
+    for function in responses:
+        _check_accelerance(f"{path.name}, {function.response} by {function.reference}", function)
+    inputs = tuple(to_dof(f.reference, path.name) for f in responses)
+    if len(set(inputs)) != len(inputs):
+        raise StoreError(f"{path.name}: an input comes twice among {', '.join(map(str, inputs))}")
+    signs = np.array([f.response.sign * f.reference.sign for f in responses])
+    return Accelerances(
+        response=to_dof(responses[0].response, path.name),
+        inputs=inputs,
+        frequency=responses[0].abscissa,
+        accelerance=signs[:, np.newaxis] * np.stack([f.values.astype(np.complex128) for f in responses]),
+        coherence=_coherence(path.name, inputs, coherences),
+        warnings=tuple(f"{path.name}: function type {kind} is passed over" for kind in others),
+    )
+
+
+def accelerance_functions(
+    response: Dof, inputs: Sequence[Dof], frequency: Real, accelerance: NDArray[Any], coherence: Real | None = None
+) -> list[UffFunction]:
+    """The functions to write for one set, accelerances first.
+
+    Args:
+        response: where the accelerometer sits.
+        inputs: (rows,) where the hammer struck.
+        frequency: (lines,) Hz, evenly spaced.
+        accelerance: (rows, lines) complex, (m/s^2)/N.
+        coherence: (rows, lines), or None.
+
+    Raises:
+        StoreError: the frequencies are not evenly spaced.
+    """
+    start, step = even_spacing(frequency)
+    axis: dict[str, Any] = {"response": to_uff(response), "start": start, "step": step, "abscissa_unit": "Hz"}
+    functions = [
+        UffFunction(
+            kind=FunctionKind.FREQUENCY_RESPONSE,
+            reference=to_uff(dof),
+            values=row.astype(np.complex128),
+            unit="m/s^2",
+            denominator_unit="N",
+            quantity=Quantity.ACCELERATION,
+            denominator=Quantity.FORCE,
+            name="accelerance",
+            **axis,
+        )
+        for dof, row in zip(inputs, accelerance, strict=True)
+    ]
+    if coherence is not None:
+        functions += [
+            UffFunction(kind=FunctionKind.COHERENCE, reference=to_uff(dof), values=row, name="coherence", **axis)
+            for dof, row in zip(inputs, coherence, strict=True)
+        ]
+    return functions
+
+
+def even_spacing(abscissa: Real) -> tuple[float, float]:
+    """Start and step of an evenly spaced axis.
+
+    Raises:
+        StoreError: it has fewer than two values, or they are not evenly spaced.
+    """
+    if abscissa.size < 2:
+        raise StoreError("an axis of fewer than two values has no spacing")
+    start = float(abscissa[0])
+    # The first step is what a file gave; the mean is better by rounding only where the axis was computed.
+    for step in (float(abscissa[1] - abscissa[0]), float((abscissa[-1] - abscissa[0]) / (abscissa.size - 1))):
+        if step > 0 and np.allclose(start + np.arange(abscissa.size) * step, abscissa, rtol=1e-12, atol=1e-9 * step):
+            return start, step
+    raise StoreError("the frequencies are not evenly spaced, as UFF has them")
+
+
+def to_dof(dof: UffDof, where: str) -> Dof:
+    """Node and direction of the beam; the sign is left to the values.
+
+    Raises:
+        StoreError: node 0, a scalar or an axis that the plane beam does not have.
+    """
+    if dof.node < 1 or dof.axis not in _AXIS_DIRECTIONS:
+        raise StoreError(f"{where}: {dof} is no point of the beam; it has nodes from 1 and directions 1 = x, 2 = y")
+    return Dof(dof.node, _AXIS_DIRECTIONS[dof.axis])
+
+
+def to_uff(dof: Dof) -> UffDof:
+    """Node and positive direction as UFF has them."""
+    return UffDof(dof.node, _UFF_AXES[dof.direction])
+
+
+def has_unit(label: str, quantity: int, labels: tuple[str, ...], expected: Quantity) -> bool:
+    """Whether a unit is the expected one in SI; without a label the quantity decides, which UFF has in SI."""
+    return label.replace(" ", "").lower() in labels if label else quantity == expected
+
+
+def _check_accelerance(where: str, function: UffFunction) -> None:
+    ratio = function.unit.replace(" ", "").lower() in _RATIO_LABELS and not function.denominator_unit
+    acceleration = has_unit(function.unit, function.quantity, ACCELERATION_LABELS, Quantity.ACCELERATION)
+    force = has_unit(function.denominator_unit, function.denominator, FORCE_LABELS, Quantity.FORCE)
+    if not (ratio or (acceleration and force)):
+        found = (
+            f"{function.unit or f'type {function.quantity}'} per {function.denominator_unit or function.denominator}"
+        )
+        raise StoreError(f"{where}: unit is {found}, expected accelerance in (m/s^2)/N")
+    if not np.iscomplexobj(function.values):
+        raise StoreError(f"{where}: the frequency response is real, expected complex values")
+
+
+def _check_axes(name: str, functions: list[UffFunction]) -> None:
+    first = functions[0]
+    for function in functions:
+        where = f"{name}, {function.response} by {function.reference}"
+        if function.abscissa_unit.lower() not in ("", "hz"):
+            raise StoreError(f"{where}: frequency is in {function.abscissa_unit!r}, expected Hz")
+        if function.values.size != first.values.size:
+            raise StoreError(f"{where}: {function.values.size} lines, the first function has {first.values.size}")
+        if (function.start, function.step) != (first.start, first.step):
+            raise StoreError(f"{where}: frequencies differ from those of the first function")
+        if function.start < 0:
+            raise StoreError(f"{where}: frequencies begin at {function.start} Hz")
+        if to_dof(function.response, where) != to_dof(first.response, where):
+            raise StoreError(f"{where}: response is at {function.response}, the first function's at {first.response}")
+
+
+def _coherence(name: str, inputs: tuple[Dof, ...], functions: list[UffFunction]) -> Real | None:
+    if not functions:
+        return None
+    rows = {to_dof(function.reference, name): function for function in functions}
+    if len(rows) != len(functions) or set(rows) != set(inputs):
+        have = ", ".join(str(to_dof(function.reference, name)) for function in functions)
+        raise StoreError(
+            f"{name}: coherence is there for {have}; expected once for each of {', '.join(map(str, inputs))}"
+        )
+    coherence = np.stack([rows[dof].values for dof in inputs])
+    if np.iscomplexobj(coherence):
+        raise StoreError(f"{name}: coherence is complex, expected real values")
+    if coherence.min() < -_COHERENCE_ROUNDING or coherence.max() > 1 + _COHERENCE_ROUNDING:
+        raise StoreError(f"{name}: coherence ranges from {coherence.min():g} to {coherence.max():g}, expected 0 to 1")
+    return coherence

@@ -1,0 +1,136 @@
+"""Analyses: one row for each computation; results point to it, and it points to its runs and parents."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.errors import NotFoundError, StoreError
+from store.provenance import configuration_hash
+
+
+class AnalysisKind(StrEnum):
+    """What is computed; the name is also that of the results' table."""
+
+    FREQUENCY_RESPONSES = "frequency_responses"
+    MODES = "modes"
+    JOINT_MATRICES = "joint_matrices"
+    DYNAMIC_STIFFNESS = "dynamic_stiffness"
+    COMPARISONS = "comparisons"
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """One computation: its kind (an `AnalysisKind` or another word), method, settings, and what it was made from."""
+
+    id: int
+    kind: str
+    method: str
+    settings: dict[str, Any]
+    runs: tuple[int, ...]
+    parents: tuple[int, ...]
+    configuration_hash: str
+    software_version: str
+    created_at: datetime
+
+
+def add_analysis(
+    session: Session,
+    *,
+    kind: str,
+    method: str,
+    settings: dict[str, Any],
+    runs: Sequence[int],
+    parents: Sequence[int] = (),
+) -> int:
+    """Store that a computation was made from `runs` and the results of `parents`; return its number.
+
+    Raises:
+        StoreError: it was made from no run, or the settings have no JSON form.
+    """
+    if not runs:
+        raise StoreError(f"analysis {kind!r} names no run that it was made from")
+    configuration = {"kind": kind, "method": method, "settings": settings}
+    row = models.Analysis(
+        kind=kind, method=method, settings=settings, configuration_hash=configuration_hash(configuration)
+    )
+    session.add(row)
+    session.flush()
+    session.add_all(models.AnalysisRun(analysis_id=row.id, run_id=run) for run in sorted(set(runs)))
+    session.add_all(models.AnalysisParent(analysis_id=row.id, parent_id=parent) for parent in sorted(set(parents)))
+    session.flush()
+    return row.id
+
+
+def get_analysis(session: Session, analysis_id: int) -> Analysis:
+    """One analysis.
+
+    Raises:
+        NotFoundError: there is no such analysis.
+    """
+    row = session.get(models.Analysis, analysis_id)
+    if row is None:
+        raise NotFoundError(f"there is no analysis {analysis_id}")
+    runs = select(models.AnalysisRun.run_id).filter_by(analysis_id=analysis_id).order_by(models.AnalysisRun.run_id)
+    parents = (
+        select(models.AnalysisParent.parent_id)
+        .filter_by(analysis_id=analysis_id)
+        .order_by(models.AnalysisParent.parent_id)
+    )
+    return Analysis(
+        id=row.id,
+        kind=row.kind,
+        method=row.method,
+        settings=row.settings,
+        runs=tuple(session.scalars(runs)),
+        parents=tuple(session.scalars(parents)),
+        configuration_hash=row.configuration_hash,
+        software_version=row.software_version,
+        created_at=row.created_at,
+    )
+
+
+def list_analyses(session: Session, run_id: int, kind: str | None = None) -> list[Analysis]:
+    """The analyses of a run, newest first, optionally of one kind."""
+    query = select(models.Analysis.id).join(models.AnalysisRun, models.AnalysisRun.analysis_id == models.Analysis.id)
+    query = query.where(models.AnalysisRun.run_id == run_id).order_by(models.Analysis.id.desc())
+    if kind is not None:
+        query = query.where(models.Analysis.kind == kind)
+    return [get_analysis(session, number) for number in session.scalars(query)]
+
+
+def article_of(session: Session, analysis_id: int) -> str:
+    """The test article that an analysis is about.
+
+    Raises:
+        StoreError: there is no such analysis, or its runs are of several articles.
+    """
+    articles = set(
+        session.scalars(
+            select(models.Run.article)
+            .join(models.AnalysisRun, models.AnalysisRun.run_id == models.Run.id)
+            .where(models.AnalysisRun.analysis_id == analysis_id)
+        )
+    )
+    if len(articles) != 1:
+        raise StoreError(f"analysis {analysis_id} is about {len(articles)} test articles, expected one")
+    return articles.pop()
+
+
+def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
+    """The newest analysis of a kind that used a run.
+
+    Raises:
+        NotFoundError: the run has no such analysis.
+    """
+    found = list_analyses(session, run_id, kind)
+    if not found:
+        raise NotFoundError(f"run {run_id} has no analysis of kind {kind!r}")
+    return found[0]

@@ -1,0 +1,150 @@
+"""A single blow in one UFF file: force and acceleration on one clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from store.accelerance_file import ACCELERATION_LABELS, FORCE_LABELS, has_unit, to_dof, to_uff
+from store.dof import Dof
+from store.errors import StoreError
+from store.uff import FunctionKind, Quantity, UffFunction, read_uff, write_uff
+from store.waveform import Waveform, WaveformChannel
+
+Real = NDArray[np.float64]
+
+FORCE_UNIT, ACCELERATION_UNIT = "N", "m/s^2"
+
+
+@dataclass(frozen=True, eq=False)
+class BundleBlow:
+    """One blow.
+
+    Attributes:
+        file: its name in the bundle's folder of blows.
+        point: where the hammer struck; response: where the accelerometer sits.
+        force: (samples,) N; acceleration: (samples,) m/s^2; along positive directions.
+        sample_rate: Hz.
+        trigger_index: index of the sample at time zero.
+    """
+
+    file: str
+    point: Dof
+    response: Dof
+    force: Real
+    acceleration: Real
+    sample_rate: float
+    trigger_index: int
+
+    def __post_init__(self) -> None:
+        if self.force.shape != self.acceleration.shape:
+            raise StoreError(
+                f"{self.file}: {self.force.size} samples of force, {self.acceleration.size} of acceleration"
+            )
+
+
+def read_blow(path: Path) -> BundleBlow:
+    """Read a blow.
+
+    Raises:
+        StoreError: the file is not readable as UFF, does not hold one force in N and one acceleration in m/s^2,
+            or these differ in length, clock or point.
+    """
+    functions = [function for function in read_uff(path) if function.kind == FunctionKind.TIME_RESPONSE]
+    forces = [f for f in functions if has_unit(f.unit, f.quantity, FORCE_LABELS, Quantity.FORCE)]
+    accelerations = [f for f in functions if has_unit(f.unit, f.quantity, ACCELERATION_LABELS, Quantity.ACCELERATION)]
+    if len(functions) != 2 or len(forces) != 1 or len(accelerations) != 1:
+        units = ", ".join(function.unit or "no unit" for function in functions)
+        raise StoreError(f"{path.name}: expected one force in N and one acceleration in m/s^2, found: {units}")
+    force, acceleration = forces[0], accelerations[0]
+    if (force.start, force.step) != (acceleration.start, acceleration.step):
+        raise StoreError(f"{path.name}: force and acceleration are not on one clock")
+    for function in functions:
+        if function.abscissa_unit.lower() not in ("", "s"):
+            raise StoreError(f"{path.name}: time is in {function.abscissa_unit!r}, expected s")
+        if np.iscomplexobj(function.values):
+            raise StoreError(f"{path.name}: a time history is complex")
+    point = to_dof(force.response, path.name)
+    if to_dof(acceleration.reference, path.name) != point:
+        raise StoreError(f"{path.name}: the force is at {point}, the acceleration is for a blow elsewhere")
+    return BundleBlow(
+        file=path.name,
+        point=point,
+        response=to_dof(acceleration.response, path.name),
+        force=force.response.sign * force.values,
+        acceleration=acceleration.response.sign * acceleration.values,
+        sample_rate=1 / force.step,
+        trigger_index=_trigger_index(path.name, force),
+    )
+
+
+def write_blow(folder: Path, blow: BundleBlow) -> None:
+    """Write a blow as UFF58b.
+
+    Raises:
+        StoreError: the file cannot be written.
+    """
+
+    def history(response: Dof, values: Real, name: str, unit: str, quantity: Quantity) -> UffFunction:
+        step = 1 / blow.sample_rate
+        return UffFunction(
+            kind=FunctionKind.TIME_RESPONSE,
+            response=to_uff(response),
+            reference=to_uff(blow.point),
+            start=-blow.trigger_index * step,
+            step=step,
+            values=values,
+            abscissa_unit="s",
+            unit=unit,
+            quantity=quantity,
+            name=name,
+        )
+
+    functions = [
+        history(blow.point, blow.force, "force", FORCE_UNIT, Quantity.FORCE),
+        history(blow.response, blow.acceleration, "acceleration", ACCELERATION_UNIT, Quantity.ACCELERATION),
+    ]
+    write_uff(folder / blow.file, functions)
+
+
+def to_waveform(blow: BundleBlow) -> Waveform:
+    """The blow as it is kept beside the catalogue: values as the file gave them, without counts."""
+    return Waveform(
+        channels=(WaveformChannel("force", FORCE_UNIT), WaveformChannel("acceleration", ACCELERATION_UNIT)),
+        samples=np.stack([blow.force, blow.acceleration]),
+        sample_rate=blow.sample_rate,
+        trigger_index=blow.trigger_index,
+    )
+
+
+def from_waveform(waveform: Waveform, file: str, point: Dof, response: Dof) -> BundleBlow:
+    """The blow of a stored waveform, imported or recorded here.
+
+    Raises:
+        StoreError: the waveform does not have one channel in N and one in m/s^2.
+    """
+    names = {}
+    for unit in (FORCE_UNIT, ACCELERATION_UNIT):
+        found = [channel.name for channel in waveform.channels if channel.unit == unit]
+        if len(found) != 1:
+            raise StoreError(f"{file}: the waveform has {len(found)} channels in {unit}, expected one")
+        names[unit] = found[0]
+    return BundleBlow(
+        file=file,
+        point=point,
+        response=response,
+        force=waveform.value(names[FORCE_UNIT]),
+        acceleration=waveform.value(names[ACCELERATION_UNIT]),
+        sample_rate=waveform.sample_rate,
+        trigger_index=waveform.trigger_index or 0,
+    )
+
+
+def _trigger_index(name: str, function: UffFunction) -> int:
+    samples = -function.start / function.step
+    if samples < 0 or samples >= function.values.size:
+        raise StoreError(f"{name}: time runs from {function.start:g} s; expected a record that holds time zero")
+    return round(samples)

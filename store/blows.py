@@ -1,0 +1,160 @@
+"""Points struck in a hammer run, and every blow on them, accepted or refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.dof import Dof
+from store.errors import NotFoundError, StoreError
+from store.waveform import WaveformReference
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a roving-hammer set; sets are numbered from 1 within the run."""
+
+    id: int
+    run_id: int
+    dof: Dof
+    set_number: int
+
+
+@dataclass(frozen=True)
+class Blow:
+    """One blow.
+
+    Attributes:
+        number: counts the blows on the point, refused ones too, from 1.
+        reason: why it was refused; None where it was accepted.
+        peak_force: N, or None where nothing was recorded.
+        struck_at: UTC of the trigger, or None where an imported file does not say.
+        waveform: where the record is, or None where nothing was recorded.
+        source: the file it was imported from, or None for a blow recorded here.
+    """
+
+    point: Dof
+    set_number: int
+    number: int
+    accepted: bool
+    reason: str | None
+    peak_force: float | None
+    temperature_c: float | None
+    struck_at: datetime | None
+    waveform: WaveformReference | None
+    source: str | None = None
+
+
+def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> Point:
+    """Begin a point.
+
+    Raises:
+        NotFoundError: there is no such run.
+        StoreError: the set has this point already.
+    """
+    _waveform_file(session, run_id)
+    same = {"run_id": run_id, "set_number": set_number, "node": dof.node, "direction": dof.direction}
+    if session.scalars(select(models.Point.id).filter_by(**same)).first() is not None:
+        raise StoreError(f"run {run_id}, set {set_number} has point {dof} already")
+    row = models.Point(**same)
+    session.add(row)
+    session.flush()
+    return Point(row.id, run_id, dof, set_number)
+
+
+def list_points(session: Session, run_id: int) -> list[Point]:
+    """The points of a run in the order in which they were begun."""
+    rows = session.scalars(select(models.Point).filter_by(run_id=run_id).order_by(models.Point.id))
+    return [Point(row.id, run_id, Dof(row.node, row.direction), row.set_number) for row in rows]
+
+
+def add_blow(
+    session: Session,
+    point: Point,
+    number: int,
+    *,
+    accepted: bool,
+    reason: str | None = None,
+    waveform: WaveformReference | None = None,
+    peak_force: float | None = None,
+    temperature_c: float | None = None,
+    struck_at: datetime | None = None,
+    source: str | None = None,
+) -> Blow:
+    """Store a blow; its waveform is appended to the run's file first (`Catalogue.waveforms`).
+
+    Raises:
+        StoreError: a refused blow has no reason or an accepted one has, or the waveform is of another run.
+    """
+    if accepted == bool(reason):
+        said = f"with the reason {reason!r}" if reason else "without a reason"
+        raise StoreError(f"blow {number} at {point.dof} is {'accepted' if accepted else 'refused'} {said}")
+    if waveform is not None and waveform.file != _waveform_file(session, point.run_id):
+        raise StoreError(f"blow {number} at {point.dof}: waveform {waveform} is not of run {point.run_id}")
+    session.add(
+        models.Blow(
+            point_id=point.id,
+            number=number,
+            accepted=accepted,
+            reason=reason,
+            peak_force=peak_force,
+            temperature_c=temperature_c,
+            struck_at=struck_at,
+            waveform_record=None if waveform is None else waveform.record,
+            source=source,
+        )
+    )
+    session.flush()
+    return Blow(
+        point.dof,
+        point.set_number,
+        number,
+        accepted,
+        reason,
+        peak_force,
+        temperature_c,
+        struck_at,
+        waveform,
+        source,
+    )
+
+
+def list_blows(session: Session, run_id: int) -> list[Blow]:
+    """Every blow of a run, in the order of storing.
+
+    Raises:
+        NotFoundError: there is no such run.
+    """
+    file = _waveform_file(session, run_id)
+    rows = session.execute(
+        select(models.Blow, models.Point)
+        .join(models.Point, models.Point.id == models.Blow.point_id)
+        .where(models.Point.run_id == run_id)
+        .order_by(models.Blow.id)
+    )
+    return [
+        Blow(
+            point=Dof(point.node, point.direction),
+            set_number=point.set_number,
+            number=blow.number,
+            accepted=blow.accepted,
+            reason=blow.reason,
+            peak_force=blow.peak_force,
+            temperature_c=blow.temperature_c,
+            struck_at=blow.struck_at,
+            waveform=None if blow.waveform_record is None else WaveformReference(file, blow.waveform_record),
+            source=blow.source,
+        )
+        for blow, point in rows
+    ]
+
+
+def _waveform_file(session: Session, run_id: int) -> str:
+    file = session.scalars(select(models.Run.waveform_file).filter_by(id=run_id)).one_or_none()
+    if file is None:
+        raise NotFoundError(f"there is no run {run_id}")
+    return file

@@ -1,0 +1,168 @@
+"""Reading a measurement bundle, a folder or a zip of it: everything is checked before anything is given back."""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from store.accelerance_file import read_accelerances
+from store.blow_file import BundleBlow, read_blow
+from store.bundle_setup import BundleSetup, InverseSet, parse_setup
+from store.direct_table import DirectPoint, read_direct
+from store.dof import Dof
+from store.errors import StoreError
+from store.frequency_responses import FrequencyResponseSet
+
+SETUP, BLOWS = "setup.json", "blows"
+# A bundle of the usual size has a few MB; more than this in a zip is a mistake, or meant to fill the disk.
+_MOST_BYTES_IN_ZIP = 4 * 1024**3
+
+
+@dataclass(frozen=True, eq=False)
+class Bundle:
+    """What was measured on one test article in both experiments.
+
+    Attributes:
+        setup: what was built and how it was measured; without checksums, which have been verified.
+        inverse: the roving-hammer sets, in the order of setup.json; the first is the reference set.
+        direct: the rows of the tester's table, in the order of the file.
+        blows: single blows, by file name.
+        warnings: unknown keys and columns, and files that are not named: ignored.
+    """
+
+    setup: BundleSetup
+    inverse: tuple[FrequencyResponseSet, ...]
+    direct: tuple[DirectPoint, ...]
+    blows: tuple[BundleBlow, ...]
+    warnings: tuple[str, ...]
+
+
+def read_bundle(path: Path) -> Bundle:
+    """Read and check a bundle.
+
+    Raises:
+        StoreError: a file is missing or damaged, a key is missing, a unit is wrong, a value is NaN or out of range,
+            lengths differ, a node is unknown or a checksum differs; the message names the file, and the key or
+            the line.
+    """
+    with _opened(path) as folder:
+        setup, warnings = parse_setup(_content(folder, SETUP))
+        _verify_checksums(folder, setup.checksums)
+        setup = setup.model_copy(update={"checksums": {}})
+        sets, set_warnings = _read_sets(folder, setup)
+        direct, direct_warnings = read_direct(_file(folder, setup.direct.file), setup.specimens)
+        blows = tuple(_read_blow(file, setup) for file in sorted(folder.glob(f"{BLOWS}/*.unv")))
+        return Bundle(
+            setup=setup,
+            inverse=sets,
+            direct=direct,
+            blows=blows,
+            warnings=warnings + set_warnings + direct_warnings + _not_named(folder, setup),
+        )
+
+
+def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyResponseSet, ...], tuple[str, ...]]:
+    sets: list[FrequencyResponseSet] = []
+    warnings: list[str] = []
+    for number, entry in enumerate(setup.inverse, start=1):
+        measured = read_accelerances(_file(folder, entry.file))
+        for dof in (measured.response, *measured.inputs):
+            setup.check_node(dof, entry.file)
+        _check_accelerometer(measured.response, setup, entry.file)
+        if measured.frequency[-1] > entry.sample_rate / 2:
+            raise StoreError(
+                f"{entry.file}: frequencies reach {measured.frequency[-1]:g} Hz, more than half the sample rate "
+                f"{entry.sample_rate:g} Hz of setup.json"
+            )
+        warnings += measured.warnings
+        sets.append(
+            FrequencyResponseSet(
+                number=number,
+                response=measured.response,
+                inputs=measured.inputs,
+                frequency=measured.frequency,
+                accelerance=measured.accelerance,
+                coherence=measured.coherence,
+                source=entry.file,
+                estimator="not stated",
+                **_how_measured(entry),
+            )
+        )
+    return tuple(sets), tuple(warnings)
+
+
+def _how_measured(entry: InverseSet) -> dict[str, Any]:
+    return entry.model_dump(exclude={"file"})
+
+
+def _read_blow(file: Path, setup: BundleSetup) -> BundleBlow:
+    blow = read_blow(file)
+    setup.check_node(blow.point, file.name)
+    _check_accelerometer(blow.response, setup, file.name)
+    return blow
+
+
+def _check_accelerometer(response: Dof, setup: BundleSetup, where: str) -> None:
+    expected = Dof(setup.accelerometer.node, setup.accelerometer.direction)
+    if response != expected:
+        raise StoreError(f"{where}: the response is at {response}, the accelerometer of setup.json at {expected}")
+
+
+def _verify_checksums(folder: Path, checksums: dict[str, str]) -> None:
+    for name, expected in checksums.items():
+        found = hashlib.sha256(_content(folder, name)).hexdigest()
+        if found != expected:
+            raise StoreError(
+                f"{name}: checksum differs from setup.json (SHA-256 {found[:12]}..., not {expected[:12]}...)"
+            )
+
+
+def _not_named(folder: Path, setup: BundleSetup) -> tuple[str, ...]:
+    named = {SETUP, setup.direct.file, *(entry.file for entry in setup.inverse)}
+    others = [file.name for file in sorted(folder.iterdir()) if file.is_file() and file.name not in named]
+    return tuple(f"{name} is not named in setup.json and is ignored" for name in others)
+
+
+def _file(folder: Path, name: str) -> Path:
+    file = folder / name
+    if not file.is_file():
+        raise StoreError(f"{name} is missing from the bundle")
+    return file
+
+
+def _content(folder: Path, name: str) -> bytes:
+    if not (folder / name).resolve().is_relative_to(folder.resolve()):
+        raise StoreError(f"{SETUP}: checksums: {name!r} is not a file of the bundle")
+    try:
+        return _file(folder, name).read_bytes()
+    except OSError as error:
+        raise StoreError(f"{name} cannot be read: {error.strerror or error}") from error
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Path]:
+    """The bundle's folder; a zip is unpacked for as long as it is read."""
+    if path.is_dir():
+        yield path
+        return
+    if not path.is_file():
+        raise StoreError(f"there is no bundle {path}")
+    with TemporaryDirectory() as folder:
+        try:
+            with zipfile.ZipFile(path) as archive:
+                if sum(member.file_size for member in archive.infolist()) > _MOST_BYTES_IN_ZIP:
+                    raise StoreError(f"{path.name} unpacks to more than {_MOST_BYTES_IN_ZIP // 1024**3} GB")
+                archive.extractall(folder)
+        except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+            raise StoreError(f"{path.name} is neither a folder nor a whole zip file: {error}") from error
+        except (OSError, ValueError) as error:
+            raise StoreError(f"{path.name} cannot be unpacked: {error}") from error
+        inside = list(Path(folder).iterdir())
+        # Most programs put the folder itself into the zip.
+        yield inside[0] if len(inside) == 1 and inside[0].is_dir() else Path(folder)

@@ -1,0 +1,211 @@
+"""Bundles into the catalogue and out of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from store.accelerance_file import accelerance_functions
+from store.analyses import AnalysisKind, add_analysis, latest_analysis
+from store.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
+from store.blows import Blow, Point, add_blow, add_point, list_blows
+from store.bundle import BLOWS, SETUP, Bundle, read_bundle
+from store.bundle_setup import FORMAT, BundleSetup, setup_from
+from store.catalogue import Catalogue
+from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
+from store.dof import Dof
+from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.errors import NotFoundError, StoreError
+from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
+from store.runs import Run, RunState, finish_run, get_run, start_run
+from store.uff import write_uff
+from store.waveform import WaveformReference
+
+IMPORTED = "imported"
+
+
+def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | None = None) -> int:
+    """Store a bundle as one finished run of kind ``import`` and return its number; on any error nothing is stored.
+
+    Args:
+        catalogue: where to.
+        bundle: what `read_bundle` gave, or its path.
+        article: the test article, by which its specimens are known over the years; the bundle's title by default.
+
+    Raises:
+        StoreError: the bundle is refused (see `read_bundle`), or the database is.
+    """
+    if isinstance(bundle, Path):
+        bundle = read_bundle(bundle)
+    waveform_file: str | None = None
+    try:
+        with catalogue.writing() as session:
+            run = start_run(
+                session,
+                kind="import",
+                title=bundle.setup.title,
+                article=article or bundle.setup.title,
+                setup=bundle.setup.model_dump(mode="json", exclude={"checksums"}),
+            )
+            waveform_file = run.waveform_file
+            _store_results(session, run.id, bundle)
+            if bundle.blows:
+                waveforms = [to_waveform(blow) for blow in bundle.blows]
+                _store_blows(session, run.id, bundle, catalogue.waveforms.append_all(waveform_file, waveforms))
+            finish_run(session, run.id, RunState.FINISHED)
+    except BaseException:
+        if waveform_file is not None:
+            catalogue.waveforms.discard(waveform_file)
+        raise
+    catalogue.waveforms.finish(waveform_file)
+    return run.id
+
+
+def export_bundle(
+    catalogue: Catalogue, run_id: int, path: Path, *, also: Sequence[int] = (), blows: bool = True
+) -> None:
+    """Write the newest frequency responses and dynamic stiffness of a run as a bundle, with checksums.
+
+    Args:
+        catalogue: where from.
+        run_id: an imported run, or one measured here whose setup is in the form of setup.json.
+        path: a folder that is new or empty, or a new file that ends in .zip.
+        also: further runs whose results belong to the same bundle, such as the sweep of a hammer run.
+        blows: whether accepted blows go with it.
+
+    Raises:
+        StoreError: the runs do not hold what a bundle needs, or the path is taken or cannot be written.
+    """
+    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise StoreError(f"{path} exists already; name a new folder or zip file")
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "bundle"
+        (folder / BLOWS).mkdir(parents=True)
+        _write(catalogue, [run_id, *also], folder, blows)
+        try:
+            if path.suffix == ".zip":
+                made = shutil.make_archive(str(Path(scratch) / "archive"), "zip", folder)
+                shutil.move(made, path)
+            else:
+                shutil.copytree(folder, path, dirs_exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def _store_results(session: Session, run_id: int, bundle: Bundle) -> None:
+    analyses = {
+        kind: add_analysis(session, kind=kind, method=IMPORTED, settings={}, runs=[run_id])
+        for kind in (AnalysisKind.FREQUENCY_RESPONSES, AnalysisKind.DYNAMIC_STIFFNESS)
+    }
+    for measured in bundle.inverse:
+        add_frequency_responses(session, analyses[AnalysisKind.FREQUENCY_RESPONSES], run_id, measured)
+    points = [to_dynamic_stiffness(point) for point in bundle.direct]
+    add_dynamic_stiffness(session, analyses[AnalysisKind.DYNAMIC_STIFFNESS], points)
+
+
+def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list[WaveformReference]) -> None:
+    points: dict[Dof, Point] = {}
+    counts: dict[Dof, int] = {}
+    for blow, reference in zip(bundle.blows, references, strict=True):
+        if blow.point not in points:
+            points[blow.point] = add_point(session, run_id, blow.point)
+        counts[blow.point] = counts.get(blow.point, 0) + 1
+        add_blow(
+            session,
+            points[blow.point],
+            counts[blow.point],
+            accepted=True,
+            waveform=reference,
+            peak_force=float(blow.force.max()),
+            source=blow.file,
+        )
+
+
+def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: bool) -> None:
+    with catalogue.reading() as session:
+        first = get_run(session, runs[0])
+        sets = _newest_sets(session, runs)
+        direct = _newest_points(session, runs)
+        blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
+    setup = _setup(first, sets)
+    for entry, measured in zip(setup.inverse, sets, strict=True):
+        write_uff(
+            folder / entry.file,
+            accelerance_functions(
+                measured.response, measured.inputs, measured.frequency, measured.accelerance, measured.coherence
+            ),
+        )
+    write_direct(folder / setup.direct.file, direct)
+    response = Dof(setup.accelerometer.node, setup.accelerometer.direction)
+    for blow in blows:
+        if blow.accepted and blow.waveform is not None:
+            write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
+    document = setup.model_dump(mode="json")
+    document["checksums"] = {
+        file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }
+    (folder / SETUP).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyResponseSet]:
+    sets: list[FrequencyResponseSet] = []
+    for run in runs:
+        try:
+            sets += list_frequency_responses(session, run)
+        except NotFoundError:
+            # A sweep has none; what counts is that some run has.
+            continue
+    if not sets:
+        raise StoreError(f"run {_names(runs)} has no frequency responses to export")
+    return sets
+
+
+def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
+    points: list[DirectPoint] = []
+    for run in runs:
+        try:
+            analysis = latest_analysis(session, run, AnalysisKind.DYNAMIC_STIFFNESS)
+        except NotFoundError:
+            continue
+        points += [to_direct_point(point) for point in list_dynamic_stiffness(session, analysis.id)]
+    if not points:
+        raise StoreError(f"run {_names(runs)} has no dynamic stiffness to export")
+    return points
+
+
+def _setup(run: Run, sets: Sequence[FrequencyResponseSet]) -> BundleSetup:
+    inverse: list[dict[str, Any]] = [
+        {
+            "file": measured.source or f"inverse_{number}.unv",
+            "averages": measured.averages,
+            "peak_force": measured.peak_force,
+            "temperature_c": measured.temperature_c,
+            "window": measured.window,
+            "sample_rate": measured.sample_rate,
+            "block_seconds": measured.block_seconds,
+        }
+        for number, measured in enumerate(sets, start=1)
+    ]
+    direct = {"file": "direct.csv", **run.setup.get("direct", {})}
+    try:
+        return setup_from({**run.setup, "format": FORMAT, "title": run.title, "inverse": inverse, "direct": direct})
+    except StoreError as error:
+        raise StoreError(f"run {run.id} cannot be exported, its setup is not that of a bundle: {error}") from error
+
+
+def _bundle_blow(catalogue: Catalogue, blow: Blow, reference: WaveformReference, response: Dof) -> BundleBlow:
+    file = blow.source or f"blow_{blow.point}_set{blow.set_number}_{blow.number:02}.unv"
+    return from_waveform(catalogue.waveforms.read(reference), file, blow.point, response)
+
+
+def _names(runs: Sequence[int]) -> str:
+    return ", ".join(map(str, runs))

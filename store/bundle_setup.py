@@ -1,0 +1,207 @@
+"""setup.json of a bundle: what was built and how it was measured, checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import PurePosixPath
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from store.dof import Dof
+from store.errors import StoreError
+
+FORMAT: Literal["jointlab-bundle/1"] = "jointlab-bundle/1"
+
+
+def _plain_name(name: str) -> str:
+    if not name or PurePosixPath(name).name != name or name in (".", "..") or any(c in name for c in "\\:\0"):
+        raise ValueError("is not the plain name of a file in the bundle")
+    return name
+
+
+FileName = Annotated[str, AfterValidator(_plain_name)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Node = Annotated[int, Field(ge=1)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True, allow_inf_nan=False)
+
+
+class Beam(_Part):
+    """The beam, SI; the ranges catch values in other units."""
+
+    length: Annotated[float, Field(gt=0, le=100)]
+    height: Annotated[float, Field(gt=0, le=10)]
+    width: Annotated[float, Field(gt=0, le=10)]
+    youngs_modulus: Annotated[float, Field(ge=1e6, le=2e12)]
+    poisson_ratio: Annotated[float, Field(ge=0, lt=0.5)]
+    density: Annotated[float, Field(ge=10, le=3e4)]
+    free_damping_ratios: tuple[NotNegative, ...]
+
+
+class Joint(_Part):
+    """One joint: two inclined cylinders, lower and upper, with eccentricities -e and +e, at a node."""
+
+    name: Annotated[str, Field(min_length=1)]
+    node: Node
+    inclinations_deg: tuple[float, float]
+    eccentricity: float
+    added_mass: NotNegative
+
+
+class Accelerometer(_Part):
+    """Where the accelerometer sits; mass in kg."""
+
+    node: Node
+    direction: Literal["x", "y"]
+    mass: NotNegative
+
+
+class InverseSet(_Part):
+    """One roving-hammer set and its file."""
+
+    file: FileName
+    averages: Annotated[int, Field(ge=1, le=1_000_000)]
+    peak_force: Positive
+    temperature_c: Annotated[float, Field(gt=-273.15, lt=1000)]
+    window: str
+    sample_rate: Positive
+    block_seconds: Positive
+
+
+class DirectTable(_Part):
+    """The table of the elastomer tester, and its preset in mm."""
+
+    file: FileName
+    preset_mm: NotNegative
+
+
+class Tolerances(_Part):
+    """One standard deviation of what the lab admits not to know; m, relative or degrees."""
+
+    node_position: NotNegative
+    sensor_gain: NotNegative
+    youngs_modulus: NotNegative
+    density: NotNegative
+    impact_position: NotNegative
+    inclination_deg: NotNegative
+    tester_gain: NotNegative
+
+
+class Prediction(_Part):
+    """A frequency response that the model is asked for."""
+
+    response: tuple[Node, Literal["x", "y"]]
+    input: tuple[Node, Literal["x", "y"]]
+
+
+class BundleSetup(_Part):
+    """All of setup.json; `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files."""
+
+    format: Literal["jointlab-bundle/1"]
+    title: str
+    beam: Beam
+    node_positions: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1)]
+    accelerometer: Accelerometer
+    inverse: Annotated[tuple[InverseSet, ...], Field(min_length=1)]
+    direct: DirectTable
+    tolerances: Tolerances
+    predict: tuple[Prediction, ...] = ()
+    checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        positions = self.node_positions
+        if any(right <= left for left, right in pairwise(positions)):
+            raise ValueError("node_positions do not rise")
+        if positions[-1] > self.beam.length * (1 + 1e-9):
+            raise ValueError(f"node_positions end at {positions[-1]} m, beyond the beam's length {self.beam.length} m")
+        for what, node in self._nodes():
+            if node > len(positions):
+                raise ValueError(f"{what} is at node {node}; node_positions has {len(positions)}")
+        for what, names in (
+            ("joints: a name", [joint.name for joint in self.joints]),
+            ("a file", [entry.file for entry in self.inverse] + [self.direct.file, "setup.json"]),
+        ):
+            if len(set(names)) != len(names):
+                raise ValueError(f"{what} comes twice among {', '.join(names)}")
+        return self
+
+    def _nodes(self) -> Iterator[tuple[str, int]]:
+        yield from ((f"joint {joint.name}", joint.node) for joint in self.joints)
+        yield "the accelerometer", self.accelerometer.node
+        for prediction in self.predict:
+            yield "a predicted response", prediction.response[0]
+            yield "a predicted input", prediction.input[0]
+
+    def check_node(self, dof: Dof, where: str) -> None:
+        """Refuse a point that the beam does not have.
+
+        Raises:
+            StoreError: the node is not among the node positions, or the direction is not x or y.
+        """
+        if dof.node > len(self.node_positions) or dof.direction not in ("x", "y"):
+            raise StoreError(f"{where}: unknown point {dof}; nodes are 1 to {len(self.node_positions)}, x or y")
+
+    @property
+    def specimens(self) -> tuple[str, ...]:
+        """Names of the joints, which are those of their cylinders."""
+        return tuple(joint.name for joint in self.joints)
+
+
+def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
+    """Read setup.json; also gives a warning for each unknown key.
+
+    Raises:
+        StoreError: it is no JSON, a key is missing, or a value is wrong; the message names the key.
+    """
+    try:
+        document = json.loads(content, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise StoreError(f"setup.json is not JSON: {error}") from error
+    if not isinstance(document, dict):
+        raise StoreError("setup.json does not hold an object with named values")
+    setup = setup_from(document)
+    unknown = _unknown(document, setup.model_dump(mode="json"), "")
+    return setup, tuple(f"setup.json: unknown key {key} is ignored" for key in unknown)
+
+
+def setup_from(document: dict[str, Any]) -> BundleSetup:
+    """Check a document in the form of setup.json.
+
+    Raises:
+        StoreError: a key is missing, or a value is wrong; the message names the key.
+    """
+    if document.get("format") != FORMAT:
+        raise StoreError(f"setup.json: format is {document.get('format')!r}, expected {FORMAT!r}")
+    try:
+        # By way of JSON text, where an array is a tuple; Python's lists are not, and strict means strict.
+        return BundleSetup.model_validate_json(json.dumps(document, allow_nan=False))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"])) or "setup"
+        raise StoreError(f"setup.json: {key}: {first['msg'].removeprefix('Value error, ')}") from error
+    except (TypeError, ValueError, RecursionError) as error:
+        raise StoreError(f"setup.json has no JSON form: {error}") from error
+
+
+def _refuse_constant(text: str) -> float:
+    raise ValueError(f"{text} is not a number")
+
+
+def _unknown(given: Any, known: Any, at: str) -> Iterator[str]:
+    if isinstance(given, dict) and isinstance(known, dict):
+        for key, value in given.items():
+            if key not in known:
+                yield f"{at}{key}"
+            else:
+                yield from _unknown(value, known[key], f"{at}{key}.")
+    elif isinstance(given, list) and isinstance(known, list):
+        for index, (value, other) in enumerate(zip(given, known, strict=False)):
+            yield from _unknown(value, other, f"{at}{index}.")

@@ -1,0 +1,107 @@
+"""Dynamic stiffness points of the direct method, measured here or imported as given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+
+from sqlalchemy import insert, select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.analyses import article_of
+from store.columns import finite
+from store.errors import NotFoundError, StoreError
+from store.runs import specimen_id
+from store.sine_records import CONFIGURATIONS
+
+
+@dataclass(frozen=True)
+class DynamicStiffness:
+    """One steady-state sine point; standard errors (`_se`) are None where they are not known.
+
+    Attributes:
+        order_number: the order of measuring, from 1.
+        elapsed: s since the start of the run.
+        specimen: the joint (I or II) whose cylinders were tested.
+        configuration: compression, shear or angled.
+        amplitude_pp_mm: peak-to-peak amplitude of the series, mm.
+        frequency: Hz.
+        stiffness, damping: real and imaginary part k and h of the complex stiffness, N/m.
+        loss_factor: h/k.
+        magnitude: |k_d|, N/m.
+        loss_angle_deg: degrees.
+        sd_rel: relative standard deviation per real and imaginary part, as an imported table gives it.
+        thd_percent: total harmonic distortion of the force, %; thd_displacement_percent: of the displacement.
+        flags: what to mind about this point, a word or a sentence each.
+        sine_record_id: the record it was computed from, or None for an imported point.
+    """
+
+    order_number: int
+    elapsed: float
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: float
+    frequency: float
+    stiffness: float
+    damping: float
+    loss_factor: float
+    magnitude: float
+    loss_angle_deg: float
+    stiffness_se: float | None = None
+    damping_se: float | None = None
+    loss_factor_se: float | None = None
+    magnitude_se: float | None = None
+    loss_angle_se_deg: float | None = None
+    sd_rel: float | None = None
+    thd_percent: float | None = None
+    thd_displacement_percent: float | None = None
+    temperature_c: float | None = None
+    flags: tuple[str, ...] = ()
+    sine_record_id: int | None = None
+
+
+def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[DynamicStiffness]) -> None:
+    """Store the points of an analysis, hundreds at once.
+
+    Raises:
+        StoreError: a configuration is unknown, or a value is not finite.
+    """
+    if not points:
+        return
+    article = article_of(session, analysis_id)
+    specimens = {name: specimen_id(session, article, name) for name in sorted({point.specimen for point in points})}
+    rows = []
+    for point in points:
+        where = f"sine point {point.order_number}"
+        if point.configuration not in CONFIGURATIONS:
+            raise StoreError(f"{where}: configuration {point.configuration!r} is none of {', '.join(CONFIGURATIONS)}")
+        row = asdict(point)
+        for name, value in row.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                finite(value, f"{where}: {name}")
+        row.update(analysis_id=analysis_id, specimen_id=specimens[row.pop("specimen")], flags=list(point.flags))
+        rows.append(row)
+    session.execute(insert(models.DynamicStiffness), rows)
+
+
+def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[DynamicStiffness]:
+    """The points of an analysis in the order of measuring.
+
+    Raises:
+        NotFoundError: it has none.
+    """
+    rows = session.execute(
+        select(models.DynamicStiffness, models.Specimen.name)
+        .join(models.Specimen, models.Specimen.id == models.DynamicStiffness.specimen_id)
+        .where(models.DynamicStiffness.analysis_id == analysis_id)
+        .order_by(models.DynamicStiffness.order_number)
+    ).all()
+    if not rows:
+        raise NotFoundError(f"analysis {analysis_id} has no dynamic stiffness points")
+    same = [field.name for field in fields(DynamicStiffness) if field.name not in ("specimen", "flags")]
+    return [
+        DynamicStiffness(specimen=specimen, flags=tuple(row.flags), **{name: getattr(row, name) for name in same})
+        for row, specimen in rows
+    ]

@@ -1,0 +1,127 @@
+"""Identified joint matrices k and h with their intervals and covariance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.analyses import article_of
+from store.arrays import decode_array, encode_array
+from store.columns import finite, or_nan, or_null, with_shape
+from store.errors import NotFoundError
+from store.runs import specimen_id
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class JointMatrix:
+    """One joint at its node; rows and columns are x, y, rotation; N/m, N and N m; NaN is not known.
+
+    Attributes:
+        stiffness, damping: (3, 3) k and h.
+        stiffness_ci95, damping_ci95, loss_factor_ci95: (3, 3, 2) low and high.
+        loss_factor: (3, 3), NaN where k is not distinguishable from zero.
+        observable: (3, 3) False where only a prior or a sum determines the term.
+        covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...], or None.
+    """
+
+    joint: str
+    node: int
+    stiffness: Real
+    damping: Real
+    stiffness_ci95: Real
+    damping_ci95: Real
+    loss_factor: Real
+    loss_factor_ci95: Real
+    observable: NDArray[np.bool_]
+    covariance: Real | None = None
+
+
+def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) -> None:
+    """Store a joint's matrices; the specimen is the joint of the article that the analysis is about.
+
+    Raises:
+        StoreError: an array has another shape, or k or h are not finite.
+    """
+    where = f"analysis {analysis_id}: joint {matrix.joint}"
+    for name in ("stiffness", "damping", "loss_factor", "observable"):
+        with_shape(getattr(matrix, name), (3, 3), f"{where}: {name}")
+    for name in ("stiffness_ci95", "damping_ci95", "loss_factor_ci95"):
+        with_shape(getattr(matrix, name), (3, 3, 2), f"{where}: {name}")
+    session.add(
+        models.JointMatrix(
+            analysis_id=analysis_id,
+            specimen_id=specimen_id(session, article_of(session, analysis_id), matrix.joint),
+            joint=matrix.joint,
+            node=matrix.node,
+            covariance=(
+                None
+                if matrix.covariance is None
+                else encode_array(matrix.covariance, f"{where}: covariance", finite=False)
+            ),
+            elements=[_element(matrix, row, column, where) for row in range(3) for column in range(3)],
+        )
+    )
+    session.flush()
+
+
+def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]:
+    """The joints of an analysis, by name.
+
+    Raises:
+        NotFoundError: it has none.
+        DamagedError: an array is not what was stored.
+    """
+    rows = session.scalars(
+        select(models.JointMatrix).filter_by(analysis_id=analysis_id).order_by(models.JointMatrix.joint)
+    ).all()
+    if not rows:
+        raise NotFoundError(f"analysis {analysis_id} has no joint matrices")
+    return [_matrix(row) for row in rows]
+
+
+def _element(matrix: JointMatrix, row: int, column: int, where: str) -> models.JointElement:
+    at = (row, column)
+    name = f"{row + 1}{column + 1}"
+    return models.JointElement(
+        matrix_row=row + 1,
+        matrix_column=column + 1,
+        stiffness=finite(matrix.stiffness[at], f"{where}: k{name}"),
+        stiffness_low=or_null(matrix.stiffness_ci95[at][0]),
+        stiffness_high=or_null(matrix.stiffness_ci95[at][1]),
+        damping=finite(matrix.damping[at], f"{where}: h{name}"),
+        damping_low=or_null(matrix.damping_ci95[at][0]),
+        damping_high=or_null(matrix.damping_ci95[at][1]),
+        loss_factor=or_null(matrix.loss_factor[at]),
+        loss_factor_low=or_null(matrix.loss_factor_ci95[at][0]),
+        loss_factor_high=or_null(matrix.loss_factor_ci95[at][1]),
+        observable=bool(matrix.observable[at]),
+    )
+
+
+def _matrix(row: models.JointMatrix) -> JointMatrix:
+    def grid(column: str) -> Real:
+        return np.array([or_nan(getattr(element, column)) for element in row.elements]).reshape(3, 3)
+
+    def interval(column: str) -> Real:
+        return np.stack([grid(f"{column}_low"), grid(f"{column}_high")], axis=-1)
+
+    where = f"analysis {row.analysis_id}: joint {row.joint}: covariance"
+    return JointMatrix(
+        joint=row.joint,
+        node=row.node,
+        stiffness=grid("stiffness"),
+        damping=grid("damping"),
+        stiffness_ci95=interval("stiffness"),
+        damping_ci95=interval("damping"),
+        loss_factor=grid("loss_factor"),
+        loss_factor_ci95=interval("loss_factor"),
+        observable=np.array([element.observable for element in row.elements]).reshape(3, 3),
+        covariance=None if row.covariance is None else decode_array(row.covariance, where),
+    )

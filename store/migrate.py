@@ -1,0 +1,51 @@
+"""Bringing a database to this version's schema with Alembic; the revisions are in `store/migrations`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, inspect, text
+
+from store.errors import StoreError
+
+# Any number that no other program on the same server is likely to use for its advisory locks.
+_POSTGRESQL_LOCK = 7_341_902_418
+
+
+def configuration(connection: Connection | None = None) -> Config:
+    """Alembic's configuration for the packaged revisions, on a connection that is already in a transaction."""
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    config.attributes["connection"] = connection
+    return config
+
+
+def upgrade(connection: Connection) -> None:
+    """Create the tables of an empty database, or bring an older one up to date, in the caller's transaction.
+
+    Raises:
+        StoreError: the database is of a newer or unknown revision, or holds other tables.
+    """
+    if connection.dialect.name == "postgresql":
+        connection.execute(text(f"SELECT pg_advisory_xact_lock({_POSTGRESQL_LOCK})"))
+    config = configuration(connection)
+    script = ScriptDirectory.from_config(config)
+    known = {revision.revision for revision in script.walk_revisions()}
+    present = set(MigrationContext.configure(connection).get_current_heads())
+    if present == set(script.get_heads()):
+        return
+    if present - known:
+        raise StoreError(
+            f"the database is of schema revision {', '.join(sorted(present))}, which this version of jointlab does not "
+            f"know (newest known: {script.get_current_head()}); update jointlab or open another database"
+        )
+    if not present and (tables := inspect(connection).get_table_names()):
+        raise StoreError(
+            f"the database holds tables that are not jointlab's ({', '.join(sorted(tables)[:5])}); "
+            "give an empty database"
+        )
+    command.upgrade(config, "head")

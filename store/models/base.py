@@ -1,0 +1,96 @@
+"""What every table has in common: names of constraints, the UTC time type, provenance columns."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from operator import index
+from typing import Any
+
+from sqlalchemy import JSON, DateTime, Dialect, Double, Integer, LargeBinary, MetaData, String
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.types import TypeDecorator
+
+from store.errors import StoreError
+from store.provenance import software_version
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """A moment in UTC on both databases; SQLite has no time zones, so a naive time is refused on the way in."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        """Convert to UTC.
+
+        Raises:
+            StoreError: the time has no time zone.
+        """
+        if value is None:
+            return None
+        if value.tzinfo is None:
+            raise StoreError(f"time {value} has no time zone; give times in UTC")
+        utc = value.astimezone(UTC)
+        return utc.replace(tzinfo=None) if dialect.name == "sqlite" else utc
+
+    def process_result_value(
+        self,
+        value: datetime | None,
+        dialect: Dialect,  # noqa: ARG002 - SQLAlchemy's signature
+    ) -> datetime | None:
+        """Give the time back as UTC."""
+        if value is None:
+            return None
+        return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+class Number(TypeDecorator[float]):
+    """A float, numpy's own kinds included: SQLite would store those as bytes without a word."""
+
+    impl = Double
+    cache_ok = True
+
+    def process_bind_param(self, value: float | None, dialect: Dialect) -> float | None:  # noqa: ARG002 - see above
+        """Convert to a Python float."""
+        return None if value is None else float(value)
+
+
+class Whole(TypeDecorator[int]):
+    """An integer, numpy's own kinds included; a float is refused."""
+
+    impl = Integer
+    cache_ok = True
+
+    def process_bind_param(self, value: int | None, dialect: Dialect) -> int | None:  # noqa: ARG002 - see above
+        """Convert to a Python int."""
+        return None if value is None else index(value)
+
+
+class Base(DeclarativeBase):
+    """Base of all tables; constraints have names, so that migrations can find them on both databases."""
+
+    metadata = MetaData(
+        naming_convention={
+            "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+            "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+            "fk": "fk_%(table_name)s_%(column_0_name)s",
+            "pk": "pk_%(table_name)s",
+        }
+    )
+    type_annotation_map = {  # noqa: RUF012 - SQLAlchemy declares it as an instance attribute
+        datetime: UtcDateTime(),
+        float: Number(),
+        int: Whole(),
+        str: String(),
+        bytes: LargeBinary(),
+        dict[str, Any]: JSON(),
+        list[str]: JSON(),
+    }
+
+
+class Recorded:
+    """Columns of every row: its number, when it was written and by which version of the software."""
+
+    id: Mapped[int] = mapped_column(Integer, primary_key=True, sort_order=-1)
+    created_at: Mapped[datetime] = mapped_column(default=lambda: datetime.now(UTC), sort_order=1)
+    software_version: Mapped[str] = mapped_column(default=software_version, sort_order=1)

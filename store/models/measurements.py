@@ -1,0 +1,146 @@
+"""Tables of what was measured, with what, on what: rows that are written once and never changed."""
+
+from __future__ import annotations
+
+from datetime import date, datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, Index, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from store.models.base import Base, Recorded
+
+
+class Specimen(Recorded, Base):
+    """One joint's cylinders; `article` is the test article they belong to, `name` the joint."""
+
+    __tablename__ = "specimens"
+    __table_args__ = (UniqueConstraint("article", "name"),)
+
+    article: Mapped[str]
+    name: Mapped[str]
+    description: Mapped[str | None]
+
+
+class Instrument(Recorded, Base):
+    """A sensor, a tester, a thermometer: what has a serial number."""
+
+    __tablename__ = "instruments"
+    __table_args__ = (UniqueConstraint("kind", "model", "serial"),)
+
+    kind: Mapped[str]
+    model: Mapped[str]
+    serial: Mapped[str]
+    details: Mapped[dict[str, Any]]
+
+
+class Calibration(Recorded, Base):
+    """One calibration of an instrument; a new one is a new row."""
+
+    __tablename__ = "calibrations"
+    __table_args__ = (UniqueConstraint("instrument_id", "calibrated_on", "sensitivity"),)
+
+    instrument_id: Mapped[int] = mapped_column(ForeignKey("instruments.id"))
+    calibrated_on: Mapped[date | None]
+    sensitivity: Mapped[float | None]
+    sensitivity_unit: Mapped[str | None]
+    instrument: Mapped[Instrument] = relationship()
+
+
+class Run(Recorded, Base):
+    """One measurement or import, from its start to its end."""
+
+    __tablename__ = "runs"
+    __table_args__ = (Index(None, "state", "started_at"), Index(None, "kind", "started_at"))
+
+    kind: Mapped[str]
+    state: Mapped[str]
+    title: Mapped[str]
+    article: Mapped[str]
+    started_at: Mapped[datetime]
+    finished_at: Mapped[datetime | None]
+    reason: Mapped[str | None]
+    setup: Mapped[dict[str, Any]]
+    sequence: Mapped[dict[str, Any]]
+    configuration_hash: Mapped[str]
+    waveform_file: Mapped[str] = mapped_column(unique=True)
+
+
+class RunInstrument(Base):
+    """Which instruments, under which calibration, a run used."""
+
+    __tablename__ = "run_instruments"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"), primary_key=True)
+
+
+class Channel(Recorded, Base):
+    """One input as it was set during a run."""
+
+    __tablename__ = "channels"
+    __table_args__ = (UniqueConstraint("run_id", "name"),)
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    name: Mapped[str]
+    physical: Mapped[str]
+    kind: Mapped[str]
+    unit: Mapped[str]
+    sensitivity: Mapped[float]
+    minimum: Mapped[float]
+    maximum: Mapped[float]
+    excitation_current: Mapped[float | None]
+    calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"))
+    calibration: Mapped[Calibration] = relationship()
+
+
+class Point(Recorded, Base):
+    """A point struck in a hammer run; a set is one complete walk along the beam."""
+
+    __tablename__ = "points"
+    __table_args__ = (UniqueConstraint("run_id", "set_number", "node", "direction"),)
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    set_number: Mapped[int]
+    node: Mapped[int]
+    direction: Mapped[str]
+    run: Mapped[Run] = relationship()
+
+
+class Blow(Recorded, Base):
+    """One blow, accepted or refused with its reason; force in N, its waveform in the run's file."""
+
+    __tablename__ = "blows"
+    __table_args__ = (UniqueConstraint("point_id", "number"),)
+
+    point_id: Mapped[int] = mapped_column(ForeignKey("points.id"))
+    number: Mapped[int]
+    accepted: Mapped[bool]
+    reason: Mapped[str | None]
+    peak_force: Mapped[float | None]
+    temperature_c: Mapped[float | None]
+    struck_at: Mapped[datetime | None]
+    waveform_record: Mapped[int | None]
+    source: Mapped[str | None]
+    point: Mapped[Point] = relationship()
+
+
+class SineRecord(Recorded, Base):
+    """One steady-state sine record of the tester: displacement and force, peak-to-peak amplitudes in mm, Hz."""
+
+    __tablename__ = "sine_records"
+    __table_args__ = (UniqueConstraint("run_id", "order_number"), Index(None, "specimen_id"))
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"))
+    order_number: Mapped[int]
+    configuration: Mapped[str]
+    commanded_pp_mm: Mapped[float]
+    reached_pp_mm: Mapped[float | None]
+    frequency: Mapped[float]
+    elapsed: Mapped[float]
+    recorded_at: Mapped[datetime | None]
+    temperature_c: Mapped[float | None]
+    waveform_record: Mapped[int | None]
+    run: Mapped[Run] = relationship()
+    specimen: Mapped[Specimen] = relationship()

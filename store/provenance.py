@@ -1,0 +1,43 @@
+"""Where a stored row comes from: the software's version and a hash of the configuration."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from store.errors import StoreError
+
+
+@cache
+def software_version() -> str:
+    """Version of the installed distribution, or a text that says it runs uninstalled."""
+    try:
+        return version("jointlab")
+    except PackageNotFoundError:
+        return "uninstalled"
+
+
+def to_json(document: Any) -> str:
+    """JSON text of plain values.
+
+    Raises:
+        StoreError: the document holds NaN, infinity or objects that JSON has no form for.
+    """
+    try:
+        return json.dumps(document, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise StoreError(f"a configuration cannot be stored as JSON: {error}") from error
+
+
+def configuration_hash(document: Any) -> str:
+    """SHA-256 of the document as JSON with sorted keys: equal configurations have equal hashes.
+
+    Raises:
+        StoreError: the document has no JSON form.
+    """
+    to_json(document)
+    canonical = json.dumps(document, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()

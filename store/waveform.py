@@ -1,0 +1,89 @@
+"""A waveform: raw samples of simultaneous channels, with what turns them into physical values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from store.errors import NotFoundError, StoreError
+
+Samples = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class WaveformChannel:
+    """How one row of samples becomes physical values.
+
+    Attributes:
+        name: the channel's name, unique within the waveform.
+        unit: physical unit, such as N or m/s^2.
+        coefficients: of the polynomial from raw samples to volts, lowest power first.
+        sensitivity: volts per physical unit.
+    """
+
+    name: str
+    unit: str
+    coefficients: tuple[float, ...] = (0.0, 1.0)
+    sensitivity: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Waveform:
+    """One record of all channels on one clock.
+
+    Attributes:
+        channels: (channels,) what the rows are.
+        samples: (channels, samples) int32 counts as the converter gave them, or float64 values of a file.
+        sample_rate: Hz.
+        started_at: UTC of the first sample, or None where it is not known.
+        trigger_index: index of the sample at the trigger, or None for an untriggered record.
+        overloaded: names of the channels that were overloaded.
+    """
+
+    channels: tuple[WaveformChannel, ...]
+    samples: Samples
+    sample_rate: float
+    started_at: datetime | None = None
+    trigger_index: int | None = None
+    overloaded: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.samples.dtype not in (np.int32, np.float64):
+            raise StoreError(f"a waveform holds int32 counts or float64 values, not {self.samples.dtype}")
+        if self.samples.ndim != 2 or self.samples.shape[0] != len(self.channels) or self.samples.shape[1] == 0:
+            raise StoreError(f"samples have shape {self.samples.shape}, expected ({len(self.channels)}, samples)")
+        names = [channel.name for channel in self.channels]
+        if len(set(names)) != len(names):
+            raise StoreError(f"channel names {', '.join(names)} are not unique")
+        if self.samples.dtype == np.float64 and not np.all(np.isfinite(self.samples)):
+            raise StoreError("samples hold values that are not finite numbers")
+        if not (np.isfinite(self.sample_rate) and self.sample_rate > 0):
+            raise StoreError(f"sample rate {self.sample_rate} Hz is not positive")
+
+    def value(self, name: str) -> NDArray[np.float64]:
+        """(samples,) physical values of a channel in its unit.
+
+        Raises:
+            NotFoundError: the waveform has no such channel.
+        """
+        for channel, row in zip(self.channels, self.samples, strict=True):
+            if channel.name == name:
+                volts = np.polynomial.polynomial.polyval(row.astype(np.float64), channel.coefficients)
+                return np.asarray(volts / channel.sensitivity)
+        have = ", ".join(channel.name for channel in self.channels)
+        raise NotFoundError(f"the waveform has no channel {name!r}; it has {have}")
+
+
+@dataclass(frozen=True)
+class WaveformReference:
+    """Where a waveform is: the run's file and the record's number in it."""
+
+    file: str
+    record: int
+
+    def __str__(self) -> str:
+        return f"{self.file} record {self.record}"

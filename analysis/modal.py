@@ -26,6 +26,7 @@ from analysis.modal_model import DampingKind
 from analysis.modal_refinement import ModalData, ModalFit, refine
 from analysis.mode_selection import chi_square_per_line, evidence, grown, noise_scale, without_idle_modes
 from analysis.modes import Modes
+from analysis.pole_parameters import frequency_and_loss_factor_slope
 from analysis.response_variance import variance_from_neighbours, variance_from_residual
 from analysis.stabilisation import Stabilisation, read_chart
 
@@ -134,7 +135,7 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     rising = np.argsort(-(fit.poles**2).real)
     scale = noise_scale(fit)
     poles = fit.poles[rising]
-    jacobian = _frequency_and_loss_factor_slope(poles)
+    jacobian = frequency_and_loss_factor_slope(poles)
     pairs = np.stack([2 * rising, 2 * rising + 1], axis=1).ravel()
     covariance = fit.pole_covariance[np.ix_(pairs, pairs)]
     modes = Modes(
@@ -154,16 +155,3 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
         stabilisation=chart,
         damping=data.kind,
     )
-
-
-def _frequency_and_loss_factor_slope(poles: Complex) -> Real:
-    """(2 modes, 2 modes) derivatives of [f_1, eta_1, ...] by [Re lambda_1, Im lambda_1, ...]."""
-    slope = np.zeros((2 * poles.size, 2 * poles.size))
-    for mode, pole in enumerate(poles):
-        square = -(pole**2)
-        loss_factor = square.imag / square.real
-        for part, by_square in enumerate((-2 * pole, -2j * pole)):
-            column = 2 * mode + part
-            slope[2 * mode, column] = by_square.real / (4 * np.pi * np.sqrt(square.real))
-            slope[2 * mode + 1, column] = (by_square.imag - loss_factor * by_square.real) / square.real
-    return slope

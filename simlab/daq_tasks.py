@@ -210,7 +210,8 @@ class Task:
         """Start to acquire, or to wait for the trigger.
 
         Raises:
-            StatusError: -200479 when it runs already; and what `verify` raises.
+            StatusError: -200479 when it runs already, -200077 for a trigger level in the noise; and what
+                `verify` raises.
         """
         with self._changed:
             self._check_stopped()
@@ -219,6 +220,11 @@ class Task:
             self._origin = None if self.trigger else self._started
             self.position = 0
             self.new_overloads = frozenset()
+            try:
+                self._find_origin()  # finds a trigger level that makes no sense
+            except StatusError:
+                self._started = None
+                raise
             self._changed.notify_all()
 
     def stop(self) -> None:
@@ -283,7 +289,10 @@ class Task:
         if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
             return None
         level = trigger.level * trigger.channel.volts_per_unit / sensor.sensitivity
-        crossing = self.bench.next_crossing(sensor.signal, level, after)
+        try:
+            crossing = self.bench.next_crossing(sensor.signal, level, after)
+        except ValueError as error:
+            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"Trigger level: {trigger.level:g}. {error}.") from error
         return crossing if crossing is not None and crossing <= self.bench.clock.now() else None
 
     def pause(self, timeout: float) -> None:

@@ -1,0 +1,325 @@
+"""Tasks: what acquires blocks, once set up and then as often as wanted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from types import TracebackType
+
+import nidaqmx
+import nidaqmx.errors
+import numpy as np
+import numpy.typing as npt
+from nidaqmx.constants import (
+    AccelSensitivityUnits,
+    AccelUnits,
+    AcquisitionType,
+    ExcitationSource,
+    ForceIEPESensorSensitivityUnits,
+    ForceUnits,
+    TaskMode,
+)
+from nidaqmx.error_codes import DAQmxErrors
+from nidaqmx.stream_readers import AnalogUnscaledReader
+from numpy.polynomial import polynomial
+
+from daq.block import Block
+from daq.channels import Channel, ChannelKind, checked_table
+from daq.errors import ChannelError, DaqError, TriggerTimeoutError
+from daq.nidaqmx_errors import translated
+
+STANDARD_GRAVITY = 9.80665
+RATE_TOLERANCE = 1e-6  # relative difference of the rate from the one asked for, above which it is reported
+LONGEST_ARMING_NAP = 5e-3  # s
+ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
+NO_OVERLOAD_ATTRIBUTE = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
+
+
+@dataclass(frozen=True)
+class EdgeTrigger:
+    """Record when `channel` rises through `level` (its SI unit), from `pre_trigger` seconds before that on."""
+
+    channel: str
+    level: float
+    pre_trigger: float
+
+
+def add_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
+    """Add `channels` to `task`, each as its kind wants it.
+
+    Raises:
+        ChannelError: the instrument refuses one.
+    """
+    for channel in channels:
+        with translated(f"channel {channel.name!r} on {channel.physical}"):
+            _add_channel(task.ai_channels, channel)
+
+
+def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: Channel) -> None:
+    source = ExcitationSource.INTERNAL if channel.excitation_current else ExcitationSource.NONE
+    match channel.kind:
+        case ChannelKind.FORCE_IEPE:
+            inputs.add_ai_force_iepe_chan(
+                channel.physical,
+                channel.name,
+                min_val=channel.minimum,
+                max_val=channel.maximum,
+                units=ForceUnits.NEWTONS,
+                sensitivity=channel.sensitivity * 1e3,
+                sensitivity_units=ForceIEPESensorSensitivityUnits.MILLIVOLTS_PER_NEWTON,
+                current_excit_source=source,
+                current_excit_val=channel.excitation_current,
+            )
+        case ChannelKind.ACCELERATION_IEPE:
+            inputs.add_ai_accel_chan(
+                channel.physical,
+                channel.name,
+                min_val=channel.minimum,
+                max_val=channel.maximum,
+                units=AccelUnits.METERS_PER_SECOND_SQUARED,
+                sensitivity=channel.sensitivity * STANDARD_GRAVITY * 1e3,
+                sensitivity_units=AccelSensitivityUnits.MILLIVOLTS_PER_G,
+                current_excit_source=source,
+                current_excit_val=channel.excitation_current,
+            )
+        case ChannelKind.VOLTAGE:
+            inputs.add_ai_voltage_chan(
+                channel.physical,
+                channel.name,
+                min_val=channel.minimum * channel.sensitivity,
+                max_val=channel.maximum * channel.sensitivity,
+            )
+
+
+class _FiniteTask:
+    """A finite acquisition of several channels on one clock, set up once.
+
+    Any error but a timeout clears the task, so that the instrument is free again; after that it cannot be used.
+
+    Attributes:
+        channels: in the order of the rows of a block.
+        requested_rate: Hz, as asked for.
+        sample_rate: Hz, as the instrument coerced it; the blocks have this one.
+        samples: per channel and block.
+    """
+
+    def __init__(
+        self,
+        options: nidaqmx.GrpcSessionOptions | None,
+        channels: Sequence[Channel],
+        sample_rate: float,
+        duration: float,
+        trigger: EdgeTrigger | None = None,
+    ) -> None:
+        self.channels = checked_table(channels)
+        self.requested_rate = sample_rate
+        self._overload_attribute = True
+        self._open = True
+        with translated("new task"):
+            self._task = nidaqmx.Task(grpc_options=options)
+        try:
+            add_channels(self._task, self.channels)
+            with translated(f"{self._names} at {sample_rate:g} Hz"):
+                self._set_up(sample_rate, duration, trigger)
+        except DaqError as error:
+            self._close_because_of(error)
+            raise
+
+    def _set_up(self, sample_rate: float, duration: float, trigger: EdgeTrigger | None) -> None:
+        timing = self._task.timing
+        timing.cfg_samp_clk_timing(sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=2)
+        self.sample_rate = float(timing.samp_clk_rate)
+        self.samples = max(2, round(duration * self.sample_rate))
+        timing.samp_quant_samp_per_chan = self.samples
+        self._pre_trigger = 0
+        if trigger is not None:
+            self._pre_trigger = max(2, round(trigger.pre_trigger * self.sample_rate))
+            source = next((c for c in self.channels if c.name == trigger.channel), None)
+            if source is None:
+                raise ChannelError(f"trigger on {trigger.channel!r}: not one of {self._names}")
+            volts = source.kind is ChannelKind.VOLTAGE
+            self._task.triggers.reference_trigger.cfg_anlg_edge_ref_trig(
+                source.name,
+                pretrigger_samples=self._pre_trigger,
+                trigger_level=trigger.level * source.sensitivity if volts else trigger.level,
+            )
+        inputs = [self._task.ai_channels[channel.name] for channel in self.channels]
+        self._scaling = tuple(tuple(float(c) for c in i.ai_dev_scaling_coeff) for i in inputs)
+        self._range = tuple((float(i.ai_rng_low), float(i.ai_rng_high)) for i in inputs)
+        self._reader = AnalogUnscaledReader(self._task.in_stream)
+        self._reader.verify_array_shape = False  # the array is ours; spares a call a block
+        self._task.control(TaskMode.TASK_COMMIT)  # so that each start is quick
+
+    @property
+    def _names(self) -> str:
+        return ", ".join(channel.name for channel in self.channels)
+
+    @property
+    def rate_note(self) -> str | None:
+        """What to tell about the sample rate; None where it is the one asked for."""
+        if abs(self.sample_rate / self.requested_rate - 1) <= RATE_TOLERANCE:
+            return None
+        return (
+            f"{self.requested_rate:g} Hz asked for; the instrument samples at {self.sample_rate:.6g} Hz, and so do we"
+        )
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self._close_because_of(error)
+
+    def close(self) -> None:
+        """Clear the task and free the instrument; a second time does nothing.
+
+        Raises:
+            DaqError: the instrument cannot be reached, so it could not be told.
+        """
+        if self._open:
+            self._open = False
+            with translated(f"clear task of {self._names}"):
+                self._task.close()
+
+    def _close_because_of(self, error: BaseException) -> None:
+        """Clear the task on the way out of `error`, which stays the one that is raised."""
+        try:
+            self.close()
+        except DaqError as second:
+            error.add_note(f"the task could not be cleared either: {second}")
+
+    @contextmanager
+    def _cleared_on_error(self, what: str) -> Iterator[None]:
+        """Translate errors; clear the task on any but a timeout, after which it is only stopped."""
+        if not self._open:
+            raise DaqError(f"{what} {self._names}: the task is cleared; open a new one")
+        try:
+            with translated(f"{what} {self._names}"):
+                yield
+        except TriggerTimeoutError as error:
+            try:
+                with translated(f"stop {self._names}"):
+                    self._task.stop()
+            except DaqError as second:
+                error.add_note(str(second))
+                self._close_because_of(error)
+            raise
+        except DaqError as error:
+            self._close_because_of(error)
+            raise
+
+    def _start(self) -> None:
+        with self._cleared_on_error("start"):
+            self._started_at = datetime.now(UTC)
+            self._task.start()
+
+    def _block(self, timeout: float) -> Block:
+        """Wait for the record and stop."""
+        counts = np.empty((len(self.channels), self.samples), dtype=np.int32)
+        with self._cleared_on_error("read"):
+            self._reader.read_int32(counts, self.samples, timeout=timeout)
+            complete_at = datetime.now(UTC)
+            overloaded = self._flagged() | self._at_the_rail(counts)
+            self._task.stop()
+        return Block(
+            channels=self.channels,
+            counts=counts,
+            scaling=self._scaling,
+            sample_rate=self.sample_rate,
+            # a record ends before it is read and begins after the start
+            started_at=max(self._started_at, complete_at - timedelta(seconds=self.samples / self.sample_rate)),
+            trigger_index=self._pre_trigger or None,
+            overloaded=tuple(channel.name for channel in self.channels if channel.name in overloaded),
+        )
+
+    def _flagged(self) -> set[str]:
+        """Names of channels that the instrument itself calls overloaded; not every instrument can."""
+        if not self._overload_attribute:
+            return set()
+        try:
+            stream = self._task.in_stream
+            return set(stream.overloaded_chans) if stream.overloaded_chans_exist else set()
+        except nidaqmx.errors.DaqError as error:
+            if error.error_code not in NO_OVERLOAD_ATTRIBUTE:
+                raise
+            self._overload_attribute = False
+            return set()
+
+    def _at_the_rail(self, counts: npt.NDArray[np.int32]) -> set[str]:
+        """Names of channels whose lowest or highest count is at or beyond the end of the range."""
+        names = set()
+        for channel, row, coefficients, (low, high) in zip(
+            self.channels, counts, self._scaling, self._range, strict=True
+        ):
+            ends = polynomial.polyval(np.array([row.min(), row.max()], dtype=np.float64), coefficients)
+            count = abs(coefficients[1])  # V, least significant bit
+            if ends.min() <= low + count or ends.max() >= high - count:
+                names.add(channel.name)
+        return names
+
+
+class TriggeredTask(_FiniteTask):
+    """Blocks around a trigger: arm, let the trigger come, wait for the block; as often as wanted.
+
+    A context manager. Made by `Chassis.triggered`.
+    """
+
+    def __enter__(self) -> TriggeredTask:
+        return self
+
+    def arm(self) -> None:
+        """Start to look for the trigger; returns when the pre-trigger samples are there, so that it counts.
+
+        Raises:
+            DaqError: the instrument does not start; the task is cleared.
+        """
+        self._start()
+        deadline = time.monotonic() + self._pre_trigger / self.sample_rate + ARMING_TIMEOUT
+        with self._cleared_on_error("arm"):
+            while (missing := self._pre_trigger - int(self._task.in_stream.total_samp_per_chan_acquired)) > 0:
+                if time.monotonic() > deadline:
+                    raise DaqError(f"{self._names}: no samples come; check the sample clock of the instrument")
+                time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_NAP))
+
+    def wait(self, timeout: float) -> Block:
+        """The block of the trigger that comes within `timeout` seconds.
+
+        Raises:
+            TriggerTimeoutError: none came; the task is stopped and can be armed again.
+            OverrunError: samples were lost; the task is cleared.
+            InstrumentAbsentError: instrument or server is gone; the task is cleared.
+            DaqError: anything else; the task is cleared.
+        """
+        return self._block(timeout + self.samples / self.sample_rate)
+
+
+class Recorder(_FiniteTask):
+    """Blocks that start when asked for; as often as wanted. A context manager. Made by `Chassis.record`."""
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def record(self, duration: float | None = None, timeout: float = 5.0) -> Block:
+        """The block that starts now.
+
+        Args:
+            duration: seconds; None for as long as the last.
+            timeout: seconds that it may take beyond its duration.
+
+        Raises:
+            TriggerTimeoutError: it was not complete in time; the recorder is stopped and can be used again.
+            OverrunError: samples were lost; the task is cleared.
+            InstrumentAbsentError: instrument or server is gone; the task is cleared.
+            DaqError: anything else; the task is cleared.
+        """
+        samples = self.samples if duration is None else max(2, round(duration * self.sample_rate))
+        if samples != self.samples:
+            with self._cleared_on_error("record"):
+                self._task.timing.samp_quant_samp_per_chan = samples
+            self.samples = samples
+        self._start()
+        return self._block(timeout + self.samples / self.sample_rate)

@@ -1,0 +1,51 @@
+"""The channel table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+
+import pytest
+
+from daq.channels import Channel, ChannelKind, checked_table
+from daq.errors import ChannelError
+
+HAMMER = Channel(
+    "hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3, "LW12345", date(2026, 3, 1)
+)
+FORCE = Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000)
+
+
+@pytest.mark.parametrize("sensitivity", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_sensitivity_must_be_positive(sensitivity: float) -> None:
+    with pytest.raises(ChannelError, match=r"'hammer': sensitivity .* must be positive"):
+        replace(HAMMER, sensitivity=sensitivity)
+
+
+@pytest.mark.parametrize(("minimum", "maximum"), [(1.0, 1.0), (2.0, 1.0), (float("nan"), 1.0)])
+def test_a_range_must_not_be_empty(minimum: float, maximum: float) -> None:
+    with pytest.raises(ChannelError, match=r"'hammer': range .* N is empty"):
+        replace(HAMMER, minimum=minimum, maximum=maximum)
+
+
+def test_an_excitation_is_not_negative_and_not_for_voltages() -> None:
+    with pytest.raises(ChannelError, match="negative"):
+        replace(HAMMER, excitation_current=-2e-3)
+    with pytest.raises(ChannelError, match="takes no excitation"):
+        replace(FORCE, excitation_current=2e-3)
+
+
+@pytest.mark.parametrize("name", ["", "a, b"])
+def test_a_name_can_stand_in_a_list(name: str) -> None:
+    with pytest.raises(ChannelError, match="without commas"):
+        replace(HAMMER, name=name)
+
+
+def test_a_table_uses_each_name_and_each_input_once() -> None:
+    assert checked_table([HAMMER, FORCE]) == (HAMMER, FORCE)
+    with pytest.raises(ChannelError, match="name hammer stands there twice"):
+        checked_table([HAMMER, replace(FORCE, name="hammer")])
+    with pytest.raises(ChannelError, match="physical channel cDAQ1Mod1/ai0 stands there twice"):
+        checked_table([HAMMER, replace(FORCE, physical="cDAQ1Mod1/ai0")])
+    with pytest.raises(ChannelError, match="empty"):
+        checked_table([])

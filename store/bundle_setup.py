@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import PurePosixPath
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -100,45 +100,36 @@ class Prediction(_Part):
     input: tuple[Node, Literal["x", "y"]]
 
 
-class BundleSetup(_Part):
-    """All of setup.json; `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files."""
+class Article(_Part):
+    """What was built, and how far the lab trusts its figures."""
 
-    format: Literal["jointlab-bundle/1"]
-    title: str
     beam: Beam
     node_positions: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
     joints: Annotated[tuple[Joint, ...], Field(min_length=1)]
     accelerometer: Accelerometer
-    inverse: Annotated[tuple[InverseSet, ...], Field(min_length=1)]
-    direct: DirectTable
     tolerances: Tolerances
-    predict: tuple[Prediction, ...] = ()
-    checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
 
     @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _is_one_beam(self) -> Self:
         positions = self.node_positions
         if any(right <= left for left, right in pairwise(positions)):
             raise ValueError("node_positions do not rise")
         if positions[-1] > self.beam.length * (1 + 1e-9):
             raise ValueError(f"node_positions end at {positions[-1]} m, beyond the beam's length {self.beam.length} m")
-        for what, node in self._nodes():
-            if node > len(positions):
-                raise ValueError(f"{what} is at node {node}; node_positions has {len(positions)}")
-        for what, names in (
-            ("joints: a name", [joint.name for joint in self.joints]),
-            ("a file", [entry.file for entry in self.inverse] + [self.direct.file, "setup.json"]),
-        ):
-            if len(set(names)) != len(names):
-                raise ValueError(f"{what} comes twice among {', '.join(names)}")
+        for joint in self.joints:
+            self.check_known(joint.node, f"joint {joint.name}")
+        self.check_known(self.accelerometer.node, "the accelerometer")
+        _once("joints: a name", [joint.name for joint in self.joints])
         return self
 
-    def _nodes(self) -> Iterator[tuple[str, int]]:
-        yield from ((f"joint {joint.name}", joint.node) for joint in self.joints)
-        yield "the accelerometer", self.accelerometer.node
-        for prediction in self.predict:
-            yield "a predicted response", prediction.response[0]
-            yield "a predicted input", prediction.input[0]
+    def check_known(self, node: int, what: str) -> None:
+        """Refuse a node that the beam does not have.
+
+        Raises:
+            ValueError: there are fewer node positions.
+        """
+        if node > len(self.node_positions):
+            raise ValueError(f"{what} is at node {node}; node_positions has {len(self.node_positions)}")
 
     def check_node(self, dof: Dof, where: str) -> None:
         """Refuse a point that the beam does not have.
@@ -153,6 +144,30 @@ class BundleSetup(_Part):
     def specimens(self) -> tuple[str, ...]:
         """Names of the joints, which are those of their cylinders."""
         return tuple(joint.name for joint in self.joints)
+
+
+class BundleSetup(Article):
+    """All of setup.json; `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files."""
+
+    format: Literal["jointlab-bundle/1"]
+    title: str
+    inverse: Annotated[tuple[InverseSet, ...], Field(min_length=1)]
+    direct: DirectTable
+    predict: tuple[Prediction, ...] = ()
+    checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        for prediction in self.predict:
+            self.check_known(prediction.response[0], "a predicted response")
+            self.check_known(prediction.input[0], "a predicted input")
+        _once("a file", [entry.file for entry in self.inverse] + [self.direct.file, "setup.json"])
+        return self
+
+
+def _once(what: str, names: list[str]) -> None:
+    if len(set(names)) != len(names):
+        raise ValueError(f"{what} comes twice among {', '.join(names)}")
 
 
 def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
@@ -180,9 +195,25 @@ def setup_from(document: dict[str, Any]) -> BundleSetup:
     """
     if document.get("format") != FORMAT:
         raise StoreError(f"setup.json: format is {document.get('format')!r}, expected {FORMAT!r}")
+    return _checked(BundleSetup, document)
+
+
+def article_from(document: dict[str, Any]) -> Article:
+    """The article that a stored setup describes; whatever else it holds is left aside.
+
+    Raises:
+        StoreError: a key is missing, or a value is wrong; the message names the key.
+    """
+    return _checked(Article, document)
+
+
+_Model = TypeVar("_Model", bound=_Part)
+
+
+def _checked(model: type[_Model], document: dict[str, Any]) -> _Model:
     try:
         # By way of JSON text, where an array is a tuple; Python's lists are not, and strict means strict.
-        return BundleSetup.model_validate_json(json.dumps(document, allow_nan=False))
+        return model.model_validate_json(json.dumps(document, allow_nan=False))
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"])) or "setup"

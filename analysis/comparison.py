@@ -45,7 +45,7 @@ class InverseJoint(Protocol):
         """(3, 3) k."""
 
     @property
-    def stiffness_ci95(self) -> Real:
+    def k_ci95(self) -> Real:
         """(3, 3, 2) its 95 % interval."""
 
     @property
@@ -116,8 +116,9 @@ def compare(
         inverse: what the inverse test identified, by the same names.
         mode_frequencies: of the modes it was identified from, Hz.
         amplitude_pp: where to compare, m; the measured amplitude nearest to it is taken, the smallest if None.
-        sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), for
-            elements whose sum only is observable.
+        sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), where it
+            knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
+            added, which holds for any correlation.
         relative_uncertainty: standard deviation of what scales all direct values alike (tester gain, specimens).
 
     Raises:
@@ -136,13 +137,15 @@ def compare(
         for name, joint in inverse.items():
             value = series[name].estimate(element, relative_uncertainty)
             found, missing = _inverse_bounds(joint, element, p, q)
+            if not joint.observable[p, q]:
+                found, missing = None, f"the inverse test alone does not determine {element} of this joint"
             result.append(_judge(name, element, found, missing, value, series[name]))
         observable = all(joint.observable[p, q] for joint in inverse.values())
         if not observable and (element in sums or (p, q) == (0, 0)):
             total = _total(tuple(series.values()), element, relative_uncertainty)
-            missing = f"the inverse test gives no interval for the sum of {element}"
+            found, missing = _inverse_total(tuple(inverse.values()), element, p, q)
             first = next(iter(series.values()))
-            result.append(_judge("+".join(inverse), element, sums.get(element), missing, total, first))
+            result.append(_judge("+".join(inverse), element, sums.get(element, found), missing, total, first))
     return tuple(result)
 
 
@@ -222,14 +225,24 @@ def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: floa
 
 def _inverse_bounds(joint: InverseJoint, element: str, p: int, q: int) -> tuple[Bounds | None, str]:
     """Value and interval of one element, or None and the reason why there is none."""
-    if not joint.observable[p, q]:
-        return None, f"the inverse test does not determine {element} of one joint alone"
     stiffness = element.startswith("k")
     value = joint.stiffness[p, q] if stiffness else joint.loss_factor[p, q]
-    low, high = joint.stiffness_ci95[p, q] if stiffness else joint.loss_factor_ci95[p, q]
+    low, high = joint.k_ci95[p, q] if stiffness else joint.loss_factor_ci95[p, q]
     if not np.all(np.isfinite([value, low, high])):
         return None, f"the inverse test gives no finite interval for {element}, as where k may be zero"
     return Bounds(float(value), float(low), float(high)), ""
+
+
+def _inverse_total(joints: tuple[InverseJoint, ...], element: str, p: int, q: int) -> tuple[Bounds | None, str]:
+    """Sum of k over all joints, or sum of h over sum of k; the errors of joints may be correlated in any way."""
+    parts = [_inverse_bounds(joint, element, p, q) for joint in joints]
+    bounds = [part for part, _ in parts if part is not None]
+    if len(bounds) < len(joints):
+        return None, next(reason for part, reason in parts if part is None)
+    stiffness = np.array([joint.stiffness[p, q] for joint in joints])
+    shares = np.ones(len(joints)) if element.startswith("k") else stiffness / np.sum(stiffness)
+    value, low, high = (float(shares @ [getattr(part, end) for part in bounds]) for end in ("value", "low", "high"))
+    return Bounds(value, low, high), ""
 
 
 def _judge(

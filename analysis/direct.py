@@ -78,7 +78,7 @@ class DynamicStiffness:
     @property
     def loss_angle(self) -> float:
         """delta, rad."""
-        return cmath.phase(self.complex_stiffness)
+        return math.atan2(self.damping, self.stiffness)  # cmath.phase overflows where h is subnormal
 
     @property
     def loss_factor(self) -> float:
@@ -182,6 +182,7 @@ def dynamic_stiffness(
         harmonics=harmonics,
         drift_order=drift_order,
         refine=refine,
+        names=("displacement", "force"),
     )
     motion = abs(fit.first[0])
     noise = max(float(fit.residual_standard_error[0]), float(fit.amplitude_pp_standard_error[0]) / 2)

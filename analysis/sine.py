@@ -15,6 +15,7 @@ whole cycles and each is fitted again at the same w: what scatters between block
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +105,7 @@ def fit_sine(
     harmonics: int = 5,
     drift_order: int = 1,
     refine: bool = True,
+    names: Sequence[str] = (),
 ) -> SineFit:
     """Fit a sine of one common frequency, its harmonics and drift to every signal.
 
@@ -114,6 +116,7 @@ def fit_sine(
         harmonics: how many to model, the first included; those that would pass Nyquist are left out.
         drift_order: of the polynomial; 1 is a straight line.
         refine: refine the frequency (four-parameter fit) or hold it (three-parameter fit).
+        names: of the signals, for errors.
 
     Returns:
         The fit; one signal gives arrays with one row.
@@ -122,7 +125,7 @@ def fit_sine(
         AnalysisError: a value is not finite, a signal is constant, the record has fewer than two cycles or too few
             samples, the frequency is not between 0 and Nyquist, or no sine was found near the given frequency.
     """
-    record = _checked(signals, sample_rate, frequency, harmonics, drift_order)
+    record = _checked(signals, sample_rate, frequency, harmonics, drift_order, names)
     samples = record.shape[1]
     duration = samples / sample_rate
     # a harmonic nearer to Nyquist than the record resolves cannot be told from its alias
@@ -195,7 +198,9 @@ class _Model:
         return np.asarray(self.coefficients[:, self.drift :: 2] + 1j * self.coefficients[:, self.drift + 1 :: 2])
 
 
-def _checked(signals: ArrayLike, sample_rate: float, frequency: float, harmonics: int, drift_order: int) -> Real:
+def _checked(
+    signals: ArrayLike, sample_rate: float, frequency: float, harmonics: int, drift_order: int, names: Sequence[str]
+) -> Real:
     record = np.atleast_2d(np.asarray(signals, dtype=np.float64))
     if record.ndim != 2 or record.shape[1] == 0:
         raise AnalysisError(f"signals have shape {np.shape(signals)}; give (samples,) or (signals, samples)")
@@ -214,11 +219,13 @@ def _checked(signals: ArrayLike, sample_rate: float, frequency: float, harmonics
             f"the record has {duration * frequency:.2f} cycles of {frequency:g} Hz; "
             f"at least {FEWEST_CYCLES:g} are needed"
         )
-    if not np.all(np.isfinite(record)):
-        row, sample = np.argwhere(~np.isfinite(record))[0]
-        raise AnalysisError(f"signal {row} is not a finite number at sample {sample}")
-    for row in np.flatnonzero(np.ptp(record, axis=1) == 0):
-        raise AnalysisError(f"signal {row} is constant at {record[row, 0]:g}; is its channel connected?")
+    names = names or [f"signal {row}" for row in range(len(record))]
+    for name, signal in zip(names, record, strict=True):
+        bad = np.flatnonzero(~np.isfinite(signal))
+        if bad.size:
+            raise AnalysisError(f"{name} is not a finite number at sample {bad[0]}")
+        if np.ptp(signal) == 0:
+            raise AnalysisError(f"{name} is constant at {signal[0]:g}; is its channel connected?")
     return record
 
 

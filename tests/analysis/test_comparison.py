@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass, field, replace
 
@@ -22,7 +21,7 @@ SIGN = {"I": 1.0, "II": -1.0}
 
 
 def point(value: complex, error: float, frequency: float, amplitude_pp: float) -> DynamicStiffness:
-    return from_polar(frequency, amplitude_pp, abs(value), cmath.phase(value), error)
+    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def sweep(joint: str, error: float = 0.01, highest: float = 200.0) -> list[JointTerms]:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import cmath
 import math
 
 import numpy as np
@@ -19,7 +18,7 @@ stiffness = st.builds(lambda k, gamma: k * complex(1, gamma), st.floats(1e5, 1e7
 
 
 def point(value: complex, error: float = 0.01, frequency: float = 50.0, amplitude_pp: float = 1e-5) -> DynamicStiffness:
-    return from_polar(frequency, amplitude_pp, abs(value), cmath.phase(value), error)
+    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def measured(a: complex, b: complex, error: float = 0.01) -> tuple[Series, Series, Series]:

@@ -164,6 +164,12 @@ def test_a_displacement_lost_in_noise_is_refused() -> None:
         dynamic_stiffness(0.01 * x + 50e-6 * noise, f, RATE, 50.0)
 
 
+def test_a_dead_channel_is_named() -> None:
+    x, f = steady()
+    with pytest.raises(AnalysisError, match="force is constant at 0"):
+        dynamic_stiffness(x, 0 * f, RATE, 50.0)
+
+
 def test_records_of_unequal_length_are_refused() -> None:
     x, f = steady()
     with pytest.raises(AnalysisError, match="shapes"):
@@ -189,3 +195,8 @@ def test_a_point_that_cannot_be_is_refused(change: dict[str, float], said: str) 
 def test_an_interval_of_few_blocks_is_wider_by_students_factor() -> None:
     assert Estimate(0.0, 1.0, 1).half_width() == pytest.approx(12.706, abs=1e-3)
     assert Estimate(0.0, 1.0).half_width() == pytest.approx(1.960, abs=1e-3)
+
+
+def test_the_loss_angle_of_next_to_no_damping_is_a_number() -> None:
+    point = from_polar(50.0, 1e-5, 2e6, 5e-324, 0.01)
+    assert point.loss_angle == pytest.approx(0.0, abs=1e-300)

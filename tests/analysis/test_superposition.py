@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 
 
 def point(value: complex, error: float, frequency: float = 50.0) -> DynamicStiffness:
-    return from_polar(frequency, 1e-5, abs(value), cmath.phase(value), error)
+    return from_polar(frequency, 1e-5, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def at_one_point(excess: float, error: float = 0.005, margin: float = 0.05) -> Equivalence:

@@ -42,6 +42,21 @@ def unobserved(event: Event) -> None:
 
 
 @dataclass(frozen=True)
+class RateCoerced(Event):
+    """The instrument cannot sample at `requested` Hz; it samples, and everything reckons, at `used` Hz."""
+
+    requested: float
+    used: float
+
+
+@dataclass(frozen=True)
+class RunStarted(Event):
+    """Everything that is measured from now on goes into run `run_id`."""
+
+    run_id: int
+
+
+@dataclass(frozen=True)
 class PointStarted(Event):
     """The hammer session moved on to `point`, the `index`-th (from 1) of `points`."""
 

@@ -1,0 +1,249 @@
+"""The hammer session, on the simulated bench over NI's wire: which blows count, and what happens when they do not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.blow_check import BlowFault, BlowVerdict
+from analysis.dof import Direction, Dof
+from daq.block import Block
+from daq.channels import Channel, ChannelKind
+from daq.device import Chassis, connect
+from daq.errors import ChannelError, InstrumentAbsentError
+from rig.hammer import PAPER_POINTS, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
+from rig.operator import (
+    BlowAccepted,
+    BlowMissed,
+    BlowRefused,
+    Event,
+    PointFinished,
+    PointStarted,
+    RateCoerced,
+)
+from simlab.bench import Bench, Conditions
+from simlab.clock import Clock
+from simlab.daq_server import DaqServer, start_daq_server
+
+SPEED = 100.0
+HAMMER = Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3)
+ACCELEROMETER = Channel(
+    "accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3
+)
+TABLE = (HAMMER, ACCELEROMETER)
+POINT = Dof(5, Direction.Y)
+END = Dof(1, Direction.X)
+
+
+class Hand:
+    """Strikes the bench when asked; `script` says what the first blows are like, clean ones follow. "" strikes not."""
+
+    def __init__(self, bench: Bench, *script: str) -> None:
+        self.bench = bench
+        self.script = list(script)
+        self.asked: list[tuple[Dof, int]] = []
+
+    def strike(self, point: Dof, blow: int) -> None:
+        self.asked.append((point, blow))
+        what = self.script.pop(0) if self.script else "clean"
+        if what:
+            self.bench.strike(point.node, str(point.direction), what=what)
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        raise AssertionError("a hammer session mounts nothing")
+
+
+class Blows:
+    """Keeps every blow."""
+
+    def __init__(self) -> None:
+        self.taken: list[tuple[Dof, int, Block, BlowVerdict]] = []
+
+    def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
+        self.taken.append((point, number, block, verdict))
+
+    def accepted(self, point: Dof) -> int:
+        return sum(verdict.accepted for at, _, _, verdict in self.taken if at == point)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench(7, Clock(SPEED), Conditions(double_hits=0.0))
+
+
+@pytest.fixture
+def server(bench: Bench) -> Iterator[DaqServer]:
+    server = start_daq_server(bench)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def chassis(server: DaqServer) -> Iterator[Chassis]:
+    with connect(server.address) as chassis:
+        yield chassis
+
+
+def settings(*points: Dof, **changes: object) -> HammerSettings:
+    return replace(HammerSettings(points=points or (POINT,), blow_timeout=5.0), **changes)  # type: ignore[arg-type]
+
+
+def test_the_paper_s_points_are_nine_across_and_two_along() -> None:
+    assert [str(p) for p in PAPER_POINTS] == ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]
+    assert HammerSettings().points == PAPER_POINTS
+
+
+def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(chassis: Chassis, bench: Bench) -> None:
+    blows, events = Blows(), list[Event]()
+    before = time.monotonic()
+    run_hammer_session(chassis, TABLE, settings(POINT, END), Hand(bench), blows, events.append)
+    assert time.monotonic() - before < 20  # s, for at least 40 s of blocks
+    assert (blows.accepted(POINT), blows.accepted(END)) == (10, 10)
+    assert [e for e in events if isinstance(e, PointStarted)] == [PointStarted(POINT, 1, 2), PointStarted(END, 2, 2)]
+    assert [e.accepted for e in events if isinstance(e, PointFinished)] == [10, 10]
+    counted = [e.accepted for e in events if isinstance(e, BlowAccepted)]
+    assert counted == [*range(1, 11), *range(1, 11)]
+
+
+def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigger(
+    chassis: Chassis, bench: Bench
+) -> None:
+    blows = Blows()
+    run_hammer_session(chassis, TABLE, settings(blows=1), Hand(bench), blows)
+    ((point, number, block, verdict),) = blows.taken
+    assert (point, number) == (POINT, 1)
+    assert (block.duration, block.trigger_index) == (2.0, 256)
+    assert block.names == ("hammer", "accelerometer")
+    force = block.value("hammer")
+    assert verdict.peak_force == pytest.approx(np.max(force), abs=0.1)
+    assert force[255] < 5.0 <= force[256] + 0.2  # the anti-alias filter rounds the edge
+    assert np.std(block.value("accelerometer")[:200]) < 0.1 < np.std(block.value("accelerometer")[256:])
+
+
+@pytest.mark.parametrize(
+    ("what", "fault", "reason"),
+    [
+        ("double", BlowFault.DOUBLE_HIT, "double hit: a second contact of"),
+        ("weak", BlowFault.WEAK, " N"),
+        ("overload", BlowFault.OVERLOAD, "overload"),
+        ("late", BlowFault.LATE_TRIGGER, " ms"),
+        ("soft", BlowFault.SOFT, " Hz"),
+    ],
+)
+def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
+    chassis: Chassis, bench: Bench, what: str, fault: BlowFault, reason: str
+) -> None:
+    blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", what, "clean")
+    run_hammer_session(chassis, TABLE, settings(blows=2), hand, blows, events.append)
+    assert [verdict.accepted for *_, verdict in blows.taken] == [True, False, True]
+    assert fault in blows.taken[1][3].faults
+    (refused,) = (e for e in events if isinstance(e, BlowRefused))
+    assert refused.blow == 2
+    assert reason in refused.reason
+    assert hand.asked == [(POINT, 1), (POINT, 2), (POINT, 3)]
+    assert events[-1] == PointFinished(POINT, accepted=2, refused=1)
+
+
+def test_an_overload_of_the_instrument_refuses_the_blow(chassis: Chassis, bench: Bench, server: DaqServer) -> None:
+    server.faults.set("cable_open", "cDAQ1Mod1/ai1")
+    blows = Blows()
+    with pytest.raises(PointGivenUpError, match="overload"):
+        run_hammer_session(chassis, TABLE, settings(refusals_in_a_row=1), Hand(bench), blows)
+    assert BlowFault.OVERLOAD in blows.taken[0][3].faults
+
+
+def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, bench: Bench) -> None:
+    blows, hand = Blows(), Hand(bench, "weak", "clean", "weak", "double", "weak")
+    with pytest.raises(
+        PointGivenUpError, match=r"point 5y: given up after 3 blows in a row.*with 1 of 10 accepted; the last: "
+    ):
+        run_hammer_session(chassis, TABLE, settings(refusals_in_a_row=3), hand, blows)
+    assert [verdict.accepted for *_, verdict in blows.taken] == [False, True, False, False, False]
+
+
+def test_a_blow_that_nobody_strikes_is_told_and_asked_for_again(chassis: Chassis, bench: Bench) -> None:
+    blows, events, hand = Blows(), list[Event](), Hand(bench, "", "clean")
+    run_hammer_session(
+        chassis, TABLE, settings(blows=1, block_duration=0.2, blow_timeout=0.1), hand, blows, events.append
+    )
+    assert BlowMissed(POINT, 1, 0.1) in events
+    assert [number for _, number, _, _ in blows.taken] == [2]
+
+
+def test_a_point_that_nobody_strikes_is_given_up(chassis: Chassis, bench: Bench) -> None:
+    with pytest.raises(PointGivenUpError, match=r"the last: nobody struck within 0\.05 s"):
+        run_hammer_session(
+            chassis,
+            TABLE,
+            settings(block_duration=0.2, blow_timeout=0.05, refusals_in_a_row=2),
+            Hand(bench, "", ""),
+            Blows(),
+        )
+
+
+def test_a_coerced_rate_is_told_and_the_block_keeps_its_duration(chassis: Chassis, bench: Bench) -> None:
+    blows, events = Blows(), list[Event]()
+    run_hammer_session(chassis, TABLE, settings(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
+    assert events[0] == RateCoerced(4096.0, 51200 / 12)
+    assert blows.taken[0][2].duration == pytest.approx(2.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("table", "reason"),
+    [
+        ((ACCELEROMETER,), r"no channel 'hammer' among accelerometer \(acceleration_iepe\)"),
+        ((HAMMER,), r"no accelerometer among hammer \(force_iepe\)"),
+    ],
+)
+def test_a_table_without_hammer_or_accelerometer_is_refused(
+    chassis: Chassis, bench: Bench, table: tuple[Channel, ...], reason: str
+) -> None:
+    hand = Hand(bench)
+    with pytest.raises(HammerError, match=reason):
+        run_hammer_session(chassis, table, settings(), hand, Blows())
+    assert hand.asked == []
+
+
+def test_a_wrong_channel_is_found_before_anybody_strikes(chassis: Chassis, bench: Bench) -> None:
+    hand = Hand(bench)
+    with pytest.raises(ChannelError, match="'hammer' is on cDAQ1Mod1/ai9"):
+        run_hammer_session(
+            chassis, (replace(HAMMER, physical="cDAQ1Mod1/ai9"), ACCELEROMETER), settings(), hand, Blows()
+        )
+    assert hand.asked == []
+
+
+def test_an_instrument_that_goes_ends_the_session_and_keeps_what_was_taken(
+    chassis: Chassis, bench: Bench, server: DaqServer
+) -> None:
+    blows = Blows()
+
+    class Unplugger(Hand):
+        def strike(self, point: Dof, blow: int) -> None:
+            if blow == 3:
+                server.faults.set("device_gone")
+            super().strike(point, blow)
+
+    with pytest.raises(InstrumentAbsentError, match="check power and cable"):
+        run_hammer_session(chassis, TABLE, settings(), Unplugger(bench), blows)
+    assert blows.accepted(POINT) == 2
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"points": ()},
+        {"points": (POINT, POINT)},
+        {"blows": 0},
+        {"refusals_in_a_row": 0},
+        {"pre_trigger": 2.0},
+        {"pre_trigger": 0.0},
+    ],
+)
+def test_settings_that_make_no_session_are_refused(changes: dict[str, object]) -> None:
+    with pytest.raises(HammerError, match="hammer session: "):
+        settings(**changes)

@@ -1,6 +1,6 @@
 """Is this blow fit for an average? The verdict on one hammer blow, with its reasons in sentences.
 
-Contacts of the hammer are counted on the force after a low-pass filter of eight samples. It removes what rings after
+Contacts of the hammer are counted on the force after a low-pass filter of nine samples. It removes what rings after
 any short pulse behind an anti-alias filter (up to half of the peak unfiltered, below 1 % filtered) and keeps what a
 second contact adds. What counts as one follows from the noise of the record itself: a second contact has to stand
 out of it so far that noise alone does it in less than one blow in a million, and to exceed half the limit, so that a
@@ -20,7 +20,7 @@ from scipy.special import fdtri, ndtri
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
-_FILTER = np.hanning(10)[1:-1] / np.sum(np.hanning(10))
+_FILTER = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
 _FALSE_ALARM = 1e-6  # for a blow
 _MISS = 1e-2  # of a bounce at the limit
 _CLIPPED_RUN = 3  # equal samples at the extreme; noise of a 24-bit converter never makes them

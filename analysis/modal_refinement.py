@@ -16,7 +16,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.modal_model import LARGEST_LOSS_FACTOR, DampingKind, modal_basis
 
-_CONVERGED = 1e-6  # chi-square still to be gained: a thousandth of a standard deviation
+_CONVERGED = 1e-6  # of the chi-square of one residual, still to be gained: a thousandth of a standard deviation
 _MOST_STEPS = 60
 _NO_STEP_HELPS = 1e10  # damping at which steps have shrunk below rounding
 
@@ -152,7 +152,8 @@ def refine(data: ModalData, start: Complex, terms: int) -> ModalFit:
 def _iterated(data: ModalData, fit: ModalFit) -> ModalFit:
     terms, damping = fit.residual_terms.shape[0], 1e-4
     for _ in range(_MOST_STEPS):
-        if fit.gradient @ _inverse(fit.information) @ fit.gradient < _CONVERGED:
+        noise = max(1.0, fit.chi_square / (2 * fit.accelerance.size))
+        if fit.gradient @ _inverse(fit.information) @ fit.gradient < _CONVERGED * noise:
             return fit
         curvature = np.diag(np.diag(fit.information))
         while True:

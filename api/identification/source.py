@@ -1,0 +1,144 @@
+"""Where a measurement comes from: a bundle, an imported run, or the raw records of a run measured here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from analysis.direct import dynamic_stiffness
+from analysis.errors import AnalysisError
+from analysis.spectra import responses_from_blows
+from api.errors import ApiError
+from api.identification.measurement import Measurement, SinePoint, dof, sine_point
+from api.progress import Advance, Progress, silent
+from rig.sequence import DISPLACEMENT, FORCE, HammerStep, sequence_from
+from store.analyses import AnalysisKind, latest_analysis
+from store.blows import Blow, list_blows
+from store.bundle import Bundle
+from store.bundle_setup import Article, article_from
+from store.catalogue import Catalogue
+from store.direct_table import to_dynamic_stiffness
+from store.dof import Dof as StoredDof
+from store.dynamic_stiffness import list_dynamic_stiffness
+from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.runs import get_run
+from store.sine_records import SineRecord, list_sine_records
+
+
+def measurement_of_bundle(bundle: Bundle) -> Measurement:
+    """The measurement that a bundle holds."""
+    points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
+    return Measurement(bundle.setup.title, bundle.setup, bundle.inverse, points, raw=False)
+
+
+def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Measurement:
+    """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
+
+    Raises:
+        StoreError: there is no such run, or a record is damaged.
+        AnalysisError: a record cannot be evaluated; the message names it.
+        ApiError: the run holds nothing to identify from.
+    """
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        article = article_from(run.setup)
+        if run.kind == "import":
+            stored = list_dynamic_stiffness(
+                session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
+            )
+            sets = tuple(list_frequency_responses(session, run_id))
+            return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False)
+        blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
+        records = list_sine_records(session, run_id)
+    if not blows and not records:
+        raise ApiError(f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify")
+    sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
+    with progress("accelerances", len(blows)) as advance:
+        sets = tuple(
+            _accelerances(catalogue, article, [blow for blow in blows if blow.set_number == number], step, advance)
+            for number, step in enumerate(sequence.hammer_steps, start=1)
+            if any(blow.set_number == number for blow in blows)
+        )
+    points = _sine_points(catalogue, records, progress) if records else ()
+    return Measurement(run.title, article, sets, points, raw=True)
+
+
+def _accelerances(
+    catalogue: Catalogue, article: Article, blows: Sequence[Blow], step: HammerStep, advance: Advance
+) -> FrequencyResponseSet:
+    """One set from the raw blows of a hammer step."""
+    response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
+    forces, accelerations, points, rate = [], [], [], 0.0
+    for point, struck in groupby(blows, key=lambda blow: blow.point):
+        force, acceleration = [], []
+        for blow in struck:
+            if blow.waveform is None:
+                raise ApiError(f"blow {blow.number} at {point} has no record; measure the point again")
+            waveform = catalogue.waveforms.read(blow.waveform)
+            force.append(waveform.value(step.hammer))
+            acceleration.append(waveform.value(step.accelerometer))
+            rate = waveform.sample_rate
+            advance(1)
+        forces.append(np.array(force))
+        accelerations.append(np.array(acceleration))
+        points.append(point)
+    computed = responses_from_blows(
+        forces, accelerations, rate, dof(response), [dof(point) for point in points], step.highest_frequency
+    )
+    peaks = [blow.peak_force for blow in blows if blow.peak_force is not None]
+    temperatures = [blow.temperature_c for blow in blows if blow.temperature_c is not None]
+    return FrequencyResponseSet(
+        number=blows[0].set_number,
+        response=response,
+        inputs=tuple(points),
+        frequency=computed.frequency,
+        accelerance=computed.accelerance,
+        coherence=computed.coherence,
+        variance=computed.variance,
+        averages=step.blows,
+        peak_force=float(np.mean(peaks)),
+        temperature_c=float(np.mean(temperatures)),
+        window="none",
+        sample_rate=rate,
+        block_seconds=step.block_seconds,
+        estimator="H1",
+    )
+
+
+def _sine_points(catalogue: Catalogue, records: Sequence[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
+    """k, h and gamma of every sine record of a sweep step."""
+    points = []
+    with progress("dynamic stiffness", len(records)) as advance:
+        for record in records:
+            where = (
+                f"{record.specimen}, {record.configuration}, {record.commanded_pp_mm:g} mm, {record.frequency:g} Hz "
+                f"(sine record {record.order_number})"
+            )
+            if record.waveform is None:
+                raise ApiError(f"{where}: there is no record of it; measure the point again")
+            waveform = catalogue.waveforms.read(record.waveform)
+            try:
+                result = dynamic_stiffness(
+                    waveform.value(DISPLACEMENT),
+                    waveform.value(FORCE),
+                    waveform.sample_rate,
+                    record.frequency,
+                )
+            except AnalysisError as error:
+                raise AnalysisError(f"{where}: {error}") from error
+            points.append(
+                SinePoint(
+                    specimen=record.specimen,
+                    configuration=record.configuration,
+                    amplitude_pp_mm=record.commanded_pp_mm,
+                    result=result,
+                    order_number=record.order_number,
+                    elapsed=record.elapsed,
+                    temperature_c=record.temperature_c,
+                    sine_record_id=record.id,
+                )
+            )
+            advance(1)
+    return tuple(points)

@@ -1,0 +1,92 @@
+"""The instruments of one laboratory: where they are, and opening those that a step needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from daq.channels import Channel
+from daq.device import Chassis
+from daq.device import connect as connect_daq
+from rig.errors import RigError
+from rig.tester import Tester
+from rig.tester import connect as connect_tester
+from rig.tester_limits import TesterLimits
+from rig.thermometer import Thermometer
+from store.instruments import Channel as StoredChannel
+from store.instruments import Instrument
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """Addresses and channel table; nothing is open yet.
+
+    Attributes:
+        daq_address: "local", or "grpc://host:port".
+        tester_url: "tcp://host:port" or "rtu:///dev/ttyS0?baudrate=115200".
+        thermometer_url: serial port or pyserial URL.
+        channels: the channel table.
+        limits: what the rig may ask of the tester.
+    """
+
+    daq_address: str
+    tester_url: str
+    thermometer_url: str
+    channels: tuple[Channel, ...]
+    limits: TesterLimits = field(default_factory=TesterLimits)
+
+    def channels_named(self, *names: str) -> tuple[Channel, ...]:
+        """The channels of these names, in this order.
+
+        Raises:
+            RigError: the table has no channel of that name; what it has is named.
+        """
+        table = {channel.name: channel for channel in self.channels}
+        missing = [name for name in names if name not in table]
+        if missing:
+            known = ", ".join(table) or "none"
+            raise RigError(f"no channel {', '.join(missing)} in the channel table; it has {known}")
+        return tuple(table[name] for name in names)
+
+    @contextmanager
+    def acquisition(self) -> Iterator[tuple[Chassis, Thermometer]]:
+        """Chassis and thermometer, open until the context is left.
+
+        Raises:
+            DaqError, RigError: an instrument does not answer.
+        """
+        with connect_daq(self.daq_address) as chassis, Thermometer(self.thermometer_url) as thermometer:
+            yield chassis, thermometer
+
+    @contextmanager
+    def tester(self) -> Iterator[Tester]:
+        """The tester, driven until the context is left, which leaves the actuator at rest.
+
+        Raises:
+            RigError: it does not answer, or is not the tester that this rig knows.
+        """
+        with connect_tester(self.tester_url, self.limits) as tester:
+            yield tester
+
+
+def stored_channel(channel: Channel) -> StoredChannel:
+    """A row of the channel table as the catalogue keeps it, with the sensor and its calibration."""
+    return StoredChannel(
+        name=channel.name,
+        physical=channel.physical,
+        kind=channel.kind.value,
+        unit=channel.unit,
+        sensitivity=channel.sensitivity,
+        minimum=channel.minimum,
+        maximum=channel.maximum,
+        excitation_current=channel.excitation_current or None,
+        instrument=Instrument(
+            kind=channel.kind.value,
+            model=channel.name,
+            serial=channel.serial,
+            calibrated_on=channel.calibrated_on,
+            sensitivity=channel.sensitivity,
+            sensitivity_unit=f"V/({channel.unit})",
+        ),
+    )

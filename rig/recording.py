@@ -1,0 +1,105 @@
+"""From a sequence into the store: every blow and every sine point is safe before the next one begins."""
+
+from __future__ import annotations
+
+import time
+
+from analysis.blow_check import BlowVerdict
+from analysis.dof import Dof
+from daq.block import Block
+from rig.sweep import SinePoint
+from rig.thermometer import Thermometer
+from store.blows import Point, add_blow, add_point
+from store.catalogue import Catalogue
+from store.dof import Dof as StoredDof
+from store.runs import Run
+from store.sine_records import SineRecord, add_sine_record
+from store.waveform import Waveform, WaveformChannel, WaveformReference
+
+
+class BlowRecorder:
+    """Keeps the blows of one hammer step, accepted and refused, as set `set_number` of a run."""
+
+    def __init__(self, catalogue: Catalogue, run: Run, set_number: int, thermometer: Thermometer) -> None:
+        self._catalogue = catalogue
+        self._run = run
+        self._set_number = set_number
+        self._thermometer = thermometer
+        self._points: dict[Dof, Point] = {}
+
+    def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
+        """Keep blow `number` (from 1) at `point` with its record and verdict.
+
+        Raises:
+            StoreError: it could not be stored.
+            RigError: the thermometer does not answer.
+        """
+        temperature = self._thermometer.celsius()
+        reference = keep_block(self._catalogue, self._run, block)
+        with self._catalogue.writing() as session:
+            if point not in self._points:
+                stored = StoredDof(point.node, point.direction.value)
+                self._points[point] = add_point(session, self._run.id, stored, self._set_number)
+            add_blow(
+                session,
+                self._points[point],
+                number,
+                accepted=verdict.accepted,
+                reason="; ".join(map(str, verdict.reasons)) or None,
+                waveform=reference,
+                peak_force=verdict.peak_force,
+                temperature_c=temperature,
+                struck_at=block.started_at,
+            )
+
+
+class SineRecorder:
+    """Keeps the sine points of a sweep."""
+
+    def __init__(self, catalogue: Catalogue, run: Run) -> None:
+        self._catalogue = catalogue
+        self._run = run
+        self._started = time.monotonic()
+
+    def add_sine(self, point: SinePoint) -> None:
+        """Keep a sine point with its record.
+
+        Raises:
+            StoreError: it could not be stored.
+        """
+        reference = keep_block(self._catalogue, self._run, point.block)
+        record = SineRecord(
+            order_number=point.order_number,
+            specimen=point.specimen,
+            configuration=point.configuration,
+            commanded_pp_mm=round(1e3 * point.amplitude_pp, 9),
+            reached_pp_mm=1e3 * point.reached_pp,
+            frequency=point.frequency,
+            elapsed=time.monotonic() - self._started,
+            recorded_at=point.block.started_at,
+            temperature_c=point.temperature_celsius,
+            waveform=reference,
+        )
+        with self._catalogue.writing() as session:
+            add_sine_record(session, self._run.id, record)
+
+
+def keep_block(catalogue: Catalogue, run: Run, block: Block) -> WaveformReference:
+    """Append a block to the run's waveform file, counts as the converter gave them.
+
+    Raises:
+        StoreError: it could not be stored.
+    """
+    channels = tuple(
+        WaveformChannel(channel.name, channel.unit, tuple(scaling), channel.sensitivity)
+        for channel, scaling in zip(block.channels, block.scaling, strict=True)
+    )
+    waveform = Waveform(
+        channels=channels,
+        samples=block.counts,
+        sample_rate=block.sample_rate,
+        started_at=block.started_at,
+        trigger_index=block.trigger_index,
+        overloaded=block.overloaded,
+    )
+    return catalogue.waveforms.append(run.waveform_file, waveform)

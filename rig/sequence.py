@@ -1,0 +1,166 @@
+"""A sequence: what was built and which experiments are run on it, as a YAML document checked before anything moves."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from rig.errors import RigError
+from store.bundle_setup import Article
+
+DISPLACEMENT, FORCE = "displacement", "force"
+"""Names of the tester's two channels."""
+PAPER_POINTS = ("1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x")
+
+
+class SequenceError(RigError):
+    """A sequence document that cannot be run as it stands."""
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class HammerStep(_Document):
+    """Roving hammer: so many accepted blows at each point, one accelerometer."""
+
+    step: Literal["hammer"]
+    points: tuple[str, ...] = Field(default=PAPER_POINTS, min_length=1, description="points struck, such as 3y")
+    blows: int = Field(default=10, ge=2, description="accepted blows at each point")
+    peak_force: float = Field(default=100.0, gt=0, description="hammer level asked of the hand, N")
+    weakest_peak: float = Field(default=30.0, gt=0, description="a blow below this peak is refused, N")
+    trigger_level: float = Field(default=10.0, gt=0, description="N")
+    sample_rate: float = Field(default=5120.0, gt=0, description="Hz")
+    block_seconds: float = Field(default=2.0, gt=0)
+    pretrigger_seconds: float = Field(default=0.05, ge=0)
+    highest_frequency: float = Field(default=1024.0, gt=0, description="of the accelerances kept, Hz")
+    hammer: str = Field(default="hammer", description="name of the hammer's channel")
+    accelerometer: str = Field(default="accelerometer", description="name of the accelerometer's channel")
+
+    @field_validator("points")
+    @classmethod
+    def _are_points(cls, points: tuple[str, ...]) -> tuple[str, ...]:
+        for point in points:
+            try:
+                Dof.parse(point)
+            except AnalysisError as error:
+                raise ValueError(str(error)) from error
+        if len(set(points)) < len(points):
+            raise ValueError("a point comes twice")
+        return points
+
+
+class Frequencies(_Document):
+    """Evenly spaced frequencies, both ends included, Hz."""
+
+    first: float = Field(default=5.0, gt=0)
+    last: float = Field(default=200.0, gt=0)
+    step: float = Field(default=5.0, gt=0)
+
+    @model_validator(mode="after")
+    def _rise(self) -> Frequencies:
+        if self.last < self.first:
+            raise ValueError(f"last ({self.last:g} Hz) is below first ({self.first:g} Hz)")
+        return self
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The frequencies in Hz, rising."""
+        count = int((self.last - self.first) / self.step + 1e-9) + 1
+        return tuple(self.first + index * self.step for index in range(count))
+
+
+Configuration = Literal["compression", "shear", "angled"]
+
+
+class SweepStep(_Document):
+    """Swept sine in the tester: every specimen in every configuration at every amplitude and frequency."""
+
+    step: Literal["sweep"]
+    specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1)
+    configurations: tuple[Configuration, ...] = Field(default=("compression", "shear", "angled"), min_length=1)
+    amplitudes_pp_mm: tuple[float, ...] = Field(default=(0.1, 0.05, 0.01), min_length=1)
+    preset_mm: float = Field(default=0.5, ge=0)
+    frequencies: Frequencies = Frequencies()
+    sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+
+    @property
+    def points(self) -> int:
+        """How many sine points the sweep has."""
+        series = len(self.specimens) * len(self.configurations) * len(self.amplitudes_pp_mm)
+        return series * len(self.frequencies.values)
+
+
+Step = Annotated[HammerStep | SweepStep, Field(discriminator="step")]
+
+
+class Sequence(_Document):
+    """The whole document."""
+
+    format: Literal["jointlab-sequence/1"]
+    title: str = Field(min_length=1)
+    article_name: str = Field(min_length=1, description="by which its joints are known over the years")
+    article: Article = Field(description="what was built, in the words of a bundle's setup.json")
+    steps: tuple[Step, ...] = Field(min_length=1)
+
+    @property
+    def hammer_steps(self) -> tuple[HammerStep, ...]:
+        """The hammer steps; the n-th of them measures set n."""
+        return tuple(step for step in self.steps if isinstance(step, HammerStep))
+
+    @property
+    def sweep(self) -> SweepStep | None:
+        """The sweep, if there is one."""
+        return next((step for step in self.steps if isinstance(step, SweepStep)), None)
+
+    @model_validator(mode="after")
+    def _fits_the_article(self) -> Sequence:
+        nodes = len(self.article.node_positions)
+        joints = {joint.name for joint in self.article.joints}
+        for step in self.steps:
+            if isinstance(step, HammerStep):
+                beyond = [point for point in step.points if Dof.parse(point).node > nodes]
+                if beyond:
+                    raise ValueError(f"hammer step: no node for {', '.join(beyond)}; the article has {nodes} nodes")
+            elif unknown := set(step.specimens) - joints:
+                raise ValueError(f"sweep step: no joint {', '.join(sorted(unknown))} in the article")
+        if len(self.steps) - len(self.hammer_steps) > 1:
+            raise ValueError("steps: more than one sweep; put all specimens and amplitudes into one")
+        return self
+
+
+def load_sequence(path: Path) -> Sequence:
+    """Read and check a sequence document.
+
+    Raises:
+        SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; what is wrong, and where.
+    """
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise SequenceError(f"{path}: cannot be read: {error}") from error
+    except yaml.YAMLError as error:
+        raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
+    return sequence_from(document, str(path))
+
+
+def sequence_from(document: object, source: str = "sequence") -> Sequence:
+    """Check a document that is already plain values; `source` names it in errors.
+
+    Raises:
+        SequenceError: it does not describe a sequence; what is wrong, and where.
+    """
+    try:
+        # by way of JSON text, where an array is a tuple
+        return Sequence.model_validate_json(json.dumps(document))
+    except ValidationError as error:
+        found = "; ".join(f"{'.'.join(map(str, item['loc'])) or 'document'}: {item['msg']}" for item in error.errors())
+        raise SequenceError(f"{source}: {found}") from error
+    except (TypeError, ValueError) as error:
+        raise SequenceError(f"{source}: has no JSON form: {error}") from error

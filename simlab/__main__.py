@@ -1,0 +1,25 @@
+"""`python -m simlab`: the laboratory in a process of its own, until its standard input closes."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+
+from simlab.laboratory import Laboratory
+
+
+def main() -> None:
+    """Start, print the addresses as one line of JSON, and stay until the other end lets go."""
+    parser = argparse.ArgumentParser(prog="python -m simlab", description="simulated laboratory")
+    parser.add_argument("--seed", type=int, default=1, help="which bench is drawn")
+    parser.add_argument("--speed", type=float, default=1.0, help="bench time over wall time")
+    arguments = parser.parse_args()
+    with Laboratory(arguments.seed, arguments.speed) as laboratory:
+        print(json.dumps(asdict(laboratory.addresses)), flush=True)
+        sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""The whole simulated laboratory: one bench, three instruments in front of it and a hand to work it.
+
+It runs in this process (`Laboratory`) or, as a real laboratory would, outside it (`LaboratoryProcess`); then nothing but
+wires connects it to whoever measures.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from types import TracebackType
+from typing import Any, Self
+
+from simlab.bench import Bench, Conditions
+from simlab.clock import Clock
+from simlab.daq_server import start_daq_server
+from simlab.hand_server import Hand, HandServer
+from simlab.tester_server import start_tester_server
+from simlab.thermometer_server import start_thermometer_server
+
+STOP_TIMEOUT = 10.0  # s
+
+
+@dataclass(frozen=True)
+class Addresses:
+    """Where each instrument answers, in the words that drivers are configured with.
+
+    Attributes:
+        daq: ``grpc://host:port``.
+        tester: ``tcp://host:port``.
+        thermometer: pyserial URL.
+        hand: ``host:port`` of the line to the technician's hand.
+    """
+
+    daq: str
+    tester: str
+    thermometer: str
+    hand: str
+
+
+class Laboratory:
+    """Bench, instruments and hand, running until the context is left.
+
+    Attributes:
+        bench: the physics.
+        addresses: where to connect.
+        daq, tester: the two instruments that can be told to fail (`.faults`).
+    """
+
+    def __init__(
+        self,
+        seed: int = 1,
+        speed: float = 1.0,
+        conditions: Conditions | None = None,
+        *,
+        ports: dict[str, int] | None = None,
+    ) -> None:
+        ports = ports or {}
+        self._stack = ExitStack()
+        self.bench = Bench(seed, Clock(speed), conditions)
+        try:
+            self.daq = start_daq_server(self.bench, f"127.0.0.1:{ports.get('daq', 0)}")
+            self._stack.callback(self.daq.stop)
+            self.tester = start_tester_server(self.bench, port=ports.get("tester", 0))
+            self._stack.callback(self.tester.stop)
+            self.thermometer = start_thermometer_server(self.bench, port=ports.get("thermometer", 0))
+            self._stack.callback(self.thermometer.stop)
+            self.hand = HandServer(self._deeds(), port=ports.get("hand", 0))
+            self._stack.callback(self.hand.stop)
+        except BaseException:
+            self._stack.close()
+            raise
+        self.addresses = Addresses(self.daq.address, self.tester.url, self.thermometer.url, self.hand.address)
+
+    def _deeds(self) -> dict[str, Any]:
+        def dwells() -> list[dict[str, Any]]:
+            return [asdict(dwell) for dwell in self.tester.actuator.log]
+
+        return {"strike": self.bench.strike, "mount": self.bench.mount, "truth": self.bench.truth, "dwells": dwells}
+
+    def stop(self) -> None:
+        """Stop every instrument."""
+        self._stack.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+
+class LaboratoryProcess:
+    """The laboratory in a process of its own, which ends with the context or with this process.
+
+    Raises:
+        RuntimeError: it did not start; what it said is in the message.
+    """
+
+    def __init__(self, seed: int = 1, speed: float = 1.0) -> None:
+        command = [sys.executable, "-m", "simlab", "--seed", str(seed), "--speed", str(speed)]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"the simulated laboratory ended with exit code {self._process.wait()}")
+        self.addresses = Addresses(**json.loads(line))
+        self.hand = Hand(self.addresses.hand)
+
+    def stop(self) -> None:
+        """Hang up and wait until the process has ended."""
+        self.hand.close()
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()
+        try:
+            self._process.wait(STOP_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process.stdout.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()

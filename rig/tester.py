@@ -153,6 +153,7 @@ class Tester:
                 self.emergency_stop()
                 self._wait_for_rest()
             except RigError as worse:
+                self._closed.set()  # no more beats, so that the watchdog acts
                 raise ActuatorNotAtRestError(
                     f"{self._link.url}: the actuator was not confirmed at rest ({worse}); its watchdog stops it within "
                     f"{self.identity.watchdog_time:g} s, look at it before going near"

@@ -24,7 +24,7 @@ from simlab.bench import Mounted
 Real = NDArray[np.float64]
 
 # where a segment tabulates the specimen: densely about the steady amplitude, coarsely over all the machine can do
-_COARSE = np.geomspace(2e-7, 5e-4, 14)
+_COARSE = np.geomspace(2e-7, 5e-4, 9)
 _FINE = np.geomspace(0.75, 1.33, 9)
 _NOISE_TICK = 1e-7  # s; two samples closer than this share their noise
 
@@ -329,7 +329,7 @@ class Actuator:
             return 0.0
         unloaded = amplitude * self.servo_gain * self.servo.response(frequency)
         reached = unloaded
-        for _ in range(8):  # converges by a factor of some hundred a step
+        for _ in range(4):  # converges by a factor of some hundred a step
             reached = unloaded / (1 + abs(self._stiffness(reached, frequency)) / self.servo.stiffness)
         return reached
 

@@ -1,0 +1,113 @@
+"""Reach a peak-to-peak amplitude with a tester that reaches less than it is told, approaching from below.
+
+Whether the actuator has settled is read from the tester's successive cycles, never from a clock: a clean amplitude is
+known after a few cycles, a noisy one needs more.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import dataclass
+from itertools import pairwise
+
+from rig.registers import CYCLES_REPORTED, State
+from rig.tester import Tester
+from rig.tester_status import TesterStatus
+
+FEWEST_CYCLES = 6  # before settling is judged: three against three
+ATTEMPTS = 6
+FIRST_SHARE = 0.7  # of the target, where the tester's gain is unknown
+NEIGHBOUR = 10.0  # Hz; a gain known at a frequency within this is a good guess
+BELOW = 0.1  # of the tolerance; so far below the target is aimed
+KNOWN = 0.25  # of the tolerance; so well the mean of the cycles has to be known
+GOOD_ENOUGH = 0.5  # of the tolerance; the rest is left for what a record shows besides the tester's own measurement
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What the tester settled to.
+
+    Attributes:
+        commanded_pp: peak-to-peak amplitude commanded, m.
+        amplitude_pp: mean of the latest cycles by the tester's own measurement, m.
+        scatter: standard deviation of one cycle's amplitude over its mean.
+    """
+
+    commanded_pp: float
+    amplitude_pp: float
+    scatter: float
+
+
+class AmplitudeControl:
+    """Remembers the tester's gain (reached over commanded) at each frequency, for one specimen as it is mounted."""
+
+    def __init__(self, tester: Tester) -> None:
+        self._tester = tester
+        self._gains: dict[float, float] = {}
+
+    def approach(self, target_pp: float, frequency: float, tolerance: float) -> Reached:
+        """Cycle at `frequency` Hz with `target_pp` m, or as near as the limits of the rig allow.
+
+        Args:
+            target_pp: wanted peak-to-peak displacement, m.
+            frequency: Hz.
+            tolerance: relative.
+
+        Returns:
+            What was reached, within half of `tolerance` or not.
+
+        Raises:
+            RigError: the tester refused, tripped, does not answer or does not settle.
+        """
+        limit = self._tester.limits.largest_amplitude_pp(frequency)
+        aim = (1 - BELOW * tolerance) * target_pp
+        gain = self._gain_near(frequency)
+        commanded_pp = min(FIRST_SHARE * target_pp if gain is None else aim / gain, limit)
+        for _ in range(ATTEMPTS):
+            self._tester.cycle(commanded_pp, frequency)
+            reached = self._settle(commanded_pp, tolerance)
+            self.correct(frequency, reached.amplitude_pp / commanded_pp)
+            wanted_pp = min(aim * commanded_pp / reached.amplitude_pp, limit)
+            if abs(reached.amplitude_pp / target_pp - 1) <= GOOD_ENOUGH * tolerance or wanted_pp == commanded_pp:
+                break
+            commanded_pp = wanted_pp
+        return reached
+
+    def correct(self, frequency: float, gain: float) -> None:
+        """Remember `gain`, reached over commanded amplitude, at `frequency` Hz."""
+        self._gains[frequency] = gain
+
+    def _gain_near(self, frequency: float) -> float | None:
+        nearest = min(self._gains, key=lambda known: abs(known - frequency), default=math.inf)
+        return self._gains[nearest] if abs(nearest - frequency) <= NEIGHBOUR else None
+
+    def _settle(self, commanded_pp: float, tolerance: float) -> Reached:
+        def settled(status: TesterStatus) -> bool:
+            return status.state is State.SETTLED and is_steady(status.displacement_pp, tolerance)
+
+        cycles = self._tester.wait(settled, f"settle at {commanded_pp:g} m").displacement_pp
+        mean = statistics.fmean(cycles)
+        return Reached(commanded_pp, mean, cycle_noise(cycles) / mean)
+
+
+def is_steady(cycles: tuple[float, ...], tolerance: float) -> bool:
+    """Whether successive `cycles` (latest first) no longer trend, and are enough to know their mean well.
+
+    The later half is compared with the earlier half, allowing for the noise of a cycle; the mean has to be known to a
+    quarter of `tolerance`, or as well as all the cycles that the tester reports can tell.
+    """
+    if len(cycles) < FEWEST_CYCLES:
+        return False
+    half = len(cycles) // 2
+    later, earlier = statistics.fmean(cycles[:half]), statistics.fmean(cycles[half : 2 * half])
+    noise, allowed = cycle_noise(cycles), KNOWN * tolerance * later
+    if noise / math.sqrt(len(cycles)) > allowed and len(cycles) < CYCLES_REPORTED:
+        return False
+    return abs(later - earlier) <= allowed + 2 * noise * math.sqrt(2 / half)
+
+
+def cycle_noise(cycles: tuple[float, ...]) -> float:
+    """Standard deviation of a cycle from successive differences, which a slow trend does not inflate."""
+    squares = [(later - earlier) ** 2 for later, earlier in pairwise(cycles)]
+    return math.sqrt(statistics.fmean(squares) / 2)

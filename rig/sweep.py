@@ -1,0 +1,227 @@
+"""The swept sine of the direct method: dynamic stiffness records over frequency, amplitude and configuration.
+
+For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
+and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
+handed to a sink with what was asked, what was reached and the temperature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Protocol
+
+from analysis.sine import fit_sine
+from daq.block import Block
+from rig.amplitude import AmplitudeControl, Reached
+from rig.errors import RigError
+from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
+from rig.tester import Tester
+from rig.tester_limits import TesterLimits
+from rig.thermometer import Thermometer
+
+RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
+HARMONICS = 3
+
+
+class PlanError(RigError):
+    """The plan of a sweep asks for something that cannot be."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What to measure; the defaults are the paper's direct test, 720 points. SI units.
+
+    Attributes:
+        frequencies: Hz, in the order of measuring.
+        amplitudes_pp: peak-to-peak displacements, m, in the order of measuring.
+        preset: mean displacement, m.
+        configurations: compression, shear, angled.
+        specimens: joints whose cylinders are measured.
+        tolerance: relative, of the amplitude reached.
+        fine_amplitude_pp: amplitudes up to this are near the limit of the machine, m.
+        fine_tolerance: relative, for those.
+        fewest_cycles: in a record.
+        most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
+        shortest_record: s.
+
+    Raises:
+        PlanError: there is nothing to measure, or a figure makes no sense.
+    """
+
+    frequencies: tuple[float, ...] = tuple(float(frequency) for frequency in range(5, 201, 5))
+    amplitudes_pp: tuple[float, ...] = (1e-4, 5e-5, 1e-5)
+    preset: float = 5e-4
+    configurations: tuple[str, ...] = ("compression", "shear", "angled")
+    specimens: tuple[str, ...] = ("I", "II")
+    tolerance: float = 0.02
+    fine_amplitude_pp: float = 1.5e-5
+    fine_tolerance: float = 0.05
+    fewest_cycles: int = 10
+    most_cycles: int = 60
+    shortest_record: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("frequencies", "amplitudes_pp", "configurations", "specimens"):
+            values = getattr(self, name)
+            if not values or len(set(values)) < len(values):
+                raise PlanError(f"{name} of the sweep are {values}; give at least one, and none twice")
+        for name in ("tolerance", "fine_tolerance"):
+            if not 0 < getattr(self, name) < 1:
+                raise PlanError(f"{name} of the sweep is {getattr(self, name)}; it is relative, between 0 and 1")
+        if not 2 <= self.fewest_cycles <= self.most_cycles:
+            raise PlanError(f"a record of {self.fewest_cycles} to {self.most_cycles} cycles cannot be; use 2 or more")
+        if not 0 <= self.shortest_record < math.inf:
+            raise PlanError(f"the shortest record of the sweep is {self.shortest_record} s")
+
+    @property
+    def points(self) -> int:
+        """Number of sine points."""
+        return math.prod(map(len, (self.specimens, self.configurations, self.amplitudes_pp, self.frequencies)))
+
+    def check(self, limits: TesterLimits) -> None:
+        """Let the plan pass if every point is within `limits`, before anything moves.
+
+        Raises:
+            LimitExceededError: a point is not.
+        """
+        limits.check_preset(self.preset)
+        for amplitude_pp, frequency in self.sines():
+            limits.check_cycle(amplitude_pp, frequency)
+
+    def sines(self) -> Iterator[tuple[float, float]]:
+        """Amplitude (m peak to peak) and frequency (Hz) of each point, in the order of measuring."""
+        return product(self.amplitudes_pp, self.frequencies)
+
+    def tolerance_at(self, amplitude_pp: float) -> float:
+        """Relative tolerance of the amplitude reached when `amplitude_pp` m is asked for."""
+        return self.fine_tolerance if amplitude_pp <= self.fine_amplitude_pp else self.tolerance
+
+    def record_duration(self, frequency: float, scatter: float, tolerance: float) -> float:
+        """Length of a record in s: enough cycles of relative `scatter` to know their mean to a tenth of `tolerance`."""
+        wanted = math.ceil((10 * scatter / tolerance) ** 2)
+        cycles = min(max(wanted, self.fewest_cycles), self.most_cycles)
+        # whole cycles, so that the mean of the record is that of its cycles
+        return max(cycles, math.ceil(self.shortest_record * frequency)) / frequency
+
+
+@dataclass(frozen=True, eq=False)
+class SinePoint:
+    """One sine point as it was measured; SI units.
+
+    Attributes:
+        order_number: in the sweep, from 1.
+        specimen: the joint whose cylinders were in the tester.
+        configuration: compression, shear or angled.
+        amplitude_pp: peak-to-peak displacement asked for, m.
+        frequency: Hz.
+        preset: mean displacement, m.
+        commanded_pp: what the tester was told in order to reach it, m.
+        reached_pp: first harmonic of the recorded displacement, peak to peak, m.
+        within_tolerance: whether that is what was asked for.
+        temperature_celsius: of the room, when the record was taken.
+        block: the record, channels ``displacement`` and ``force`` on one clock.
+    """
+
+    order_number: int
+    specimen: str
+    configuration: str
+    amplitude_pp: float
+    frequency: float
+    preset: float
+    commanded_pp: float
+    reached_pp: float
+    within_tolerance: bool
+    temperature_celsius: float
+    block: Block
+
+
+class Recorder(Protocol):
+    """What records displacement and force, named so, on one clock."""
+
+    def record(self, duration: float) -> Block:
+        """The next `duration` seconds."""
+
+
+class SineSink(Protocol):
+    """Where sine points go, one by one, as soon as each is measured."""
+
+    def add_sine(self, point: SinePoint) -> None:
+        """Keep `point`; when this returns, it is safe."""
+
+
+def run_sweep(
+    plan: SweepPlan,
+    tester: Tester,
+    recorder: Recorder,
+    thermometer: Thermometer,
+    operator: Operator,
+    sink: SineSink,
+    observer: Observer = unobserved,
+) -> None:
+    """Measure every point of `plan`; whatever happens, the actuator is at rest and hydraulics are off afterwards.
+
+    A point whose amplitude cannot be reached is recorded with the amplitude that was, and the observer is told.
+
+    Raises:
+        LimitExceededError: the plan is beyond the rig's limits; nothing moved.
+        RigError, DaqError: an instrument failed; what was measured before is in the sink.
+    """
+    plan.check(tester.limits)
+    order_number = 0
+    with tester.at_rest_afterwards():
+        for specimen, configuration in product(plan.specimens, plan.configurations):
+            tester.shut_down()  # hands go in
+            operator.mount(specimen, configuration)
+            observer(SpecimenMounted(specimen, configuration))
+            tester.start()
+            tester.preset(plan.preset)
+            control = AmplitudeControl(tester)
+            for amplitude_pp, frequency in plan.sines():
+                order_number += 1
+                reached, reached_pp, block = _measure(plan, control, recorder, amplitude_pp, frequency)
+                point = SinePoint(
+                    order_number,
+                    specimen,
+                    configuration,
+                    amplitude_pp,
+                    frequency,
+                    plan.preset,
+                    reached.commanded_pp,
+                    reached_pp,
+                    _is_reached(plan, amplitude_pp, reached_pp),
+                    thermometer.celsius(),
+                    block,
+                )
+                sink.add_sine(point)
+                _tell(observer, point, plan.points)
+
+
+def _measure(
+    plan: SweepPlan, control: AmplitudeControl, recorder: Recorder, amplitude_pp: float, frequency: float
+) -> tuple[Reached, float, Block]:
+    """Approach and record, again where the record shows another amplitude than the tester did."""
+    tolerance = plan.tolerance_at(amplitude_pp)
+    for _ in range(RECORDS):
+        reached = control.approach(amplitude_pp, frequency, tolerance)
+        block = recorder.record(plan.record_duration(frequency, reached.scatter, tolerance))
+        fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
+        reached_pp = float(fit.amplitude_pp[0])
+        if _is_reached(plan, amplitude_pp, reached_pp):
+            break
+        control.correct(frequency, reached_pp / reached.commanded_pp)
+    return reached, reached_pp, block
+
+
+def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:
+    return abs(reached_pp / amplitude_pp - 1) <= plan.tolerance_at(amplitude_pp)
+
+
+def _tell(observer: Observer, point: SinePoint, points: int) -> None:
+    what = (point.specimen, point.configuration, 1e3 * point.amplitude_pp, point.frequency)
+    if not point.within_tolerance:
+        reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"
+        observer(SinePointRefused(*what, reason))
+    observer(SinePointMeasured(*what, point.order_number, points))

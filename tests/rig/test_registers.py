@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -116,3 +117,8 @@ def test_the_table_has_a_row_for_every_register_with_its_address() -> None:
         for register in block.registers:
             assert f"| {block.name} | {block.address_of(register.name)} |" in text
             assert register.meaning in text
+
+
+def test_the_documented_map_is_this_one() -> None:
+    documented = Path(__file__).parents[2] / "docs" / "register_map.md"
+    assert table() in documented.read_text(encoding="utf-8")

@@ -16,9 +16,9 @@ from simlab.thermometer_server import ThermometerServer, start_thermometer_serve
 TIMEOUT = 0.2
 
 
-@pytest.fixture(params=["socket", "pty"])
-def server(request: pytest.FixtureRequest) -> Iterator[ThermometerServer]:
-    server = start_thermometer_server(Bench(3, Clock()), pty=request.param == "pty")
+@pytest.fixture
+def server() -> Iterator[ThermometerServer]:
+    server = start_thermometer_server(Bench(3, Clock()), pty=True)
     yield server
     server.stop()
 
@@ -29,8 +29,13 @@ def thermometer(server: ThermometerServer) -> Iterator[Thermometer]:
         yield thermometer
 
 
-def test_it_reads_the_temperature_of_the_room(thermometer: Thermometer) -> None:
-    assert thermometer.celsius() == pytest.approx(Bench(3, Clock()).temperature(0.0), abs=0.011)
+@pytest.mark.parametrize("pty", [True, False], ids=["pty", "socket"])
+def test_it_reads_the_temperature_of_the_room(pty: bool) -> None:
+    server = start_thermometer_server(Bench(3, Clock()), pty=pty)
+    with Thermometer(server.url, TIMEOUT) as thermometer:
+        celsius = thermometer.celsius()
+    server.stop()
+    assert celsius == pytest.approx(Bench(3, Clock()).temperature(0.0), abs=0.011)
 
 
 def test_one_lost_answer_is_asked_for_again(thermometer: Thermometer, server: ThermometerServer) -> None:

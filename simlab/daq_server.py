@@ -13,11 +13,11 @@ from typing import Any
 import grpc
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 
+from simlab.daq_bench import Bench
 from simlab.daq_codes import StatusError
 from simlab.daq_faults import DaqFaults
 from simlab.daq_modules import Chassis, laboratory_chassis
 from simlab.daq_service import NiDaqmx
-from simlab.daq_tasks import Bench
 
 SERVICE = pb.DESCRIPTOR.services_by_name["NiDAQmx"]
 THREADS = 32  # a waiting read and a registered event hold one each

@@ -26,11 +26,12 @@ from simlab.daq_attributes import (
     task_attributes,
     timing_attributes,
 )
+from simlab.daq_bench import Bench
 from simlab.daq_channels import accelerometer_channel, force_channel, voltage_channel
 from simlab.daq_codes import Code, StatusError, meaning
 from simlab.daq_faults import DaqFaults
 from simlab.daq_modules import Chassis
-from simlab.daq_tasks import Bench, Task, Trigger
+from simlab.daq_tasks import Task, Trigger
 
 EVENT_POLL = 2e-3  # wall seconds
 

@@ -7,12 +7,11 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simlab.clock import Clock
+from simlab.daq_bench import Bench, rising_sample
 from simlab.daq_codes import Code, StatusError
 from simlab.daq_faults import OVERLOAD_GAIN, DaqFaults
 from simlab.daq_modules import Chassis, Counts, Module, Real, Sensor, input_volts
@@ -20,23 +19,6 @@ from simlab.daq_modules import Chassis, Counts, Module, Real, Sensor, input_volt
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
 BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # NI's default by rate
-
-
-class Bench(Protocol):
-    """What a task needs of the bench."""
-
-    @property
-    def clock(self) -> Clock:
-        """The clock of the bench."""
-
-    def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
-        """Signals of the hammer rig, SI (samples,), at bench times start + i / rate."""
-
-    def tester_signals(self, times: Real) -> dict[str, Real]:
-        """Signals of the tester, SI (samples,), at bench `times`."""
-
-    def next_crossing(self, channel: str, level: float, after: float) -> float | None:
-        """Bench time later than `after` when signal `channel` rises through `level`; None while not known."""
 
 
 @dataclass(frozen=True)
@@ -278,22 +260,21 @@ class Task:
         """Bench time of the first sample of the record; None while the trigger has not come."""
         if self._origin is None and self._started is not None and self.trigger is not None:
             pretrigger = self.trigger.pretrigger or 0
-            crossing = self._crossing(self.trigger, self._started + pretrigger / self.rate)
-            if crossing is not None:
-                index = math.ceil((crossing - self._started) * self.rate - 1e-6)
+            index = self._triggered(self.trigger, self._started, pretrigger)
+            if index is not None:
                 self._origin = self._started + (index - pretrigger) / self.rate
         return self._origin if self.running else None
 
-    def _crossing(self, trigger: Trigger, after: float) -> float | None:
+    def _triggered(self, trigger: Trigger, started: float, earliest: int) -> int | None:
+        """Index, from the start, of the first sample after the trigger; None while it has not come."""
         sensor = self._sensor(trigger.channel)
         if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
             return None
         level = trigger.level * trigger.channel.volts_per_unit / sensor.sensitivity
         try:
-            crossing = self.bench.next_crossing(sensor.signal, level, after)
+            return rising_sample(self.bench, level, started, self.rate, earliest)
         except ValueError as error:
             raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"Trigger level: {trigger.level:g}. {error}.") from error
-        return crossing if crossing is not None and crossing <= self.bench.clock.now() else None
 
     def pause(self, timeout: float) -> None:
         """Wait for `timeout` wall seconds, or until the task is started, stopped or cleared."""

@@ -168,9 +168,9 @@ def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, 
 def test_a_blow_that_nobody_strikes_is_told_and_asked_for_again(chassis: Chassis, bench: Bench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "", "clean")
     run_hammer_session(
-        chassis, TABLE, settings(blows=1, block_duration=0.2, blow_timeout=0.1), hand, blows, events.append
+        chassis, TABLE, settings(blows=1, block_duration=0.2, blow_timeout=0.5), hand, blows, events.append
     )
-    assert BlowMissed(POINT, 1, 0.1) in events
+    assert BlowMissed(POINT, 1, 0.5) in events
     assert [number for _, number, _, _ in blows.taken] == [2]
 
 

@@ -310,7 +310,7 @@ def test_a_timeout_gives_what_there_was(new_task: NewTask) -> None:
 
 def test_waiting_until_done_ends_when_done_and_complains_in_time(new_task: NewTask) -> None:
     task = new_task("force")
-    finite(task, 5000, 10_000)  # 0.1 s of wall time
+    finite(task, 5000, 25_000)  # 0.25 s of wall time
     task.start()
     assert not task.is_task_done()
     assert raised(lambda: task.wait_until_done(0.01)) == DAQmxErrors.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE
@@ -330,7 +330,7 @@ def test_a_read_that_is_ready_takes_little_time(new_task: NewTask) -> None:
         before = time.perf_counter()
         reader.read_int32(values, 10)
         took.append(time.perf_counter() - before)
-    assert np.median(took) < 2e-3
+    assert min(took) < 2e-3  # the least of them, so that a busy computer does not count
 
 
 # -- triggers
@@ -464,7 +464,9 @@ def test_events_tell_of_samples_and_of_the_end(new_task: NewTask) -> None:
     task.register_done_event(end)
     task.start()
     assert done.wait(5)
-    time.sleep(0.02)
+    deadline = time.monotonic() + 5
+    while len(counted) < 5 and time.monotonic() < deadline:
+        time.sleep(1e-3)
     task.close()
     assert counted == [1000] * 5
 

@@ -1,0 +1,165 @@
+"""An identified joint: its matrices, their 95 % intervals, and which terms are more than an assumption."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from analysis.frequency_response import Real
+from analysis.interval import CONFIDENCE
+from analysis.joints import Joint
+from analysis.regression import UPPER, Regression
+
+ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter
+DETERMINED = 0.25  # half-width of the interval that the modes alone must reach, as a share of the term
+HALF = len(UPPER)
+
+
+@dataclass(frozen=True, eq=False)
+class JointEstimate:
+    """A joint as identified from modes. Rows and columns: x, y, rotation; N/m, N, N m.
+
+    Attributes:
+        name, node: of the joint.
+        stiffness, damping: (3, 3) k and h.
+        covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...] by the paper's regression, Section 7:
+            residual scatter alone, every equation counted three times, which makes it too small.
+        propagated_covariance: (12, 12) what the covariance of the measured modes leads to; None where they have none.
+        k_ci95, h_ci95: (3, 3, 2) the wider of two 95 % intervals: Student's from the residual scatter, every
+            equation counted once, and the normal one from `propagated_covariance`.
+        loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
+        loss_factor_ci95: (3, 3, 2) by Fieller's theorem, again the wider; nan with `loss_factor`.
+        observable: (3, 3) whether the stiffness can be told from zero, and the modes alone, with nothing assumed
+            about the longitudinal motion, would give it to a quarter of its value.
+        regression: residuals of Fig. 5, s^2 and R^2.
+    """
+
+    name: str
+    node: int
+    stiffness: Real
+    damping: Real
+    covariance: Real
+    propagated_covariance: Real | None
+    k_ci95: Real
+    h_ci95: Real
+    loss_factor: Real
+    loss_factor_ci95: Real
+    observable: NDArray[np.bool_]
+    regression: Regression
+
+    @property
+    def joint(self) -> Joint:
+        """The joint for a forward prediction."""
+        return joint_of(self.name, self.node, self.regression)
+
+    @property
+    def paper_k_ci95(self) -> Real:
+        """(3, 3, 2) intervals as the paper makes them for Table 2: normal, from `covariance`."""
+        terms, half = self.regression.terms, _quantile(np.inf) * np.sqrt(np.diag(self.covariance))
+        return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
+
+
+def square(upper: Real) -> Real:
+    """(3, 3, ...) symmetric matrix of the upper triangle's terms (6, ...)."""
+    matrix = np.empty((3, 3, *upper.shape[1:]), dtype=upper.dtype)
+    for value, (p, q) in zip(upper, UPPER, strict=True):
+        matrix[p, q] = matrix[q, p] = value
+    return matrix
+
+
+def joint_of(name: str, node: int, regression: Regression) -> Joint:
+    """The joint that a regression found."""
+    return Joint(name, node, square(regression.terms[:HALF]) + 1j * square(regression.terms[HALF:]))
+
+
+def estimate(
+    name: str, node: int, regression: Regression, propagated: Real | None, bound: Real | None
+) -> JointEstimate:
+    """Matrices and intervals of one joint.
+
+    Args:
+        name: of the joint.
+        node: of the joint.
+        regression: its solution.
+        propagated: (12, 12) covariance from that of the modes, or None.
+        bound: (12, 12) least covariance that the modes allow, or None where it could not be had: the
+            joints found do not give back as many modes as were measured, and no term counts as observable.
+    """
+    terms = regression.terms
+    covariances = [(regression.honest_covariance, _quantile(regression.freedom))]
+    if propagated is not None:
+        covariances.append((propagated, _quantile(np.inf)))
+    half = np.max([t * np.sqrt(np.diag(c)) for c, t in covariances], axis=0)
+    limits = np.stack([terms - half, terms + half], axis=-1)
+
+    diagonal = np.sqrt(np.abs(np.diag(square(terms[:HALF]))))
+    floor = ROUNDING * np.array([diagonal[p] * diagonal[q] for p, q in UPPER])
+    real = np.abs(terms[:HALF]) > np.maximum(half[:HALF], floor)
+    ratio, ratio_limits = _loss_factors(terms, covariances)
+    ratio, ratio_limits = np.where(real, ratio, np.nan), np.where(real[:, None], ratio_limits, np.nan)
+
+    observable = np.zeros(HALF, dtype=bool)
+    if bound is not None:
+        reach = _quantile(np.inf) * np.sqrt(np.diag(bound))[:HALF]
+        observable = real & (reach < DETERMINED * np.abs(terms[:HALF]))
+    return JointEstimate(
+        name=name,
+        node=node,
+        stiffness=square(terms[:HALF]),
+        damping=square(terms[HALF:]),
+        covariance=regression.covariance,
+        propagated_covariance=propagated,
+        k_ci95=square(limits[:HALF]),
+        h_ci95=square(limits[HALF:]),
+        loss_factor=square(ratio),
+        loss_factor_ci95=square(ratio_limits),
+        observable=np.asarray(square(observable)),
+        regression=regression,
+    )
+
+
+def ratio_interval(
+    numerator: float, denominator: float, covariance: Real, quantile: float
+) -> tuple[float, float] | None:
+    """Interval of a ratio by Fieller's theorem (J. Roy. Stat. Soc. B 16, 1954, 175-185).
+
+    Args:
+        numerator: estimate.
+        denominator: estimate.
+        covariance: (2, 2) of numerator and denominator.
+        quantile: of Student's or the normal distribution.
+
+    Returns:
+        Lower and upper end, or None where the denominator cannot be told from zero.
+    """
+    (v_n, v_nd), (_, v_d) = covariance * quantile**2
+    free = denominator**2 - v_d
+    if free <= 0:
+        return None
+    middle = (numerator * denominator - v_nd) / free
+    inner = v_n * denominator**2 - 2 * numerator * denominator * v_nd + v_d * numerator**2 - (v_n * v_d - v_nd**2)
+    half = np.sqrt(max(inner, 0.0)) / free
+    return float(middle - half), float(middle + half)
+
+
+def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, float]]) -> tuple[Real, Real]:
+    """(6,) h / k and (6, 2) the widest interval; nan where some interval of k includes zero."""
+    ratio, limits = np.full(HALF, np.nan), np.full((HALF, 2), np.nan)
+    for place in range(HALF):
+        k, h = terms[place], terms[HALF + place]
+        pair = np.ix_([HALF + place, place], [HALF + place, place])
+        intervals = [ratio_interval(h, k, covariance[pair], quantile) for covariance, quantile in covariances]
+        bounded = [interval for interval in intervals if interval is not None]
+        if len(bounded) == len(intervals):
+            ratio[place] = h / k
+            limits[place] = min(low for low, _ in bounded), max(high for _, high in bounded)
+    return ratio, limits
+
+
+def _quantile(freedom: float) -> float:
+    """Of the two-sided interval, for Student's distribution or, at infinite freedom, the normal one."""
+    return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))

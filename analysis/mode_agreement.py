@@ -1,0 +1,92 @@
+"""Measured modes against predicted ones: modal assurance criterion, pairing and errors mode by mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.modes import Modes
+
+
+@dataclass(frozen=True)
+class ModeError:
+    """One measured mode beside the predicted mode that it was paired with.
+
+    Attributes:
+        measured, predicted: places of the two modes, from 0.
+        frequency, predicted_frequency: Hz.
+        loss_factor, predicted_loss_factor: dimensionless.
+        mac: modal assurance criterion of the shapes, 0..1.
+    """
+
+    measured: int
+    predicted: int
+    frequency: float
+    predicted_frequency: float
+    loss_factor: float
+    predicted_loss_factor: float
+    mac: float
+
+    @property
+    def frequency_error(self) -> float:
+        """Predicted over measured frequency, less one."""
+        return self.predicted_frequency / self.frequency - 1
+
+    @property
+    def loss_factor_error(self) -> float:
+        """Predicted less measured loss factor."""
+        return self.predicted_loss_factor - self.loss_factor
+
+
+def mac(first: Complex, second: Complex) -> Real:
+    """(first modes, second modes) modal assurance criterion |a^H b|^2 / (a^H a b^H b) of complex shapes.
+
+    Args:
+        first: (first modes, dofs).
+        second: (second modes, dofs).
+
+    Raises:
+        AnalysisError: the shapes have different numbers of components, or one is zero.
+    """
+    if first.shape[-1] != second.shape[-1]:
+        raise AnalysisError(f"shapes of {first.shape[-1]} and {second.shape[-1]} components cannot be compared")
+    sizes = np.outer(np.sum(np.abs(first) ** 2, axis=1), np.sum(np.abs(second) ** 2, axis=1))
+    if np.any(sizes == 0):
+        raise AnalysisError("a shape of zeros has no modal assurance criterion")
+    return np.asarray(np.abs(first.conj() @ second.T) ** 2 / sizes)
+
+
+def mode_errors(measured: Modes, predicted: Modes) -> tuple[ModeError, ...]:
+    """Pair every measured mode with a predicted one, by MAC and nearness in frequency.
+
+    Args:
+        measured: components at any dofs.
+        predicted: at least as many modes, with components at all dofs of `measured`.
+
+    Raises:
+        AnalysisError: there are fewer predicted than measured modes, or components are missing.
+    """
+    if predicted.poles.size < measured.poles.size:
+        raise AnalysisError(
+            f"{measured.poles.size} measured modes cannot be paired with {predicted.poles.size} predicted ones; "
+            "predict modes to a higher frequency"
+        )
+    assurance = mac(measured.shapes, np.stack([predicted.at(dof) for dof in measured.dofs], axis=1))
+    distance = np.abs(np.log(predicted.frequency[None, :] / measured.frequency[:, None]))
+    rows, columns = linear_sum_assignment(1 - assurance + 10 * distance)
+    return tuple(
+        ModeError(
+            measured=int(row),
+            predicted=int(column),
+            frequency=float(measured.frequency[row]),
+            predicted_frequency=float(predicted.frequency[column]),
+            loss_factor=float(measured.loss_factor[row]),
+            predicted_loss_factor=float(predicted.loss_factor[column]),
+            mac=float(assurance[row, column]),
+        )
+        for row, column in zip(rows, columns, strict=True)
+    )

@@ -100,6 +100,8 @@ def estimate_modes(
     """
     lowest, highest = band if band is not None else (0.0, float(responses.frequency[-1]))
     lines = responses.band(max(lowest, 1e-9), highest)
+    if lines.frequency.size == 0:
+        raise AnalysisError(f"there are no lines between {lowest:g} and {highest:g} Hz")
     chart = read_chart(
         lscf_poles(lines.frequency, lines.accelerance, np.ones(lines.accelerance.shape), highest_order),
         lowest=float(lines.frequency[0]),

@@ -22,8 +22,9 @@ from analysis.joints import Joint
 from analysis.longitudinal import averaged
 from analysis.mode_agreement import mode_errors
 from analysis.modes import Modes
-from analysis.observability import WeakDirection, modal_bound, weak_directions
+from analysis.observability import determined, modal_bound
 from analysis.propagation import ModalUncertainty, propagated_covariance
+from analysis.weak_directions import WeakDirection, weak_directions
 
 PAPER_DOFS = (
     Dof(1, Direction.X),
@@ -66,12 +67,16 @@ def identify_joints(
 
     joints = [joint_of(name, node, found) for (name, node), found in zip(joint_nodes.items(), solved, strict=True)]
     bound = information_bound(free_beam, joints, modes, measured)
+    values = np.concatenate([found.terms for found in solved])
+    known = np.zeros(values.size, dtype=bool) if bound is None else determined(bound, values)
     propagated = None
     if ModalUncertainty.of(modes, measured) is not None:
         propagated = propagated_covariance(free_beam, modes, nodes, measured, average_longitudinal)
     return {
-        joint.name: estimate(joint.name, joint.node, found, _block(propagated, j), _block(bound, j))
-        for j, (joint, found) in enumerate(zip(joints, solved, strict=True))
+        joint.name: estimate(
+            joint.name, joint.node, found, None if propagated is None else propagated[at, at], known[at]
+        )
+        for joint, found, at in zip(joints, solved, _places(len(joints)), strict=True)
     }
 
 
@@ -136,8 +141,7 @@ def _checked(joint_nodes: Mapping[str, int]) -> list[int]:
     return nodes
 
 
-def _block(covariance: Real | None, joint: int) -> Real | None:
-    """(12, 12) of one joint out of all."""
+def _places(joints: int) -> list[slice]:
+    """Where the terms of each joint stand among those of all."""
     size = len(regression.TERMS)
-    at = slice(size * joint, size * (joint + 1))
-    return None if covariance is None else covariance[at, at]
+    return [slice(size * joint, size * (joint + 1)) for joint in range(joints)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from analysis.joints import Joint
 from analysis.regression import UPPER, Regression
 
 ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter
-DETERMINED = 0.25  # half-width of the interval that the modes alone must reach, as a share of the term
 HALF = len(UPPER)
+
+Scalar = TypeVar("Scalar", np.float64, np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +35,8 @@ class JointEstimate:
             equation counted once, and the normal one from `propagated_covariance`.
         loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
         loss_factor_ci95: (3, 3, 2) by Fieller's theorem, again the wider; nan with `loss_factor`.
-        observable: (3, 3) whether the stiffness can be told from zero, and the modes alone, with nothing assumed
-            about the longitudinal motion, would give it to a quarter of its value.
+        observable: (3, 3) whether the stiffness can be told from zero, and would be determined on its own by the modes
+            with nothing assumed about the longitudinal motion: see `analysis.observability.determined`.
         regression: residuals of Fig. 5, s^2 and R^2.
     """
 
@@ -63,7 +65,7 @@ class JointEstimate:
         return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
 
 
-def square(upper: Real) -> Real:
+def square(upper: NDArray[Scalar]) -> NDArray[Scalar]:
     """(3, 3, ...) symmetric matrix of the upper triangle's terms (6, ...)."""
     matrix = np.empty((3, 3, *upper.shape[1:]), dtype=upper.dtype)
     for value, (p, q) in zip(upper, UPPER, strict=True):
@@ -77,7 +79,7 @@ def joint_of(name: str, node: int, regression: Regression) -> Joint:
 
 
 def estimate(
-    name: str, node: int, regression: Regression, propagated: Real | None, bound: Real | None
+    name: str, node: int, regression: Regression, propagated: Real | None, determined: NDArray[np.bool_]
 ) -> JointEstimate:
     """Matrices and intervals of one joint.
 
@@ -86,8 +88,7 @@ def estimate(
         node: of the joint.
         regression: its solution.
         propagated: (12, 12) covariance from that of the modes, or None.
-        bound: (12, 12) least covariance that the modes allow, or None where it could not be had: the
-            joints found do not give back as many modes as were measured, and no term counts as observable.
+        determined: (12,) which terms the modes determine whatever is assumed.
     """
     terms = regression.terms
     covariances = [(regression.honest_covariance, _quantile(regression.freedom))]
@@ -102,10 +103,6 @@ def estimate(
     ratio, ratio_limits = _loss_factors(terms, covariances)
     ratio, ratio_limits = np.where(real, ratio, np.nan), np.where(real[:, None], ratio_limits, np.nan)
 
-    observable = np.zeros(HALF, dtype=bool)
-    if bound is not None:
-        reach = _quantile(np.inf) * np.sqrt(np.diag(bound))[:HALF]
-        observable = real & (reach < DETERMINED * np.abs(terms[:HALF]))
     return JointEstimate(
         name=name,
         node=node,
@@ -117,7 +114,7 @@ def estimate(
         h_ci95=square(limits[HALF:]),
         loss_factor=square(ratio),
         loss_factor_ci95=square(ratio_limits),
-        observable=np.asarray(square(observable)),
+        observable=square(real & determined[:HALF]),
         regression=regression,
     )
 

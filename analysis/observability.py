@@ -3,15 +3,15 @@
 `modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information that poles and shape
 components hold about the terms of all joints, with the scale of each shape unknown. Nothing is assumed
 about the longitudinal motion. On the paper's bench it shows that only k11(I) + k11(II) is determined,
-for the bar hardly stretches; `weak_directions` says so in words.
+for the bar hardly stretches; `analysis.weak_directions` says so in words.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from analysis.beam import FreeBeam
@@ -25,6 +25,9 @@ from analysis.propagation import ModalUncertainty, pole_change
 from analysis.regression import TERMS, UPPER
 
 UNKNOWN = 1e6  # standard deviation of a term that nothing determines, in units of `stiffness_unit`
+ENOUGH = 0.25  # half-width of the 95 % interval, as a share of the term
+HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
+SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
 EXACT = 1e-6  # least standard deviation of a shape component, relative to the largest
 
 
@@ -129,75 +132,17 @@ def _whiten(covariance: Real, columns: Real) -> Real:
     return np.asarray(np.linalg.solve(factor, columns / scale[:, None]))
 
 
-@dataclass(frozen=True, eq=False)
-class WeakDirection:
-    """A combination of joint terms that the data hardly determine.
+def determined(bound: Real, values: Real) -> NDArray[np.bool_]:
+    """(terms,) whether each term is known on its own, to a quarter of its value, and not in a sum or difference only.
 
-    Attributes:
-        text: such as "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.04";
-            where coupling or rotation is in it, terms count in EI/L^2 and EI/L.
-        terms: names and weights of what it is made of, the largest weight 1.
-        standard_deviation: of that combination, in units of EI/L^3 (EI/L^2, EI/L for coupling, rotation).
-    """
-
-    text: str
-    terms: tuple[tuple[str, float], ...]
-    standard_deviation: float
-
-
-def weak_directions(
-    covariance: Real, joint_names: Sequence[str], unit: Real, values: Real, share: float = 0.1
-) -> tuple[WeakDirection, ...]:
-    """Combinations of terms that are uncertain by more than `share` of the largest term, the weakest first.
-
-    They are eigenvectors of the covariance of all stiffnesses, and of that of all dampings, scaled by `unit`.
+    A term is known in a sum only where its correlation with another one leaves the two of them undetermined in one
+    direction and forty times better known in the other. Better data do not change that, only another experiment does.
 
     Args:
-        covariance: (12 joints, 12 joints) of the terms of all joints.
-        joint_names: (joints,).
-        unit: (3, 3) what terms are divided by, such as `Beam.stiffness_unit`.
-        values: (12 joints,) the terms themselves.
-        share: of the largest stiffness or damping.
+        bound: (terms, terms) least covariance, as from `modal_bound`.
+        values: (terms,).
     """
-    found = []
-    half = len(UPPER)
-    scale = np.tile([unit[place] for place in UPPER], 2 * len(joint_names))
-    names = [f"{term}({joint})" for joint in joint_names for term in TERMS]
-    scaled, values = covariance / np.outer(scale, scale), values / scale
-    for kind in range(2):
-        chosen = np.flatnonzero((np.arange(scale.size) // half) % 2 == kind)
-        variances, vectors = np.linalg.eigh(scaled[np.ix_(chosen, chosen)])
-        limit = share * np.max(np.abs(values[chosen]))
-        for variance, vector in zip(variances[::-1], vectors.T[::-1], strict=True):
-            if np.sqrt(max(variance, 0.0)) > limit:
-                found.append(_in_words(vector, [names[i] for i in chosen], scaled[np.ix_(chosen, chosen)]))
-    return tuple(sorted(found, key=lambda direction: -direction.standard_deviation))
-
-
-def _in_words(vector: Real, names: Sequence[str], covariance: Real) -> WeakDirection:
-    leading = np.flatnonzero(np.abs(vector) > 0.3 * np.max(np.abs(vector)))
-    names = [names[int(i)] for i in leading]
-    weights = vector[leading] / vector[leading[np.argmax(np.abs(vector[leading]))]]
-    weights = np.where(np.abs(np.abs(weights) - 1) < 0.1, np.sign(weights), weights) * np.sign(weights[0])
-    block = covariance[np.ix_(leading, leading)]
-    deviation = float(np.sqrt(weights @ block @ weights))
-    unit = "" if any("3" in name for name in names) else " EI/L^3"
-    text = f"{_sum(weights, names)} is known to +-{_short(deviation)}{unit} (one standard deviation)"
-    if leading.size == 2:
-        other = weights * (1, -1)
-        text += f", {_sum(other, names)} to {_short(np.sqrt(max(other @ block @ other, 0.0)))}"
-    return WeakDirection(text, tuple(zip(names, weights.tolist(), strict=True)), deviation)
-
-
-def _sum(weights: Real, names: Sequence[str]) -> str:
-    text = ""
-    for weight, name in zip(weights, names, strict=True):
-        size = "" if abs(weight) == 1 else f"{abs(weight):.1f} "
-        sign = (" - " if weight < 0 else " + ") if text else ("-" if weight < 0 else "")
-        text += f"{sign}{size}{name}"
-    return text
-
-
-def _short(number: float) -> str:
-    """Two digits, without an exponent where that is readable."""
-    return f"{float(f'{number:.2g}'):g}"
+    deviation = np.sqrt(np.diag(bound))
+    correlation = np.abs(bound / np.outer(deviation, deviation)) - np.eye(len(bound))
+    known = HALF_WIDTH * deviation < ENOUGH * np.abs(values)
+    return np.asarray(known & (np.max(correlation, axis=1) < SUM_ONLY))

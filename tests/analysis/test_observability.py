@@ -11,7 +11,7 @@ from analysis.identification import PAPER_DOFS
 from analysis.joint_estimate import square
 from analysis.joints import Joint
 from analysis.modes import Modes
-from analysis.observability import modal_bound, weak_directions
+from analysis.observability import determined, modal_bound
 from analysis.propagation import ModalUncertainty, propagated_covariance
 from analysis.regression import UPPER
 
@@ -107,24 +107,8 @@ def test_a_component_of_no_variance_fixes_the_scale_and_adds_nothing_else(bench:
     assert np.all(ratio > 0.3)
 
 
-def test_a_weak_difference_is_put_into_words() -> None:
-    covariance = 1e-6 * np.eye(24)
-    covariance[np.ix_([0, 12], [0, 12])] += 26.0**2 / 4 * np.array([[1, -1], [-1, 1]])
-    values = np.full(24, 100.0)
-    (found,) = weak_directions(covariance, ("I", "II"), np.ones((3, 3)), values)
-    assert found.text == (
-        "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.0014"
-    )
-    assert found.standard_deviation == pytest.approx(26.0)
-
-
-def test_a_single_weak_damping_is_named_alone() -> None:
-    covariance = 1e-6 * np.eye(12)
-    covariance[9, 9] = 9.0
-    (found,) = weak_directions(covariance, ("I",), np.ones((3, 3)), np.full(12, 10.0))
-    assert found.terms == (("h22(I)", 1.0),)
-    assert found.text == "h22(I) is known to +-3 EI/L^3 (one standard deviation)"
-
-
-def test_a_well_determined_joint_has_no_weak_direction() -> None:
-    assert weak_directions(1e-6 * np.eye(12), ("I",), np.ones((3, 3)), np.full(12, 10.0)) == ()
+def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
+    bound = np.diag([1.0, 1.0, 1.0, 1.0])
+    bound[0, 1] = bound[1, 0] = -0.9999
+    values = np.array([100.0, 100.0, 100.0, 7.0])
+    assert determined(bound, values).tolist() == [False, False, True, False]

@@ -96,7 +96,7 @@ class Refusal(IntEnum):
     NONE = 0
     CHECKSUM = 1
     UNKNOWN_COMMAND = 2
-    SEQUENCE_REUSED = 3
+    STALE_SEQUENCE = 3  # used before, or older than the last one: a command that was delayed on the way
     PRESET_LIMIT = 4
     AMPLITUDE_LIMIT = 5
     FREQUENCY_LIMIT = 6
@@ -224,6 +224,11 @@ class Block:
         return values
 
 
+def is_newer(sequence: int, last: int) -> bool:
+    """Whether `sequence` comes after `last`, in numbers that start again after 65535; half of them count as after."""
+    return 0 < (sequence - last) % 0x10000 < 0x8000
+
+
 def checksum(words: Sequence[int]) -> int:
     """CRC-16 (CCITT polynomial, start value 0xFFFF) of 16-bit words, high byte first."""
     return crc_hqx(struct.pack(f">{len(words)}H", *words), 0xFFFF)
@@ -320,7 +325,9 @@ COMMAND = Block(
     210,
     (
         Register("command", _U16, "", "code of CommandCode", 0, 6),
-        Register("sequence", _U16, "", "a number that was not the last one; the same again is not applied again"),
+        Register(
+            "sequence", _U16, "", "above the last one (modulo 65536); the same command again is not applied again"
+        ),
         Register("preset", _F32, "m", "mean position asked for by PRESET", -0.01, 0.01),
         Register("amplitude", _F32, "m", "peak-to-peak amplitude asked for by CYCLE", 0.0, 0.01),
         Register("frequency", _F32, "Hz", "frequency asked for by CYCLE", 0.0, 1000.0),

@@ -51,6 +51,9 @@ FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
 AT_REST = frozenset({State.HYDRAULICS_OFF, State.IDLE, State.HELD, State.TRIPPED})
 
+# busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
+WORTH_ANOTHER_TRY = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
+
 log = logging.getLogger(__name__)
 _Result = TypeVar("_Result")
 
@@ -252,7 +255,7 @@ class Tester:
     def _verify(self) -> TesterIdentity:
         try:
             found = self._read(IDENTITY)
-        except ModbusRefusedError as error:
+        except ModbusProtocolError as error:
             raise TesterMismatchError(f"{self._link.url} is no tester with this register map: {error}") from error
         if found["map_version"] != MAP_VERSION:
             raise TesterMismatchError(
@@ -319,6 +322,9 @@ class Tester:
                 return block.unpack(self._link.read_input(block.address, block.count))
             except ChecksumError as error:
                 raise ModbusProtocolError(f"{self._link.url}: {error}") from error
+            except ModbusRefusedError as error:
+                # these blocks can always be read, so the request was changed on the way, or this is another instrument
+                raise ModbusProtocolError(str(error)) from error
 
         return self._try(read)
 
@@ -331,7 +337,7 @@ class Tester:
                 if not left:
                     raise
             except TesterRefusedError as error:
-                if not left or error.refusal not in (Refusal.BUSY, Refusal.CHECKSUM):
+                if not left or error.refusal not in WORTH_ANOTHER_TRY:
                     raise
                 time.sleep(BUSY_PAUSE)
         raise AssertionError("not reached")
@@ -351,7 +357,7 @@ class Tester:
                 self._link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": count}))
             except RigError as error:
                 # nothing else to do here: the watchdog acts when beats stay away, and every command shows the error
-                log.warning("a heartbeat did not arrive: %s", error)
+                log.info("a heartbeat did not arrive: %s", error)
             self._closed.wait(pause)
 
     def _tripped(self, status: TesterStatus) -> TesterTrippedError:

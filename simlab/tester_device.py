@@ -28,6 +28,7 @@ from rig.registers import (
     State,
     Units,
     Value,
+    is_newer,
 )
 from simlab.actuator import Actuator
 
@@ -171,8 +172,8 @@ class TesterDevice:
     def _reason_to_refuse(self, values: Mapping[str, Value]) -> Refusal:
         if values["command"] not in set(CommandCode) - {CommandCode.NONE}:
             return Refusal.UNKNOWN_COMMAND
-        if values["sequence"] == self._sequence:
-            return Refusal.SEQUENCE_REUSED
+        if not is_newer(cast(int, values["sequence"]), self._sequence):
+            return Refusal.STALE_SEQUENCE
         command = CommandCode(cast(int, values["command"]))
         if command in (CommandCode.HOLD, CommandCode.HYDRAULICS_OFF):
             return Refusal.NONE  # a stop is never refused

@@ -25,6 +25,7 @@ from rig.registers import (
     Value,
     checksum,
     float32,
+    is_newer,
     table,
 )
 
@@ -85,6 +86,14 @@ def test_a_block_that_is_too_short_is_refused_with_both_lengths() -> None:
 def test_the_checksum_is_the_crc_16_that_the_map_names() -> None:
     # check value of CRC-16/CCITT-FALSE over the ASCII digits "12345678" and "9" is catalogued; even length here
     assert checksum([0x3132, 0x3334, 0x3536, 0x3738]) == 0xA12B
+
+
+@given(st.integers(0, 0xFFFF), st.integers(1, 0x7FFF))
+def test_a_later_sequence_number_is_newer_across_the_turn_and_the_earlier_one_is_not(last: int, ahead: int) -> None:
+    later = (last + ahead) % 0x10000
+    assert is_newer(later, last)
+    assert not is_newer(last, later)
+    assert not is_newer(last, last)
 
 
 def test_blocks_of_one_kind_do_not_overlap() -> None:

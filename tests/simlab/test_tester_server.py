@@ -211,7 +211,17 @@ def test_the_same_command_twice_is_acknowledged_and_applied_once(wire: Wire, ser
 def test_another_command_under_a_used_sequence_number_is_refused(wire: Wire) -> None:
     wire.command(CommandCode.HYDRAULICS_ON, sequence=5)
     assert wire.command(CommandCode.PRESET, preset=5e-4, sequence=5) is ExcCodes.ILLEGAL_VALUE
-    assert wire.status()["refusal"] == Refusal.SEQUENCE_REUSED
+    assert wire.status()["refusal"] == Refusal.STALE_SEQUENCE
+
+
+def test_a_command_that_was_delayed_beyond_a_newer_one_is_refused(wire: Wire, server: Server) -> None:
+    wire.start()
+    wire.command(CommandCode.HOLD, sequence=30_000)
+    wire.command(CommandCode.HOLD, sequence=60_000)
+    assert wire.command(CommandCode.CYCLE, amplitude=1e-4, frequency=50.0, sequence=59_999) is ExcCodes.ILLEGAL_VALUE
+    assert wire.status()["refusal"] == Refusal.STALE_SEQUENCE
+    assert wire.command(CommandCode.HOLD, sequence=1) is None  # the numbers have started again
+    assert CommandCode.CYCLE not in server.device.applied
 
 
 def test_an_unknown_command_is_refused(wire: Wire) -> None:

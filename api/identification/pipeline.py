@@ -23,8 +23,8 @@ from analysis.joint_estimate import JointEstimate
 from analysis.modal import ModalEstimate, estimate_modes
 from analysis.mode_agreement import ModeError, mode_errors
 from analysis.modes import Modes
-from analysis.observability import WeakDirection
 from analysis.superposition import Superposition, superposition
+from analysis.weak_directions import WeakDirection
 from api.errors import ApiError
 from api.identification.measurement import Measurement, responses_of
 from store.bundle_setup import Article
@@ -40,6 +40,7 @@ class Inverse:
         measured: the reference set.
         modal: its modes.
         free_beam: the beam without joints.
+        components: shape components that the joints were identified from.
         joints: identified joints by name.
         weak_directions: what these modes hardly determine.
         predicted: modes of the beam on the identified joints.
@@ -49,6 +50,7 @@ class Inverse:
     measured: FrequencyResponses
     modal: ModalEstimate
     free_beam: FreeBeam
+    components: tuple[Dof, ...]
     joints: Mapping[str, JointEstimate]
     weak_directions: tuple[WeakDirection, ...]
     predicted: Modes
@@ -164,6 +166,7 @@ def _inverse(measurement: Measurement) -> Inverse:
         measured=measured,
         modal=modal,
         free_beam=beam,
+        components=components,
         joints=joints,
         weak_directions=what_is_weak(beam, modal.modes, joints, components),
         predicted=predicted,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from analysis.dof import Dof
-from analysis.frequency_response import FrequencyResponses, Real
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modes import Modes
 from api.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PREDICTED, as_svg, band, figure
 
@@ -30,22 +31,24 @@ def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
     return as_svg(drawn, "Fig. 5: observed against curve-fitted data")
 
 
-def mode_shapes(measured: Modes, predicted: Modes, positions: Mapping[int, float]) -> str:
-    """Fig. 6: transverse shapes, measured at the points struck and predicted along the beam.
+def mode_shapes(
+    measured: Modes, predicted: Modes, measured_at: Mapping[Dof, float], predicted_at: Mapping[Dof, float]
+) -> str:
+    """Fig. 6: transverse shapes, measured at the points struck and predicted along the beam, mode by mode.
 
-    `positions` gives x in metres for every node of both sets of modes.
+    `measured_at` and `predicted_at` give the position in metres of every dof of the two sets of modes.
     """
-    count = min(measured.poles.size, predicted.poles.size)
+    count = measured.poles.size
     drawn, axes = figure(rows=(count + 1) // 2, columns=2, height=1.7)
     for mode, each in enumerate(axes[:count]):
-        curve = _transverse(predicted, mode, positions)
-        points = _transverse(measured, mode, positions)
-        nearest = np.interp(points[0].real, curve[0].real, curve[1])
+        x, shape = _transverse(predicted, mode, predicted_at)
+        points, blown = _transverse(measured, mode, measured_at)
+        shape = shape / shape[np.argmax(np.abs(shape))]
         # the scale of a measured shape is free: fit it to the prediction
-        scale = np.vdot(points[1], nearest) / np.vdot(points[1], points[1])
-        top = float(np.abs(curve[1]).max()) or 1.0
-        each.plot(curve[0].real, curve[1].real / top, color=PREDICTED, linewidth=1.4, label="predicted")
-        each.plot(points[0].real, (scale * points[1]).real / top, "+", color=MEASURED, markersize=8, label="measured")
+        nearby = np.interp(points, x, shape.real) + 1j * np.interp(points, x, shape.imag)
+        blown = blown * np.vdot(blown, nearby) / np.vdot(blown, blown)
+        each.plot(x, shape.real, color=PREDICTED, linewidth=1.4, label="predicted")
+        each.plot(points, blown.real, "+", color=MEASURED, markersize=8, label="measured")
         each.set_title(f"mode {mode + 1}, {measured.frequency[mode]:.1f} Hz", fontsize=9)
         each.set_ylim(-1.4, 1.4)
     for empty in axes[count:]:
@@ -56,12 +59,11 @@ def mode_shapes(measured: Modes, predicted: Modes, positions: Mapping[int, float
     return as_svg(drawn, "Fig. 6: mode shapes, measured and predicted")
 
 
-def _transverse(modes: Modes, mode: int, positions: Mapping[int, float]) -> tuple[Real, Real]:
-    chosen = [(positions[dof.node], modes.shapes[mode, i]) for i, dof in enumerate(modes.dofs) if dof.direction == "y"]
-    chosen.sort(key=lambda pair: pair[0])
-    x, shape = zip(*chosen, strict=True)
-    largest = max(shape, key=abs)
-    return np.array(x), np.array(shape) / largest
+def _transverse(modes: Modes, mode: int, positions: Mapping[Dof, float]) -> tuple[Real, Complex]:
+    """Positions and components in y of one shape, from left to right."""
+    chosen = [column for column, dof in enumerate(modes.dofs) if dof.direction is Direction.Y]
+    chosen.sort(key=lambda column: positions[modes.dofs[column]])
+    return np.array([positions[modes.dofs[column]] for column in chosen]), modes.shapes[mode, chosen]
 
 
 def accelerance(label: str, measured: FrequencyResponses, predicted: FrequencyResponses, point: Dof) -> str:
@@ -82,8 +84,22 @@ def accelerance(label: str, measured: FrequencyResponses, predicted: FrequencyRe
     return as_svg(drawn, f"{label}: accelerance at {measured.response} for a blow at {point}")
 
 
-# One curve of a sweep: frequency (Hz), value, 95 % half-width.
-Curve = tuple[Real, Real, Real]
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One curve of a sweep: frequency in Hz, value, half-width of its 95 % interval, each (points,)."""
+
+    frequency: Real
+    value: Real
+    half_width: Real
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p) and the inverse 95 % interval, if any."""
+
+    title: str
+    curves: Mapping[float, Curve]
+    inverse: Sequence[float] | None
 
 
 def dynamic_stiffness(
@@ -105,53 +121,37 @@ def dynamic_stiffness(
 
 
 def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
-    for (amplitude, (frequency, value, half)), colour in zip(
-        sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False
-    ):
-        axes.plot(frequency, value / unit, color=colour, linewidth=1.3, label=f"{amplitude:g}")
-        axes.fill_between(frequency, (value - half) / unit, (value + half) / unit, color=colour, alpha=0.2, linewidth=0)
+    for (amplitude, curve), colour in zip(sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False):
+        low, high = (curve.value - curve.half_width) / unit, (curve.value + curve.half_width) / unit
+        axes.plot(curve.frequency, curve.value / unit, color=colour, linewidth=1.3, label=f"{amplitude:g}")
+        axes.fill_between(curve.frequency, low, high, color=colour, alpha=0.2, linewidth=0)
 
 
 def superposition(joint: str, computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
     drawn, (axes,) = figure(height=3.0)
     for (amplitude, curve), colour in zip(sorted(measured.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False):
-        axes.plot(curve[0], curve[1] / 1e6, color=colour, label=f"measured, {amplitude:g} mm")
-        axes.plot(
-            computed[amplitude][0],
-            computed[amplitude][1] / 1e6,
-            "+",
-            color=colour,
-            label=f"computed, {amplitude:g} mm",
-        )
+        axes.plot(curve.frequency, curve.value / 1e6, color=colour, label=f"measured, {amplitude:g} mm")
+        sums = computed[amplitude]
+        axes.plot(sums.frequency, sums.value / 1e6, "+", color=colour, label=f"computed, {amplitude:g} mm")
     axes.set(xlabel="frequency (Hz)", ylabel="|k| (MN/m)")
     axes.set_ylim(bottom=0)
     axes.legend(frameon=False, fontsize=8, ncols=2)
     return as_svg(drawn, f"Fig. 12, joint {joint}: superposition of the cylinders at 45 degrees")
 
 
-def direct_against_inverse(
-    label: str,
-    unit: str,
-    panels: Sequence[tuple[str, Mapping[float, Curve], Sequence[float] | None]],
-    scale: float = 1.0,
-) -> str:
-    """Figs. 13 and 14: the direct sweep over the interval that the inverse test leaves, a panel for each element.
-
-    Each panel is a title, the direct curves by amplitude (mm p-p) and the inverse 95 % interval or None.
-    """
+def direct_against_inverse(label: str, unit: str, panels: Sequence[Panel], scale: float = 1.0) -> str:
+    """Figs. 13 and 14: the direct sweep over the interval that the inverse test leaves, all divided by `scale`."""
     columns = min(2, len(panels))
     drawn, axes = figure(rows=-(-len(panels) // columns), columns=columns, height=2.4)
-    for each, (title, curves, interval) in zip(axes, panels, strict=False):
-        if interval is not None:
-            band(each, [value / scale for value in interval], GREEN, "inverse, 95 %")
-        for (amplitude, (frequency, value, half)), colour in zip(
-            sorted(curves.items()), (ORANGE, BLUE, MEASURED), strict=False
-        ):
+    for each, panel in zip(axes, panels, strict=False):
+        if panel.inverse is not None:
+            band(each, [value / scale for value in panel.inverse], GREEN, "inverse, 95 %")
+        for (amplitude, curve), colour in zip(sorted(panel.curves.items()), (ORANGE, BLUE, MEASURED), strict=False):
             each.errorbar(
-                frequency,
-                value / scale,
-                half / scale,
+                curve.frequency,
+                curve.value / scale,
+                curve.half_width / scale,
                 fmt="o",
                 markersize=3,
                 color=colour,
@@ -159,7 +159,7 @@ def direct_against_inverse(
                 fillstyle="none",
                 label=f"direct, {amplitude:g} mm",
             )
-        each.set_title(title, fontsize=9)
+        each.set_title(panel.title, fontsize=9)
         each.set_ylabel(unit)
         each.set_xlabel("frequency (Hz)")
     axes[0].legend(frameon=False, fontsize=8)

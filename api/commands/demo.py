@@ -1,0 +1,119 @@
+"""`jointlab demo`: the whole job on simulated instruments, from the first blow to the report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from api.commands.identification import show
+from api.commands.sequences import BUILT_IN, named_sequence
+from api.commands.terminal import instruments_of, open_catalogue, out, progress_console, write_json
+from api.errors import ApiError
+from api.identification.document import identification_document, plain
+from api.identification.pipeline import Identification, identify
+from api.identification.record import store_identification
+from api.identification.source import measurement_of_run
+from api.operator import SequenceProgress
+from api.progress import on_terminal
+from api.report.page import write_report
+from api.simulated import SimulatedOperator, simulated_settings
+from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
+from rig.run import run_sequence
+from simlab.hand_server import Hand
+from simlab.laboratory import LaboratoryProcess
+
+FASTEST = 100.0  # at higher speeds the wires take the time, not the bench
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("demo")(demo)
+
+
+@dataclass
+class Stopwatch:
+    """Seconds of each stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens in the context."""
+        started = time.perf_counter()
+        yield
+        self.seconds[name] = round(time.perf_counter() - started, 2)
+
+
+def demo(
+    folder: Annotated[Path, typer.Option(help="Where database, report and summary go.")] = Path("demo"),
+    sequence: Annotated[str, typer.Option(help=f"A sequence document, or {BUILT_IN!r}.")] = BUILT_IN,
+    seed: Annotated[int, typer.Option(help="Which bench is drawn.")] = 1,
+    speed: Annotated[float, typer.Option(min=1, max=1000, help="Bench time over wall time.")] = FASTEST,
+) -> None:
+    """Run the paper's two experiments on simulated instruments, identify both ways, compare and report.
+
+    Everything goes through the wires that real instruments have. What the bench really is stays in its own process
+    until the results are stored; then it is asked for and set beside them.
+    """
+    document = named_sequence(sequence)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ApiError(f"{folder} cannot be made: {error.strerror or error}") from error
+    watch = Stopwatch()
+    started = time.perf_counter()
+    with watch.stage("start"):
+        laboratory = LaboratoryProcess(seed, speed)
+    with laboratory:
+        settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
+        with open_catalogue(settings) as catalogue:
+            with watch.stage("measure"), SequenceProgress(document, progress_console) as progress:
+                operator = SimulatedOperator(laboratory.hand)
+                run = run_sequence(document, instruments_of(settings), catalogue, operator, progress)
+            with watch.stage("identify"):
+                found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
+                store_identification(catalogue, run, found)
+        truth, sines = reveal(laboratory.hand, found)
+    with watch.stage("report"):
+        write_report(found, folder / "report.html", more=(truth_section(found, truth, sines),))
+    watch.seconds["total"] = round(time.perf_counter() - started, 2)
+    summary = identification_document(found) | {
+        "run": run,
+        "truth": plain(truth_document(truth, sines)),
+        "seconds": watch.seconds,
+    }
+    write_json(summary, folder / "summary.json")
+    show(found)
+    show_errors(found, truth, sines)
+    stages = ", ".join(f"{name} {seconds:.1f}" for name, seconds in watch.seconds.items())
+    out.print(f"seconds: {stages}")
+    out.print(f"{folder / 'report.html'}, {folder / 'summary.json'}, {folder / 'jointlab.db'} (run {run})")
+
+
+def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
+    """Ask the bench what it really is, now that everything is identified.
+
+    Raises:
+        ApiError: the bench's log and the measurement do not fit together.
+    """
+    return hand.do("truth"), sine_truths(found.measurement.points, hand.do("dwells"))
+
+
+def show_errors(found: Identification, truth: dict[str, Any], sines: tuple[SineTruth, ...]) -> None:
+    """How far off the results are, in short."""
+    if found.inverse is not None:
+        for name, errors in joint_errors(found.inverse, truth["inverse"]).items():
+            terms = ", ".join(f"k{p + 1}{q + 1} {100 * errors[p, q]:+.1f} %" for p, q in ((0, 0), (0, 1), (1, 1)))
+            out.print(f"joint {name} against the truth at blow amplitude, by the paper's method: {terms}")
+    for amplitude, errors, covered in by_amplitude(sines):
+        worst, share = 100 * abs(errors).max(axis=0), 100 * covered.mean(axis=0)
+        out.print(
+            f"sine points at {amplitude:g} mm: k within {worst[0]:.2f} %, gamma within {worst[1]:.2f} % of the truth; "
+            f"95 % intervals hold {share[0]:.0f} % and {share[1]:.0f} % of {len(errors)}"
+        )

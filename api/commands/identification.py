@@ -1,0 +1,133 @@
+"""`jointlab identify` and `jointlab modes`: results from what was measured."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from analysis.frequency_response import FrequencyResponses
+from analysis.modal import ModalEstimate, estimate_modes
+from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
+from api.identification.document import identification_document, modes_document, plain
+from api.identification.measurement import dof
+from api.identification.pipeline import Identification, identify
+from api.identification.record import store_identification
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.progress import on_terminal
+from store.accelerance_file import read_accelerances
+from store.bundle import read_bundle
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command("identify")(identify_)
+    app.command("modes")(modes)
+
+
+def identify_(
+    target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
+) -> None:
+    """Identify k, h and gamma by both methods and compare them.
+
+    Results of a run are stored beside older ones; those of a bundle are only shown (import it first to store them).
+    """
+    found = identified(target)
+    show(found)
+    if json_file is not None:
+        write_json(identification_document(found), json_file)
+
+
+def modes(
+    file: Annotated[Path, typer.Argument(help="UFF file with accelerances (dataset 58 or 58b, function type 4).")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Estimate natural frequencies, loss factors and shapes; poles are chosen by themselves."""
+    read = read_accelerances(file)
+    estimate = estimate_modes(
+        FrequencyResponses(
+            frequency=read.frequency,
+            accelerance=read.accelerance,
+            response=dof(read.response),
+            inputs=tuple(dof(point) for point in read.inputs),
+            coherence=read.coherence,
+        )
+    )
+    if as_json:
+        out.print_json(json.dumps(plain(modes_document(estimate))))
+    else:
+        out.print(modes_table(estimate))
+
+
+def identified(target: str) -> Identification:
+    """Identify a bundle, or a run; a run's results are stored.
+
+    Raises:
+        StoreError, AnalysisError, ApiError: there is no such thing, or nothing can be identified from it.
+    """
+    run = run_number(target)
+    if run is None:
+        return identify(measurement_of_bundle(read_bundle(Path(target))))
+    with open_catalogue() as catalogue:
+        found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
+        store_identification(catalogue, run, found)
+    return found
+
+
+def modes_table(estimate: ModalEstimate) -> Table:
+    """Modes as a table for people."""
+    table = Table("mode", "frequency (Hz)", "95 %", "loss factor", "95 %", box=None)
+    rows = zip(
+        estimate.modes.frequency,
+        estimate.frequency_ci95,
+        estimate.modes.loss_factor,
+        estimate.loss_factor_ci95,
+        strict=True,
+    )
+    for number, (frequency, frequency_ends, loss_factor, loss_ends) in enumerate(rows, start=1):
+        table.add_row(
+            str(number),
+            f"{frequency:.3f}",
+            f"{frequency_ends[0]:.3f} .. {frequency_ends[1]:.3f}",
+            f"{loss_factor:.5f}",
+            f"{loss_ends[0]:.5f} .. {loss_ends[1]:.5f}",
+        )
+    return table
+
+
+def show(found: Identification) -> None:
+    """The result in short, for people."""
+    if found.inverse is not None:
+        out.print(modes_table(found.inverse.modal))
+        table = Table("joint", "element", "k (MN/m)", "95 %", "h (MN/m)", "95 %", box=None)
+        for name, joint in found.inverse.joints.items():
+            for row, column in ((0, 0), (0, 1), (1, 1)):
+                at = (row, column)
+                table.add_row(
+                    name,
+                    f"{row + 1}{column + 1}{'' if joint.observable[at] else ' (not observable)'}",
+                    f"{joint.stiffness[at] / 1e6:.3f}",
+                    " .. ".join(f"{end / 1e6:.3f}" for end in joint.k_ci95[at]),
+                    f"{joint.damping[at] / 1e6:.3f}",
+                    " .. ".join(f"{end / 1e6:.3f}" for end in joint.h_ci95[at]),
+                )
+        out.print(table)
+    for name, direct in found.direct.items():
+        series = sum(len(points) for by_amplitude in direct.series.values() for points in by_amplitude.values())
+        out.print(f"joint {name}: {series} sine points")
+        for amplitude, check in direct.superposition.items():
+            out.print(f"  {amplitude:g} mm: {check.text}")
+    if found.comparison:
+        table = Table("joint", "element", "inverse 95 %", "direct 95 %", "verdict", box=None)
+        for each in found.comparison:
+            unit = 1e6 if each.element.startswith("k") else 1.0
+            inverse = (
+                "-" if each.inverse is None else f"{each.inverse.low / unit:.3f} .. {each.inverse.high / unit:.3f}"
+            )
+            tester = f"{each.direct.low / unit:.3f} .. {each.direct.high / unit:.3f}"
+            table.add_row(each.joint, each.element, inverse, tester, each.verdict.value)
+        out.print(table)

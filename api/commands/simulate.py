@@ -1,0 +1,46 @@
+"""`jointlab simulate`: the three simulated instruments, for a person or a program to connect to."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from api.commands.terminal import out
+from api.errors import ApiError
+from api.simulated import as_toml
+from simlab.laboratory import Laboratory
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("simulate")(simulate)
+
+
+def simulate(
+    seed: Annotated[int, typer.Option(help="Which bench is drawn.")] = 1,
+    speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Bench time over wall time.")] = 1.0,
+    config: Annotated[Path | None, typer.Option(help="Write a configuration file that points at them.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the addresses as one line of JSON.")] = False,
+) -> None:
+    """Start the simulated instruments, print their addresses and run until interrupted (Ctrl-C)."""
+    with Laboratory(seed, speed) as laboratory:
+        if config is not None:
+            if config.exists():
+                raise ApiError(f"{config} exists already; name a new file")
+            config.write_text(as_toml(laboratory.addresses), encoding="utf-8")
+        if as_json:
+            out.print(json.dumps(asdict(laboratory.addresses)))
+        else:
+            for name, address in asdict(laboratory.addresses).items():
+                out.print(f"{name:<12} {address}")
+            out.print("Ctrl-C stops them.")
+        try:
+            while True:
+                time.sleep(3600)
+        except KeyboardInterrupt:
+            out.print("stopped")

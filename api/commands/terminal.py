@@ -1,0 +1,83 @@
+"""What the commands share: consoles, the catalogue and the instruments that the configuration names."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from api.errors import ApiError
+from api.settings import Settings, load_settings
+from daq.channels import Channel, ChannelKind
+from rig.instruments import Instruments
+from store.catalogue import Catalogue
+
+out = Console(soft_wrap=True, highlight=False)
+progress_console = Console(stderr=True, highlight=False)
+
+
+def open_catalogue(settings: Settings | None = None) -> Catalogue:
+    """The catalogue that the configuration names.
+
+    Raises:
+        SettingsError: the configuration does not fit.
+        StoreError: the database cannot be opened.
+    """
+    settings = settings or load_settings()
+    return Catalogue.open(settings.database_url, settings.waveform_folder)
+
+
+def instruments_of(settings: Settings) -> Instruments:
+    """The instruments that the configuration names.
+
+    Raises:
+        ApiError: the channel table is empty.
+        ChannelError: a row of it makes no sense.
+    """
+    if not settings.channels:
+        raise ApiError(
+            "the channel table is empty; write [[channels]] into jointlab.toml, or make one for simulated "
+            "instruments: jointlab simulate --config jointlab.toml"
+        )
+    return Instruments(
+        daq_address=settings.daq_address,
+        tester_url=settings.tester_url,
+        thermometer_url=settings.thermometer_url,
+        channels=tuple(
+            Channel(
+                name=row.name,
+                physical=row.physical,
+                kind=ChannelKind(row.kind),
+                sensitivity=row.sensitivity,
+                unit=row.unit,
+                minimum=row.minimum,
+                maximum=row.maximum,
+                excitation_current=row.excitation_current,
+                serial=row.serial,
+                calibrated_on=row.calibrated_on,
+            )
+            for row in settings.channels
+        ),
+    )
+
+
+def run_number(target: str) -> int | None:
+    """The number of a run where `target` is one, None where it is something else."""
+    return int(target) if target.isdecimal() else None
+
+
+def write_json(document: dict[str, Any], path: Path) -> None:
+    """Write a document for other programs; a file is whole or not there.
+
+    Raises:
+        ApiError: the file cannot be written.
+    """
+    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    scratch = path.with_name(path.name + ".part")
+    try:
+        scratch.write_text(text, encoding="utf-8")
+        scratch.replace(path)
+    except OSError as error:
+        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,125 @@
+"""An identification as the JSON document `jointlab-identification/1`, which other people's programs read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from analysis.comparison import Bounds, ElementComparison
+from analysis.direct import DynamicStiffness
+from analysis.joint_estimate import JointEstimate
+from analysis.modal import ModalEstimate
+from api.identification.pipeline import Direct, Identification, Inverse
+
+FORMAT = "jointlab-identification/1"
+
+
+def identification_document(found: Identification) -> dict[str, Any]:
+    """The whole document; numbers that are not known are null."""
+    document: dict[str, Any] = plain(
+        {
+            "format": FORMAT,
+            "title": found.measurement.title,
+            "modes": modes_document(found.inverse.modal) | _predicted(found.inverse) if found.inverse else None,
+            "inverse": _inverse(found.inverse) if found.inverse else None,
+            "direct": {name: _direct(direct) for name, direct in found.direct.items()},
+            "comparison": [_comparison(each) for each in found.comparison],
+            "seconds": round(found.seconds, 3),
+        }
+    )
+    return document
+
+
+def modes_document(modal: ModalEstimate) -> dict[str, Any]:
+    """Frequencies, loss factors and shapes with their intervals."""
+    modes = modal.modes
+    return {
+        "frequency_hz": modes.frequency,
+        "loss_factor": modes.loss_factor,
+        "frequency_ci95": modal.frequency_ci95,
+        "loss_factor_ci95": modal.loss_factor_ci95,
+        "points": [str(point) for point in modes.dofs],
+        "shapes": {"real": modes.shapes.real, "imaginary": modes.shapes.imag},
+    }
+
+
+def _predicted(inverse: Inverse) -> dict[str, Any]:
+    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    return {
+        "predicted_hz": [pair.predicted_frequency for pair in pairs],
+        "predicted_loss_factor": [pair.predicted_loss_factor for pair in pairs],
+        "mac": [pair.mac for pair in pairs],
+    }
+
+
+def _inverse(inverse: Inverse) -> dict[str, Any]:
+    joints = {name: _joint(joint) for name, joint in inverse.joints.items()}
+    return joints | {"weak_directions": [weak.text for weak in inverse.weak_directions]}
+
+
+def _joint(joint: JointEstimate) -> dict[str, Any]:
+    return {
+        "k": joint.stiffness,
+        "h": joint.damping,
+        "gamma": joint.loss_factor,
+        "k_ci95": joint.k_ci95,
+        "h_ci95": joint.h_ci95,
+        "gamma_ci95": joint.loss_factor_ci95,
+        "observable": joint.observable,
+    }
+
+
+def _direct(direct: Direct) -> dict[str, Any]:
+    return {
+        configuration: {f"{amplitude:g}": _series(points) for amplitude, points in by_amplitude.items()}
+        for configuration, by_amplitude in direct.series.items()
+    }
+
+
+def _series(points: tuple[DynamicStiffness, ...]) -> dict[str, Any]:
+    return {
+        "frequency_hz": [point.frequency for point in points],
+        "amplitude_pp_mm": [1e3 * point.amplitude_pp for point in points],
+        "k": [point.stiffness for point in points],
+        "h": [point.damping for point in points],
+        "gamma": [point.loss_factor for point in points],
+        "k_ci95": [point.stiffness_estimate.interval() for point in points],
+        "h_ci95": [point.damping_estimate.interval() for point in points],
+        "gamma_ci95": [point.loss_factor_estimate.interval() for point in points],
+        "first_harmonic_sufficient": [point.first_harmonic_sufficient for point in points],
+    }
+
+
+def _comparison(each: ElementComparison) -> dict[str, Any]:
+    return {
+        "joint": each.joint,
+        "element": each.element,
+        "inverse": _ends(each.inverse),
+        "direct": _ends(each.direct),
+        "amplitude_pp_mm": 1e3 * each.amplitude_pp,
+        "basis": each.basis,
+        "verdict": each.verdict.value,
+        "reason": each.reason,
+    }
+
+
+def _ends(bounds: Bounds | None) -> list[float] | None:
+    return None if bounds is None else [bounds.low, bounds.high]
+
+
+def plain(value: Any) -> Any:
+    """Plain values for JSON: arrays become lists, and what is no finite number becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

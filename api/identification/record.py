@@ -1,0 +1,161 @@
+"""Keeping an identification: each result a row of its own, beside older ones, with what it was made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from analysis.comparison import ElementComparison
+from analysis.joint_estimate import JointEstimate
+from api.identification.measurement import stored_point
+from api.identification.pipeline import Identification, Inverse
+from store.analyses import AnalysisKind, add_analysis, latest_analysis
+from store.catalogue import Catalogue
+from store.comparisons import Comparison, add_comparisons
+from store.dof import Dof as StoredDof
+from store.dynamic_stiffness import add_dynamic_stiffness
+from store.frequency_responses import add_frequency_responses
+from store.joint_matrices import JointMatrix, add_joint_matrix
+from store.modes import ModeSet, add_modes
+
+
+@dataclass(frozen=True)
+class StoredIdentification:
+    """Numbers of the analyses that were stored; None for what was not measured."""
+
+    frequency_responses: int | None
+    modes: int | None
+    joint_matrices: int | None
+    dynamic_stiffness: int | None
+    comparisons: int | None
+
+
+def store_identification(catalogue: Catalogue, run_id: int, found: Identification) -> StoredIdentification:
+    """Store everything in one transaction.
+
+    Raises:
+        StoreError: there is no such run, or the database refuses; then nothing is stored.
+    """
+    with catalogue.writing() as session:
+        responses = modes = joints = None
+        if found.inverse is not None:
+            responses = _responses(session, run_id, found)
+            modes = _modes(session, run_id, responses, found.inverse)
+            joints = _joints(session, run_id, modes, found.inverse)
+        points = _points(session, run_id, found) if found.measurement.points else None
+        comparisons = None
+        if found.comparison:
+            parents = [parent for parent in (joints, points) if parent is not None]
+            comparisons = add_analysis(
+                session,
+                kind=AnalysisKind.COMPARISONS,
+                method="elements at the modes' frequencies",
+                settings={},
+                runs=[run_id],
+                parents=parents,
+            )
+            add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison if each.inverse])
+    return StoredIdentification(responses, modes, joints, points, comparisons)
+
+
+def _responses(session: Session, run_id: int, found: Identification) -> int:
+    if not found.measurement.raw:
+        return latest_analysis(session, run_id, AnalysisKind.FREQUENCY_RESPONSES).id
+    first = found.measurement.sets[0]
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.FREQUENCY_RESPONSES,
+        method=first.estimator,
+        settings={"window": first.window, "highest_frequency": float(first.frequency[-1])},
+        runs=[run_id],
+    )
+    for measured in found.measurement.sets:
+        add_frequency_responses(session, analysis, run_id, measured)
+    return analysis
+
+
+def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
+    modal, modes = inverse.modal, inverse.modal.modes
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.MODES,
+        method="least-squares complex frequency domain, refined by maximum likelihood",
+        settings={"damping": modal.damping.value, "noise_scale": float(modal.noise_scale)},
+        runs=[run_id],
+        parents=[parent],
+    )
+    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    add_modes(
+        session,
+        analysis,
+        ModeSet(
+            frequency=modes.frequency,
+            loss_factor=modes.loss_factor,
+            dofs=tuple(StoredDof(point.node, point.direction.value) for point in modes.dofs),
+            shapes=modes.shapes,
+            frequency_ci95=modal.frequency_ci95,
+            loss_factor_ci95=modal.loss_factor_ci95,
+            predicted_frequency=np.array([pair.predicted_frequency for pair in pairs]),
+            pole_covariance=modes.pole_covariance,
+            shape_covariance=modes.shape_covariance,
+        ),
+    )
+    return analysis
+
+
+def _joints(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.JOINT_MATRICES,
+        method="modal (Eqs. 17-44)",
+        settings={"points": [str(point) for point in inverse.components], "average_longitudinal": True},
+        runs=[run_id],
+        parents=[parent],
+    )
+    for joint in inverse.joints.values():
+        add_joint_matrix(session, analysis, _joint_matrix(joint))
+    return analysis
+
+
+def _joint_matrix(joint: JointEstimate) -> JointMatrix:
+    covariance = joint.covariance if joint.propagated_covariance is None else joint.propagated_covariance
+    return JointMatrix(
+        joint=joint.name,
+        node=joint.node,
+        stiffness=joint.stiffness,
+        damping=joint.damping,
+        stiffness_ci95=joint.k_ci95,
+        damping_ci95=joint.h_ci95,
+        loss_factor=joint.loss_factor,
+        loss_factor_ci95=joint.loss_factor_ci95,
+        observable=joint.observable,
+        covariance=covariance,
+    )
+
+
+def _points(session: Session, run_id: int, found: Identification) -> int:
+    if not found.measurement.raw:
+        return latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.DYNAMIC_STIFFNESS,
+        method="first harmonic (Eqs. 47, 48)",
+        settings={},
+        runs=[run_id],
+    )
+    add_dynamic_stiffness(session, analysis, [stored_point(point) for point in found.measurement.points])
+    return analysis
+
+
+def _comparison(each: ElementComparison) -> Comparison:
+    assert each.inverse is not None
+    return Comparison(
+        joint=each.joint,
+        element=each.element,
+        inverse=(each.inverse.low, each.inverse.high),
+        direct=(each.direct.low, each.direct.high),
+        verdict=each.verdict.value,
+        amplitude_pp_mm=1e3 * each.amplitude_pp,
+    )

@@ -1,0 +1,108 @@
+"""The technician at a terminal, and progress of a sequence as bars."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from analysis.dof import Dof
+from api.errors import ApiError
+from rig.operator import (
+    BlowAccepted,
+    BlowMissed,
+    BlowRefused,
+    Event,
+    PointStarted,
+    RateCoerced,
+    RunStarted,
+    SinePointMeasured,
+    SinePointRefused,
+    SpecimenMounted,
+)
+from rig.sequence import Sequence
+
+
+class TerminalOperator:
+    """Prompts a person: strikes are announced, mounting is confirmed with Enter."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def strike(self, point: Dof, blow: int) -> None:
+        """Ask for a blow; the trigger waits for it."""
+        self._console.print(f"strike {point} now (blow {blow})")
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        """Ask for the cylinders, and wait until they are in.
+
+        Raises:
+            ApiError: there is nobody to ask.
+        """
+        if not sys.stdin.isatty():
+            raise ApiError(
+                f"mount joint {specimen} in {configuration}: there is no terminal to confirm it on; "
+                "run the sequence from a terminal"
+            )
+        self._console.input(f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter ")
+
+
+class SequenceProgress:
+    """An observer that shows a sequence as two bars, and what went otherwise than asked as lines. A context manager."""
+
+    def __init__(self, sequence: Sequence, console: Console) -> None:
+        self._console = console
+        self._bars = Progress(
+            TextColumn("{task.description:<34}"),
+            BarColumn(bar_width=32),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        blows = sum(len(step.points) * step.blows for step in sequence.hammer_steps)
+        self._blows = self._bars.add_task("blows", total=blows) if blows else None
+        self._sines = self._bars.add_task("sine points", total=sequence.sweep.points) if sequence.sweep else None
+
+    def __enter__(self) -> SequenceProgress:
+        self._bars.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bars.stop()
+
+    def __call__(self, event: Event) -> None:
+        """Show `event`."""
+        match event:
+            case RunStarted(run_id):
+                self._say(f"run {run_id}")
+            case PointStarted(point, index, points):
+                self._describe(self._blows, f"blows at {point} ({index} of {points})")
+            case BlowAccepted():
+                self._advance(self._blows)
+            case BlowRefused(point, blow, reason):
+                self._say(f"blow {blow} at {point} refused: {reason}")
+            case BlowMissed(point, blow, waited):
+                self._say(f"blow {blow} at {point}: nobody struck within {waited:g} s")
+            case SpecimenMounted(specimen, configuration):
+                self._describe(self._sines, f"sine points, {specimen} in {configuration}")
+            case SinePointMeasured():
+                self._advance(self._sines)
+            case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
+                self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
+            case RateCoerced(requested, used):
+                self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
+            case _:
+                pass
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, markup=False)
+
+    def _describe(self, task: TaskID | None, text: str) -> None:
+        if task is not None:
+            self._bars.update(task, description=text)
+
+    def _advance(self, task: TaskID | None) -> None:
+        if task is not None:
+            self._bars.advance(task)

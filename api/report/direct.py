@@ -1,0 +1,146 @@
+"""The report's sections on the tester, and on both methods together: Figs. 11 to 14."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from analysis.comparison import ElementComparison
+from analysis.direct import DynamicStiffness
+from analysis.interval import Estimate
+from analysis.superposition import Superposition, SuperpositionPoint
+from api.identification.pipeline import Direct, Identification, Inverse
+from api.report import figures
+from api.report.figures import Curve, Panel
+from api.report.section import Picture, Section, Table, ends, number
+
+Quantity = Callable[[DynamicStiffness], Estimate]
+
+
+def direct_sections(found: Identification) -> list[Section]:
+    """The tester's results, and the comparison where there is one."""
+    sections = [_cylinders(name, direct) for name, direct in found.direct.items()]
+    if found.inverse is not None and found.comparison:
+        sections.append(_comparison(found.inverse, found.direct, found.comparison))
+    return sections
+
+
+def _cylinders(name: str, direct: Direct) -> Section:
+    content: list[str | Table | Picture] = [
+        Picture(
+            f"Fig. 11: cylinders of joint {name} in the tester, with 95 % intervals",
+            figures.dynamic_stiffness(name, _all(direct, _magnitude), _all(direct, _loss_factor)),
+        ),
+        _ratios(name, direct),
+    ]
+    flagged = [point for by_amplitude in direct.series.values() for points in by_amplitude.values() for point in points]
+    insufficient = [point for point in flagged if not point.first_harmonic_sufficient]
+    content.append(
+        f"The first harmonic describes all {len(flagged)} points."
+        if not insufficient
+        else f"The first harmonic does not describe {len(insufficient)} of {len(flagged)} points, the first because "
+        f"{insufficient[0].shortcomings[0]}."
+    )
+    if direct.superposition:
+        content.append(
+            Picture(
+                f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees",
+                figures.superposition(
+                    name,
+                    _of_checks(direct.superposition, lambda point: point.computed),
+                    _of_checks(direct.superposition, lambda point: point.measured),
+                ),
+            )
+        )
+        content += [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
+    return Section(f"Direct method, joint {name}", tuple(content))
+
+
+def _ratios(name: str, direct: Direct) -> Table:
+    """How far stiffness and loss change between the smallest and the largest amplitude."""
+    rows = []
+    for configuration, by_amplitude in direct.series.items():
+        smallest, largest = min(by_amplitude), max(by_amplitude)
+        stiffness, loss = (
+            np.mean([quantity(point).value for point in by_amplitude[smallest]])
+            / np.mean([quantity(point).value for point in by_amplitude[largest]])
+            for quantity in (_magnitude, _loss_factor)
+        )
+        rows.append((configuration, number(float(stiffness)), number(float(loss))))
+    caption = f"Joint {name}: smallest over largest amplitude, mean over frequency"
+    return Table(caption, ("configuration", "|k|", "loss factor"), tuple(rows))
+
+
+def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
+    stiffness, loss = [], []
+    for name, joint in inverse.joints.items():
+        smallest = min(direct[name].joint)
+        terms = direct[name].joint[smallest]
+        for element, at in (("k22", (1, 1)), ("k12", (0, 1))):
+            curves = {smallest: curve([getattr(term, element) for term in terms], _stiffness)}
+            interval95 = joint.k_ci95[at].tolist() if joint.observable[at] else None
+            stiffness.append(Panel(f"joint {name}, {element}", curves, interval95))
+        curves = {
+            amplitude: curve([term.k22 for term in direct[name].joint[amplitude]], _loss_factor)
+            for amplitude in sorted(direct[name].joint)[:2]
+        }
+        gamma = joint.loss_factor_ci95[1, 1]
+        loss.append(Panel(f"joint {name}, gamma22", curves, None if np.isnan(gamma).any() else gamma.tolist()))
+    rows = tuple(_comparison_row(each) for each in comparison)
+    return Section(
+        "Direct against inverse",
+        (
+            Picture("Fig. 13: stiffness", figures.direct_against_inverse("Fig. 13: stiffness", "MN/m", stiffness, 1e6)),
+            Picture("Fig. 14: loss factor", figures.direct_against_inverse("Fig. 14: loss factor", "1", loss)),
+            Table(
+                "Element by element",
+                ("joint", "element", "inverse, 95 %", "direct, 95 %", "verdict", "why"),
+                rows,
+            ),
+        ),
+    )
+
+
+def _comparison_row(each: ElementComparison) -> tuple[str, ...]:
+    scale, unit = (1e6, " MN/m") if each.element.startswith("k") else (1.0, "")
+    inverse = "–" if each.inverse is None else ends((each.inverse.low / scale, each.inverse.high / scale)) + unit
+    direct = ends((each.direct.low / scale, each.direct.high / scale)) + unit
+    return each.joint, each.element, inverse, direct, each.verdict.value, f"{each.reason} ({each.basis})"
+
+
+def _magnitude(point: DynamicStiffness) -> Estimate:
+    return point.magnitude_estimate
+
+
+def _stiffness(point: DynamicStiffness) -> Estimate:
+    return point.stiffness_estimate
+
+
+def _loss_factor(point: DynamicStiffness) -> Estimate:
+    return point.loss_factor_estimate
+
+
+def _all(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
+    return {
+        configuration: {amplitude: curve(points, quantity) for amplitude, points in by_amplitude.items()}
+        for configuration, by_amplitude in direct.series.items()
+    }
+
+
+def _of_checks(
+    checks: Mapping[float, Superposition], which: Callable[[SuperpositionPoint], DynamicStiffness]
+) -> dict[float, Curve]:
+    return {
+        amplitude: curve([which(point) for point in check.points], _magnitude) for amplitude, check in checks.items()
+    }
+
+
+def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
+    """One quantity of a series over frequency with the half-width of its 95 % interval."""
+    estimates = [quantity(point) for point in points]
+    return Curve(
+        frequency=np.array([point.frequency for point in points]),
+        value=np.array([estimate.value for estimate in estimates]),
+        half_width=np.array([estimate.half_width() for estimate in estimates]),
+    )

@@ -1,0 +1,74 @@
+"""The report's page: what an identification found, as one HTML file that needs nothing from outside."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from api.errors import ApiError
+from api.identification.pipeline import Identification
+from api.report.direct import direct_sections
+from api.report.inverse import inverse_sections
+from api.report.section import Section, Table
+from store.provenance import software_version
+
+
+def write_report(found: Identification, path: Path, *, more: tuple[Section, ...] = (), lead: str = "") -> None:
+    """Write the report of an identification.
+
+    Args:
+        found: what to report.
+        path: the HTML file.
+        more: sections that come before the methods' own.
+        lead: a sentence under the title.
+
+    Raises:
+        ApiError: the file cannot be written.
+    """
+    sections = [*more]
+    if found.inverse is not None:
+        sections += inverse_sections(found.inverse)
+    sections += direct_sections(found)
+    text = _template().render(
+        title=found.measurement.title,
+        lead=lead or _lead(found),
+        written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+        version=software_version(),
+        sections=sections,
+    )
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def _lead(found: Identification) -> str:
+    verdicts = [each.verdict.value for each in found.comparison]
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in sorted(set(verdicts)))
+    parts = []
+    if found.inverse is not None:
+        parts.append(f"{found.inverse.modal.modes.poles.size} modes from {len(found.inverse.measured.inputs)} points")
+    if found.measurement.points:
+        parts.append(f"{len(found.measurement.points)} sine points")
+    if counts:
+        parts.append(f"direct against inverse: {counts}")
+    return "; ".join(parts) + "."
+
+
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("api.report", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.tests["table"] = _is_table
+    return environment.get_template("report.html")
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Table)

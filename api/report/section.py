@@ -1,0 +1,57 @@
+"""What a report is made of: sections of paragraphs, tables and pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.frequency_response import Real
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; a row's cells are texts, numbers already written as people read them."""
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An inline SVG element and what it shows."""
+
+    caption: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands under it, in order; a text is a paragraph."""
+
+    title: str
+    content: tuple[str | Table | Picture, ...]
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number to so many significant digits, thousands apart by thin spaces; a dash where it is not known."""
+    if math.isnan(value):
+        return "–"
+    magnitude = abs(value)
+    if magnitude >= 10 ** (digits + 4) or (0 < magnitude < 1e-4):
+        return f"{value:.{digits - 1}e}"
+    decimals = max(0, digits - 1 - _exponent(magnitude))
+    return f"{value:,.{decimals}f}".replace(",", "\u2009")
+
+
+def ends(interval: Sequence[float] | Real, digits: int = 3) -> str:
+    """Both ends of an interval, or a dash where one is not known."""
+    low, high = (float(end) for end in interval)
+    if math.isnan(low) or math.isnan(high):
+        return "–"
+    return f"{number(low, digits)} … {number(high, digits)}"
+
+
+def _exponent(magnitude: float) -> int:
+    return int(f"{magnitude:e}".partition("e")[2])

@@ -1,0 +1,1 @@
+"""Sequence documents that come with Jointlab."""

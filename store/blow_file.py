@@ -39,12 +39,6 @@ class BundleBlow:
     sample_rate: float
     trigger_index: int
 
-    def __post_init__(self) -> None:
-        if self.force.shape != self.acceleration.shape:
-            raise StoreError(
-                f"{self.file}: {self.force.size} samples of force, {self.acceleration.size} of acceleration"
-            )
-
 
 def read_blow(path: Path) -> BundleBlow:
     """Read a blow.
@@ -60,6 +54,10 @@ def read_blow(path: Path) -> BundleBlow:
         units = ", ".join(function.unit or "no unit" for function in functions)
         raise StoreError(f"{path.name}: expected one force in N and one acceleration in m/s^2, found: {units}")
     force, acceleration = forces[0], accelerations[0]
+    if force.values.size != acceleration.values.size:
+        raise StoreError(
+            f"{path.name}: {force.values.size} samples of force, {acceleration.values.size} of acceleration"
+        )
     if (force.start, force.step) != (acceleration.start, acceleration.step):
         raise StoreError(f"{path.name}: force and acceleration are not on one clock")
     for function in functions:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import lzma
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,6 +24,8 @@ from store.frequency_responses import FrequencyResponseSet
 SETUP, BLOWS = "setup.json", "blows"
 # A bundle of the usual size has a few MB; more than this in a zip is a mistake, or meant to fill the disk.
 _MOST_BYTES_IN_ZIP = 4 * 1024**3
+# What Python's zipfile raises for a damaged, encrypted or exotic archive.
+_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +163,7 @@ def _opened(path: Path) -> Iterator[Path]:
                 if sum(member.file_size for member in archive.infolist()) > _MOST_BYTES_IN_ZIP:
                     raise StoreError(f"{path.name} unpacks to more than {_MOST_BYTES_IN_ZIP // 1024**3} GB")
                 archive.extractall(folder)
-        except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        except _ZIP_ERRORS as error:
             raise StoreError(f"{path.name} is neither a folder nor a whole zip file: {error}") from error
         except (OSError, ValueError) as error:
             raise StoreError(f"{path.name} cannot be unpacked: {error}") from error

@@ -1,17 +1,19 @@
 """The catalogue: one SQL database, SQLite or PostgreSQL, and the folder of waveforms beside it.
 
     with Catalogue.open("sqlite:///lab.db") as catalogue, catalogue.writing() as session:
-        run_id = start_run(session, NewRun(kind="hammer", title="beam 3", article="beam 3"))
+        run = start_run(session, kind="hammer", title="beam 3, 23 C", article="beam 3", setup={})
 
-Functions of `store.runs`, `store.blows`, `store.results`, ... take the session; a transaction is stored as a
+Functions of `store.runs`, `store.blows`, `store.modes`, ... take the session; a transaction is stored as a
 whole or not at all.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from sqlite3 import SQLITE_BUSY, OperationalError
 from sqlite3 import Connection as SqliteConnection
 from types import TracebackType
 from typing import Any, Self
@@ -24,6 +26,9 @@ from store.errors import StoreError
 from store.migrate import upgrade
 from store.provenance import to_json
 from store.waveforms import WaveformFolder
+
+# Seconds that a writer waits for another one before it says that the database is locked.
+SQLITE_PATIENCE = 10.0
 
 
 class Catalogue:
@@ -126,7 +131,7 @@ def _folder_beside(address: URL) -> Path:
 
 def _engine(address: URL) -> Engine:
     if address.drivername == "sqlite":
-        engine = create_engine(address, json_serializer=to_json, connect_args={"timeout": 10.0})
+        engine = create_engine(address, json_serializer=to_json, connect_args={"timeout": SQLITE_PATIENCE})
         event.listen(engine, "connect", _prepare_sqlite)
         event.listen(engine, "begin", _begin_sqlite)
         return engine
@@ -137,8 +142,23 @@ def _engine(address: URL) -> Engine:
 def _prepare_sqlite(connection: SqliteConnection, _record: Any) -> None:
     # Python's driver would begin transactions by itself, too late and not for DDL: _begin_sqlite does it.
     connection.isolation_level = None
-    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON"):
+    _write_ahead(connection)
+    for pragma in ("synchronous = FULL", "foreign_keys = ON"):
         connection.execute(f"PRAGMA {pragma}").close()
+
+
+def _write_ahead(connection: SqliteConnection) -> None:
+    # SQLite does not wait for its lock here, as it does elsewhere: two that open a new file at once would collide.
+    patience_ends = time.monotonic() + SQLITE_PATIENCE
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL").close()
+        except OperationalError as error:
+            if error.sqlite_errorcode != SQLITE_BUSY or time.monotonic() > patience_ends:
+                raise
+            time.sleep(0.01)
+        else:
+            return
 
 
 def _begin_sqlite(connection: Connection) -> None:

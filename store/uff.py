@@ -116,7 +116,7 @@ def read_uff(path: Path) -> list[UffFunction]:
 
 
 def write_uff(path: Path, functions: Sequence[UffFunction], *, binary: bool = True) -> None:
-    """Write functions in double precision; text keeps twelve digits, binary every bit.
+    """Write functions in double precision; text keeps twelve digits, binary every value.
 
     Raises:
         StoreError: a value is not finite, a name does not fit, or the file cannot be written.

@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pwd
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from datetime import UTC, date, datetime
 from pathlib import Path
 from tempfile import mkdtemp
+from types import SimpleNamespace
 from urllib.parse import quote
 from uuid import uuid4
 
+import numpy as np
 import psycopg
 import pytest
 from psycopg import sql
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
+from store.analyses import AnalysisKind, add_analysis
+from store.blows import add_blow, add_point
+from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
+from store.comparisons import Comparison, add_comparisons
+from store.dof import Dof
+from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
+from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
+from store.instruments import Channel, Instrument
+from store.joint_matrices import JointMatrix, add_joint_matrix
+from store.models import Base
+from store.modes import ModeSet, add_modes
+from store.runs import RunState, finish_run, start_run
+from store.sine_records import SineRecord, add_sine_record
+from store.waveform import Waveform, WaveformChannel
 
-TEMPLATE = "jointlab_template"
+TEMPLATE, LAB = "jointlab_template", "lab"
 
 
 def _program(name: str) -> str | None:
@@ -35,9 +55,27 @@ class Server:
     def url(self, database: str) -> str:
         return f"postgresql://postgres@/{database}?host={quote(str(self.folder))}"
 
-    def execute(self, statement: sql.Composed | sql.SQL) -> None:
-        with psycopg.connect(host=str(self.folder), user="postgres", dbname="postgres", autocommit=True) as connection:
-            connection.execute(statement)
+    def execute(self, statement: str, *names: str, database: str = "postgres") -> list[tuple[object, ...]]:
+        composed = sql.SQL(statement).format(*map(sql.Identifier, names))
+        with psycopg.connect(host=str(self.folder), user="postgres", dbname=database, autocommit=True) as connection:
+            cursor = connection.execute(composed)
+            return cursor.fetchall() if cursor.description else []
+
+    def empty(self, database: str) -> None:
+        """Empty its tables (a tenth of the time of a new database); where a test left another schema, make it anew."""
+        if (database,) in self.execute("SELECT datname FROM pg_database"):
+            if self.execute("SELECT version_num FROM alembic_version", database=database) == self._revision:
+                tables = sorted(Base.metadata.tables)
+                places = ", ".join("{}" for _ in tables)
+                self.execute(f"TRUNCATE {places} RESTART IDENTITY", *tables, database=database)
+                return
+            self.execute("DROP DATABASE {}", database)
+        self.execute("CREATE DATABASE {} TEMPLATE {}", database, TEMPLATE)
+
+    def make_template(self) -> None:
+        self.execute("CREATE DATABASE {}", TEMPLATE)
+        Catalogue.open(self.url(TEMPLATE), self.folder / "unused").close()
+        self._revision = self.execute("SELECT version_num FROM alembic_version", database=TEMPLATE)
 
 
 @pytest.fixture(scope="session")
@@ -72,8 +110,7 @@ def postgresql() -> Iterator[Server]:
         run(pg_ctl, "-D", str(folder / "data"), "-w", "-l", str(folder / "log"), "-o", options, "start")
         server = Server(folder)
         try:
-            server.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(TEMPLATE)))
-            Catalogue.open(server.url(TEMPLATE), folder / "unused").close()
+            server.make_template()
             yield server
         finally:
             run(pg_ctl, "-D", str(folder / "data"), "-m", "fast", "stop")
@@ -101,10 +138,8 @@ def database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: P
         yield f"sqlite:///{tmp_path / 'lab.db'}"
         return
     server: Server = request.getfixturevalue("postgresql")
-    name = f"lab_{uuid4().hex}"
-    server.execute(sql.SQL("CREATE DATABASE {} TEMPLATE {}").format(sql.Identifier(name), sql.Identifier(TEMPLATE)))
-    yield server.url(name)
-    server.execute(sql.SQL("DROP DATABASE {}").format(sql.Identifier(name)))
+    server.empty(LAB)
+    yield server.url(LAB)
 
 
 @pytest.fixture
@@ -115,9 +150,9 @@ def empty_database_url(database_kind: str, request: pytest.FixtureRequest, tmp_p
         return
     server: Server = request.getfixturevalue("postgresql")
     name = f"empty_{uuid4().hex}"
-    server.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(name)))
+    server.execute("CREATE DATABASE {}", name)
     yield server.url(name)
-    server.execute(sql.SQL("DROP DATABASE {}").format(sql.Identifier(name)))
+    server.execute("DROP DATABASE {}", name)
 
 
 @pytest.fixture
@@ -129,9 +164,6 @@ def catalogue(database_url: str, tmp_path: Path) -> Iterator[Catalogue]:
 @pytest.fixture
 def row_counts(catalogue: Catalogue) -> Callable[[], dict[str, int]]:
     """Rows in every table, to show that something stored nothing."""
-    from sqlalchemy import func, select
-
-    from store.models import Base
 
     def count() -> dict[str, int]:
         with catalogue.reading() as session:
@@ -141,3 +173,195 @@ def row_counts(catalogue: Catalogue) -> Callable[[], dict[str, int]]:
             }
 
     return count
+
+
+SETUP = {
+    "format": "jointlab-bundle/1",
+    "beam": {
+        "length": 0.914, "height": 0.0254, "width": 0.0507874, "youngs_modulus": 207e9,
+        "poisson_ratio": 0.3, "density": 7850.0, "free_damping_ratios": [0.004, 0.001],
+    },
+    "node_positions": [0.0, 0.06, 0.3, 0.6, 0.85, 0.914],
+    "joints": [
+        {"name": "I", "node": 2, "inclinations_deg": [-45, 135], "eccentricity": 0.006, "added_mass": 0.0},
+        {"name": "II", "node": 5, "inclinations_deg": [45, -135], "eccentricity": 0.006, "added_mass": 0.0},
+    ],
+    "accelerometer": {"node": 3, "direction": "y", "mass": 0.0},
+    "direct": {"preset_mm": 0.5},
+    "tolerances": {
+        "node_position": 0.001, "sensor_gain": 0.005, "youngs_modulus": 0.005, "density": 0.003,
+        "impact_position": 0.0015, "inclination_deg": 0.5, "tester_gain": 0.003,
+    },
+}  # fmt: skip
+STARTED = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)
+HAMMER = Channel(
+    "hammer", "cDAQ1Mod1/ai0", "force", "N", 0.0023, -2000.0, 2000.0, 0.004,
+    Instrument("hammer", "086C03", "4711", date(2026, 1, 15), 0.0023, "V/N"),
+)  # fmt: skip
+ACCELEROMETER = Channel(
+    "accelerometer", "cDAQ1Mod1/ai1", "acceleration", "m/s^2", 0.0102, -500.0, 500.0, 0.004,
+    Instrument("accelerometer", "352C33", "1234", date(2026, 1, 16), 0.0102, "V/(m/s^2)"),
+)  # fmt: skip
+
+
+def two_channels(first: str, first_unit: str, second: str, second_unit: str) -> Waveform:
+    counts = np.random.default_rng(5).integers(-(2**20), 2**20, (2, 100), dtype=np.int32)
+    channels = (
+        WaveformChannel(first, first_unit, (0.0, 1e-6), 0.0023),
+        WaveformChannel(second, second_unit, (0.0, 1e-6), 0.0102),
+    )
+    return Waveform(channels, counts, 5120.0, STARTED, trigger_index=10)
+
+
+@pytest.fixture
+def samples() -> SimpleNamespace:
+    """What `filled` stores, and the functions that make it."""
+    return SimpleNamespace(
+        setup=SETUP, started=STARTED, hammer=HAMMER, accelerometer=ACCELEROMETER, comparisons=COMPARISONS,
+        waveform=two_channels, dynamic_stiffness=dynamic_stiffness, frequency_responses=frequency_response_set,
+        modes=mode_set, joint_matrix=joint_matrix,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small bundle: what `filled` holds, exported."""
+    folder = tmp_path_factory.mktemp("exported")
+    with Catalogue.open(f"sqlite:///{folder / 'lab.db'}") as opened:
+        hammer, sweep = _fill(opened)
+        export_bundle(opened, hammer, folder / "bundle", also=[sweep])
+    return folder / "bundle"
+
+
+@pytest.fixture
+def bundle(exported: Path, tmp_path: Path) -> Path:
+    """A copy of the small bundle without its checksums, to be damaged."""
+    folder = tmp_path / "bundle"
+    shutil.copytree(exported, folder)
+    document = json.loads((folder / "setup.json").read_text())
+    del document["checksums"]
+    (folder / "setup.json").write_text(json.dumps(document))
+    return folder
+
+
+@pytest.fixture
+def filled(catalogue: Catalogue) -> int:
+    """A hammer run and a sweep of one article, measured here, with every kind of result; the hammer run's number."""
+    return _fill(catalogue)[0]
+
+
+def _fill(catalogue: Catalogue) -> tuple[int, int]:
+    hammer = _hammer_run(catalogue)
+    sweep, record = _sweep(catalogue)
+    with catalogue.writing() as session:
+        _add_results(session, hammer, sweep, record)
+    return hammer, sweep
+
+
+def _hammer_run(catalogue: Catalogue) -> int:
+    with catalogue.writing() as session:
+        run = start_run(
+            session, kind="hammer", title="beam 3, roving hammer", article="beam 3", setup=SETUP,
+            sequence={"points": ["1y", "4y"], "blows": 2}, channels=[HAMMER, ACCELEROMETER],
+            instruments=[Instrument("thermometer", "T-100", "99")], started_at=STARTED,
+        )  # fmt: skip
+    for dof in (Dof(1, "y"), Dof(4, "y")):
+        with catalogue.writing() as session:
+            point = add_point(session, run.id, dof)
+        for number, reason in enumerate([None, "double hit: second peak 34 % of the first", None], start=1):
+            reference = catalogue.waveforms.append(
+                run.waveform_file, two_channels("hammer", "N", "accelerometer", "m/s^2")
+            )
+            with catalogue.writing() as session:
+                add_blow(
+                    session, point, number, accepted=reason is None, reason=reason, waveform=reference,
+                    peak_force=100.0 + number, temperature_c=23.1, struck_at=STARTED,
+                )  # fmt: skip
+    with catalogue.writing() as session:
+        finish_run(session, run.id, RunState.FINISHED)
+    return run.id
+
+
+def _sweep(catalogue: Catalogue) -> tuple[int, int]:
+    with catalogue.writing() as session:
+        run = start_run(
+            session, kind="sweep", title="beam 3, sweep", article="beam 3", setup={}, started_at=STARTED,
+            instruments=[Instrument("tester", "servo-hydraulic", "7", details={"register_map": 1})],
+        )  # fmt: skip
+    reference = catalogue.waveforms.append(run.waveform_file, two_channels("displacement", "m", "force", "N"))
+    with catalogue.writing() as session:
+        record = SineRecord(1, "I", "shear", 0.1, 0.0998, 5.0, 1.5, STARTED, 23.2, reference)
+        number = add_sine_record(session, run.id, record)
+        finish_run(session, run.id, RunState.STOPPED, "stopped by the operator")
+    return run.id, number
+
+
+def dynamic_stiffness(record: int | None = None) -> list[DynamicStiffness]:
+    """Two amplitudes at two frequencies, as the direct method gives them."""
+    return [
+        DynamicStiffness(
+            order_number=order, elapsed=1.5 * order, specimen="I", configuration="shear", amplitude_pp_mm=amplitude,
+            frequency=frequency, stiffness=7e5 / amplitude, damping=7e4, loss_factor=0.1 * amplitude,
+            magnitude=7.1e5, loss_angle_deg=5.7, stiffness_se=700.0, damping_se=600.0, loss_factor_se=0.001,
+            magnitude_se=700.0, loss_angle_se_deg=0.05, thd_percent=0.4, thd_displacement_percent=0.1,
+            temperature_c=23.2, flags=("first harmonic insufficient",) if order == 4 else (),
+            sine_record_id=record if order == 1 else None,
+        )
+        for order, (amplitude, frequency) in enumerate([(0.1, 5.0), (0.1, 10.0), (0.05, 5.0), (0.05, 10.0)], start=1)
+    ]  # fmt: skip
+
+
+def frequency_response_set() -> FrequencyResponseSet:
+    rng = np.random.default_rng(3)
+    return FrequencyResponseSet(
+        number=1, response=Dof(3, "y"), inputs=(Dof(1, "y"), Dof(4, "y")), frequency=np.arange(9) / 2.0,
+        accelerance=rng.normal(size=(2, 9)) + 1j * rng.normal(size=(2, 9)), averages=2, peak_force=102.0,
+        temperature_c=23.1, window="none", sample_rate=5120.0, block_seconds=2.0, estimator="H1",
+        coherence=rng.uniform(size=(2, 9)), variance=rng.uniform(size=(2, 9)),
+    )  # fmt: skip
+
+
+def mode_set() -> ModeSet:
+    rng = np.random.default_rng(4)
+    return ModeSet(
+        frequency=np.array([77.1, 79.4]), loss_factor=np.array([0.05, 0.06]), dofs=(Dof(1, "y"), Dof(4, "y")),
+        shapes=rng.normal(size=(2, 2)) + 1j * rng.normal(size=(2, 2)),
+        frequency_ci95=np.array([[77.0, 77.2], [np.nan, np.nan]]),
+        loss_factor_ci95=np.array([[0.04, 0.06], [0.05, 0.07]]),
+        predicted_frequency=np.array([77.2, np.nan]), pole_covariance=np.eye(4), shape_covariance=np.ones((2, 4, 4)),
+    )  # fmt: skip
+
+
+def joint_matrix(joint: str, node: int) -> JointMatrix:
+    stiffness = np.array([[2.6e6, 9e5, 1.0], [9e5, 2.6e6, 2.0], [1.0, 2.0, 300.0]])
+    interval = np.stack([0.97 * stiffness, 1.03 * stiffness], axis=-1)
+    loss_factor = np.full((3, 3), 0.1)
+    loss_factor[0, 2] = np.nan
+    observable = np.eye(3) > 0
+    return JointMatrix(
+        joint, node, stiffness, 0.1 * stiffness, interval, 0.1 * interval, loss_factor,
+        np.stack([0.9 * loss_factor, 1.1 * loss_factor], axis=-1), observable, np.diag(np.arange(12.0)),
+    )  # fmt: skip
+
+
+COMPARISONS = [
+    Comparison("I", "k22", (2.5e6, 2.7e6), (2.55e6, 2.6e6), "agree", frequency=79.0, amplitude_pp_mm=0.01),
+    Comparison("I", "gamma22", (0.05, 0.06), (0.07, 0.08), "differ"),
+]
+
+
+def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None:
+    def analysis(kind: AnalysisKind, method: str, *runs: int, parents: tuple[int, ...] = ()) -> int:
+        return add_analysis(session, kind=kind, method=method, settings={"order": 20}, runs=runs, parents=parents)
+
+    responses = analysis(AnalysisKind.FREQUENCY_RESPONSES, "H1", hammer)
+    add_frequency_responses(session, responses, hammer, frequency_response_set())
+    modes = analysis(AnalysisKind.MODES, "LSCF", hammer, parents=(responses,))
+    add_modes(session, modes, mode_set())
+    joints = analysis(AnalysisKind.JOINT_MATRICES, "modal", hammer, parents=(modes,))
+    for joint, node in (("I", 2), ("II", 5)):
+        add_joint_matrix(session, joints, joint_matrix(joint, node))
+    direct = analysis(AnalysisKind.DYNAMIC_STIFFNESS, "sine fit", sweep)
+    add_dynamic_stiffness(session, direct, dynamic_stiffness(record))
+    compared = analysis(AnalysisKind.COMPARISONS, "intervals", hammer, sweep, parents=(joints, direct))
+    add_comparisons(session, compared, COMPARISONS)

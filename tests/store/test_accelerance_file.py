@@ -1,0 +1,135 @@
+"""One roving-hammer set in a file: rows that belong together, in (m/s^2)/N, along positive directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from store.accelerance_file import accelerance_functions, even_spacing, read_accelerances
+from store.dof import Dof
+from store.errors import StoreError
+from store.uff import UffDof, UffFunction, write_uff
+
+FREQUENCY = np.arange(5) / 2.0
+ROWS = np.array([[1, 2j, 3, 4, 5], [6, 7, 8j, 9, 10]], dtype=complex)
+COHERENCE = np.linspace(0, 1, 10).reshape(2, 5)
+INPUTS = (Dof(1, "y"), Dof(4, "x"))
+
+
+@pytest.fixture
+def functions() -> list[UffFunction]:
+    return accelerance_functions(Dof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE)
+
+
+def test_a_set_comes_back(tmp_path: Path, functions: list[UffFunction]) -> None:
+    write_uff(tmp_path / "a.unv", functions)
+    found = read_accelerances(tmp_path / "a.unv")
+    assert (found.response, found.inputs, found.warnings) == (Dof(3, "y"), INPUTS, ())
+    np.testing.assert_array_equal(found.frequency, FREQUENCY)
+    np.testing.assert_array_equal(found.accelerance, ROWS)
+    np.testing.assert_array_equal(found.coherence, COHERENCE)
+
+
+def test_coherence_is_sorted_to_its_rows(tmp_path: Path, functions: list[UffFunction]) -> None:
+    write_uff(tmp_path / "a.unv", [*functions[:2], functions[3], functions[2]])
+    np.testing.assert_array_equal(read_accelerances(tmp_path / "a.unv").coherence, COHERENCE)
+
+
+def test_a_set_without_coherence_says_so(tmp_path: Path, functions: list[UffFunction]) -> None:
+    write_uff(tmp_path / "a.unv", functions[:2])
+    assert read_accelerances(tmp_path / "a.unv").coherence is None
+
+
+@pytest.mark.parametrize(("response", "reference", "sign"), [(1, 1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, 1)])
+def test_negative_directions_turn_the_sign(
+    tmp_path: Path, functions: list[UffFunction], response: int, reference: int, sign: int
+) -> None:
+    first = replace(functions[0], response=UffDof(3, "y", response), reference=UffDof(1, "y", reference))
+    write_uff(tmp_path / "a.unv", [first])
+    found = read_accelerances(tmp_path / "a.unv")
+    np.testing.assert_array_equal(found.accelerance, sign * ROWS[:1])
+    assert found.inputs == INPUTS[:1]
+
+
+@pytest.mark.parametrize(
+    ("unit", "denominator"), [("m/s2", "N"), ("M/S^2", "n"), ("", ""), ("(m/s^2)/N", ""), ("m / s**2", "N")]
+)
+def test_the_usual_spellings_of_the_unit_are_read(
+    tmp_path: Path, functions: list[UffFunction], unit: str, denominator: str
+) -> None:
+    write_uff(tmp_path / "a.unv", [replace(functions[0], unit=unit, denominator_unit=denominator)])
+    assert read_accelerances(tmp_path / "a.unv").inputs == INPUTS[:1]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"unit": "g"}, "unit is g per N"),
+        ({"unit": "mm/s^2"}, "unit is mm/s.2 per N"),
+        ({"denominator_unit": "lbf"}, "unit is m/s.2 per lbf"),
+        ({"unit": "", "quantity": 8}, "unit is type 8 per N"),
+        ({"unit": "", "quantity": 0}, "unit is type 0 per N"),
+        ({"abscissa_unit": "rad/s"}, "frequency is in 'rad/s', expected Hz"),
+        ({"values": np.ones(4, complex)}, "4 lines, the first function has 5"),
+        ({"values": np.ones(5)}, "is real"),
+        ({"step": 1.0}, "frequencies differ"),
+        ({"start": 0.5}, "frequencies differ"),
+        ({"response": UffDof(7, "y")}, "response is at 7.y"),
+        ({"reference": UffDof(1, "z")}, r"1\+z is no point of the beam"),
+        ({"reference": UffDof(0, "y")}, "is no point of the beam"),
+        ({"reference": UffDof(5)}, r"5\+scalar is no point of the beam"),
+        ({"reference": UffDof(1, "y")}, "an input comes twice"),
+    ],
+)
+def test_a_row_that_does_not_belong_is_refused_by_file_and_point(
+    tmp_path: Path, functions: list[UffFunction], change: dict[str, object], said: str
+) -> None:
+    write_uff(tmp_path / "set.unv", [functions[0], replace(functions[1], **change)])  # type: ignore[arg-type]
+    with pytest.raises(StoreError, match=f"set.unv.*{said}"):
+        read_accelerances(tmp_path / "set.unv")
+
+
+@pytest.mark.parametrize(
+    ("select", "said"),
+    [
+        (lambda f: f[2:], "holds no frequency response"),
+        (lambda f: f[:3], "coherence is there for 1y; expected once for each of 1y, 4x"),
+        (lambda f: [*f[:2], f[2], f[2]], "coherence is there for 1y, 1y"),
+        (lambda f: [*f[:3], replace(f[3], values=1.1 * f[3].values)], "coherence ranges"),
+        (lambda f: [*f[:3], replace(f[3], values=f[3].values + 0j)], "coherence is complex"),
+    ],
+)
+def test_a_set_that_is_not_whole_is_refused(
+    tmp_path: Path, functions: list[UffFunction], select: Callable[[list[UffFunction]], list[UffFunction]], said: str
+) -> None:
+    write_uff(tmp_path / "set.unv", select(functions))
+    with pytest.raises(StoreError, match=f"set.unv.*{said}"):
+        read_accelerances(tmp_path / "set.unv")
+
+
+def test_other_functions_are_passed_over_with_a_warning(tmp_path: Path, functions: list[UffFunction]) -> None:
+    write_uff(tmp_path / "a.unv", [*functions, replace(functions[2], kind=2)])
+    assert read_accelerances(tmp_path / "a.unv").warnings == ("a.unv: function type 2 is passed over",)
+
+
+@pytest.mark.parametrize("frequency", [np.array([0.0, 1.0, 2.1]), np.array([0.0, 1.0, 1.0]), np.array([5.0])])
+def test_an_axis_that_uff_cannot_hold_is_refused(frequency: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
+    with pytest.raises(StoreError, match="spac"):
+        even_spacing(frequency)
+
+
+def test_a_computed_axis_is_even() -> None:
+    assert even_spacing(np.asarray(np.fft.rfftfreq(10_000, 1 / 5120), np.float64)) == pytest.approx(
+        (0.0, 0.512), rel=1e-14
+    )
+
+
+def test_a_real_beam_is_read_as_one_set(shared: Path) -> None:
+    found = read_accelerances(shared / "data" / "beam" / "beam_accelerance_derived.uff")
+    assert found.inputs == (Dof(1, "x"), Dof(2, "x"), Dof(3, "x"))
+    assert found.accelerance.shape == (3, 1001)
+    assert found.coherence is None

@@ -1,0 +1,90 @@
+"""The query cookbook: every query runs on both databases and finds something; the documented columns are there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from sqlalchemy import inspect, text
+
+from store import models
+from store.analyses import add_analysis
+from store.bundle_exchange import import_bundle
+from store.catalogue import Catalogue
+from store.modes import add_modes
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = (DOCS / "queries.md").read_text(encoding="utf-8")
+QUERIES = re.findall(r"```sql\n(.*?);\n```", PAGE, flags=re.DOTALL)
+VIEWS = dict(re.findall(r"### (v_\w+)\n(.*?)\n\n", PAGE, flags=re.DOTALL))
+
+
+@pytest.fixture
+def laboratory(catalogue: Catalogue, filled: int, bundle: Path) -> Catalogue:
+    """A catalogue with runs measured here, an imported one, and everything analysed."""
+    import_bundle(catalogue, bundle)
+    return catalogue
+
+
+def test_the_page_has_its_queries() -> None:
+    assert len(QUERIES) == PAGE.count("```sql") >= 12
+
+
+def test_every_query_of_the_cookbook_finds_something(laboratory: Catalogue) -> None:
+    with laboratory.reading() as session:
+        for query in QUERIES:
+            assert session.execute(text(query)).all(), query
+
+
+def test_the_page_names_every_column_of_every_view_in_its_order(catalogue: Catalogue) -> None:
+    with catalogue.reading() as session:
+        inspector = inspect(session.connection())
+        for view in inspector.get_view_names():
+            columns = [column["name"] for column in inspector.get_columns(view)]
+            assert re.findall(r"`(\w+)`", VIEWS[view]) == columns, view
+
+
+def test_the_schema_page_names_every_table() -> None:
+    page = (DOCS / "schema.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| (\w+) \|", page, flags=re.MULTILINE)) - {"table"} == set(models.Base.metadata.tables)
+
+
+def test_latest_is_the_newest_of_its_kind_and_method_on_its_run(
+    laboratory: Catalogue, filled: int, samples: SimpleNamespace
+) -> None:
+    with laboratory.writing() as session:
+        again = add_analysis(session, kind="modes", method="LSCF", settings={}, runs=[filled])
+        add_modes(session, again, samples.modes())
+        other = add_analysis(session, kind="modes", method="peak picking", settings={}, runs=[filled])
+        add_modes(session, other, samples.modes())
+    with laboratory.reading() as session:
+        latest = session.scalars(text("SELECT DISTINCT analysis_id FROM v_modes WHERE latest ORDER BY analysis_id"))
+        assert latest.all() == [again, other]
+        assert len(session.execute(text("SELECT * FROM v_modes")).all()) == 6
+
+
+def test_intervals_of_the_direct_method_are_two_standard_errors(laboratory: Catalogue) -> None:
+    with laboratory.reading() as session:
+        low, high = session.execute(
+            text(
+                "SELECT stiffness - stiffness_low, stiffness_high - stiffness FROM v_dynamic_stiffness WHERE run_id = 2"
+            )
+        ).first() or (0, 0)
+    assert (low, high) == pytest.approx((1.96 * 700, 1.96 * 700))
+
+
+def test_a_run_counts_its_blows_and_records(laboratory: Catalogue) -> None:
+    query = "SELECT kind, blows_accepted, blows_refused, sine_records FROM v_runs ORDER BY run_id"
+    with laboratory.reading() as session:
+        rows = [tuple(row) for row in session.execute(text(query))]
+    assert rows == [("hammer", 4, 2, 0), ("sweep", 0, 0, 1), ("import", 4, 0, 0)]
+
+
+def test_a_comparison_of_two_runs_shows_once(laboratory: Catalogue) -> None:
+    with laboratory.reading() as session:
+        rows = session.execute(text("SELECT element, verdict, latest FROM v_comparison ORDER BY element")).all()
+    assert [(row.element, row.verdict, bool(row.latest)) for row in rows] == [
+        ("gamma22", "differ", True), ("k22", "agree", True)
+    ]  # fmt: skip

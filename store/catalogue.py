@@ -36,6 +36,9 @@ class Catalogue:
 
     def __init__(self, engine: Engine, waveforms: WaveformFolder) -> None:
         self._engine = engine
+        self._writer = engine.execution_options(writing=True)
+        is_postgresql = engine.dialect.name == "postgresql"
+        self._reader = engine.execution_options(isolation_level="REPEATABLE READ") if is_postgresql else engine
         self.waveforms = waveforms
 
     @classmethod
@@ -72,8 +75,7 @@ class Catalogue:
         Raises:
             StoreError: the database refuses (locked, full, unreachable, a rule of the schema).
         """
-        engine = self._engine.execution_options(writing=True)
-        with _explained(self._engine.url), Session(engine, expire_on_commit=False) as session, session.begin():
+        with _explained(self._engine.url), Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
 
     @contextmanager
@@ -83,14 +85,9 @@ class Catalogue:
         Raises:
             StoreError: the database cannot be read.
         """
-        engine = self._engine.execution_options(isolation_level="REPEATABLE READ") if self._is_postgresql else None
-        with _explained(self._engine.url), Session(engine or self._engine, autoflush=False) as session:
+        with _explained(self._engine.url), Session(self._reader, autoflush=False) as session:
             yield session
             session.rollback()
-
-    @property
-    def _is_postgresql(self) -> bool:
-        return self._engine.dialect.name == "postgresql"
 
     def close(self) -> None:
         """Close the connections and the waveform files."""

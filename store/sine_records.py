@@ -9,8 +9,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from store import models
-from store.errors import StoreError
-from store.runs import get_run, specimen_id
+from store.errors import NotFoundError, StoreError
+from store.runs import specimen_id
 from store.waveform import WaveformReference
 
 CONFIGURATIONS = ("compression", "shear", "angled")
@@ -53,14 +53,14 @@ def add_sine_record(session: Session, run_id: int, record: SineRecord) -> int:
         NotFoundError: there is no such run.
         StoreError: the configuration is unknown, or the waveform is of another run.
     """
-    run = get_run(session, run_id)
+    article, waveform_file = _run(session, run_id)
     if record.configuration not in CONFIGURATIONS:
         raise StoreError(f"configuration {record.configuration!r} is none of {', '.join(CONFIGURATIONS)}")
-    if record.waveform is not None and record.waveform.file != run.waveform_file:
+    if record.waveform is not None and record.waveform.file != waveform_file:
         raise StoreError(f"sine record {record.order_number}: waveform {record.waveform} is not of run {run_id}")
     row = models.SineRecord(
         run_id=run_id,
-        specimen_id=specimen_id(session, run.article, record.specimen),
+        specimen_id=specimen_id(session, article, record.specimen),
         order_number=record.order_number,
         configuration=record.configuration,
         commanded_pp_mm=record.commanded_pp_mm,
@@ -82,7 +82,7 @@ def list_sine_records(session: Session, run_id: int) -> list[SineRecord]:
     Raises:
         NotFoundError: there is no such run.
     """
-    file = get_run(session, run_id).waveform_file
+    _, file = _run(session, run_id)
     rows = session.execute(
         select(models.SineRecord, models.Specimen.name)
         .join(models.Specimen, models.Specimen.id == models.SineRecord.specimen_id)
@@ -105,3 +105,11 @@ def list_sine_records(session: Session, run_id: int) -> list[SineRecord]:
         )
         for row, specimen in rows
     ]
+
+
+def _run(session: Session, run_id: int) -> tuple[str, str]:
+    """Article and waveform file, without the run's setup: a sweep asks for them with every record."""
+    row = session.execute(select(models.Run.article, models.Run.waveform_file).filter_by(id=run_id)).one_or_none()
+    if row is None:
+        raise NotFoundError(f"there is no run {run_id}")
+    return row.article, row.waveform_file

@@ -77,7 +77,8 @@ def accelerance(label: str, measured: FrequencyResponses, predicted: FrequencyRe
         keep = responses.frequency > 0
         frequency = responses.frequency[keep]
         magnitude.semilogy(frequency, np.abs(row[keep]), line, linewidth=1.1, color=colour, label=name)
-        phase.plot(frequency, np.degrees(np.angle(row[keep])), line, linewidth=0.9, color=colour)
+        # dots: a line would draw every jump from 180 to -180 degrees
+        phase.plot(frequency, np.degrees(np.angle(row[keep])), ".", markersize=1.5, color=colour)
     magnitude.set(ylabel="|A| ((m/s²)/N)")
     magnitude.legend(frameon=False)
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=(-180, -90, 0, 90, 180))
@@ -114,7 +115,7 @@ def dynamic_stiffness(
             each.set_ylim(bottom=0)
             each.set_ylabel("|k| (MN/m)" if column == 0 else "loss factor")
             each.set_title(configuration, fontsize=9)
-    axes[0].legend(frameon=False, fontsize=8, title="mm p-p")
+    axes[0].legend(frameon=False, fontsize=8, title="mm p-p", loc="lower right")
     for each in axes[-2:]:
         each.set_xlabel("frequency (Hz)")
     return as_svg(drawn, f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders")

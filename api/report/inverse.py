@@ -15,6 +15,7 @@ from api.identification.pipeline import Inverse
 from api.report import figures
 from api.report.section import Picture, Section, Table, ends, number
 
+SHOWN_DIRECTIONS = 3
 # Figs. 7, 8 and 9: driving point, transverse cross point, longitudinal blow.
 FIGURED_POINTS = (("Fig. 7", "3y"), ("Fig. 8", "1y"), ("Fig. 9", "1x"))
 
@@ -97,15 +98,23 @@ def _joints(inverse: Inverse) -> Section:
             "not observable: these data alone do not determine them.",
             Table("Table 2: stiffness", head, _term_rows(stiffness_terms(estimates, unit))),
             Table("Table 3: loss factor", head, _term_rows(loss_factor_terms(estimates))),
-            "What these modes hardly determine: " + "; ".join(weak.text for weak in inverse.weak_directions) + "."
-            if inverse.weak_directions
-            else "Every term is determined by these modes.",
+            *_weak(inverse),
             Picture(
                 "Fig. 5: joint equations, observed against curve-fitted",
                 figures.regression(regressions),
             ),
         ),
     )
+
+
+def _weak(inverse: Inverse) -> list[str]:
+    """What the modes leave open, a sentence each, the worst first."""
+    weak = inverse.weak_directions
+    if not weak:
+        return ["These modes determine every term."]
+    shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]
+    more = len(weak) - len(shown)
+    return shown + ([f"So are {more} more combinations; the JSON document names them."] if more else [])
 
 
 def _term_rows(terms: tuple[TermRow, ...]) -> tuple[tuple[str, ...], ...]:

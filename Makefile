@@ -8,12 +8,13 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help install install-test demo test lint clean
+.PHONY: help install install-test demo test bench lint clean
 
 help:
 	@echo "make demo     run the whole job on simulated instruments; results in demo/"
 	@echo "make test     run every test"
 	@echo "make install  make $(VENV) with the command jointlab"
+	@echo "make bench    measure accuracy and speed; figures worth keeping are in docs/"
 	@echo "make lint     ruff and mypy"
 	@echo "make clean    remove $(VENV), demo/ and caches"
 
@@ -41,6 +42,9 @@ demo: install
 test: install-test
 	@sh tests/install_programs.sh
 	$(BIN)/pytest -n 2 --dist worksteal
+
+bench: install-test
+	$(BIN)/python -m tests.bench
 
 lint: install-test
 	$(BIN)/ruff check .

@@ -1,0 +1,45 @@
+"""What one transaction on each wire costs, real packages on both ends, the simulated laboratory in its own process."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from api.commands.terminal import instruments_of
+from api.simulated import simulated_settings
+from rig.thermometer import Thermometer
+from simlab.laboratory import LaboratoryProcess
+
+
+def main() -> None:
+    """Print median and 99th percentile in ms."""
+    with LaboratoryProcess(seed=1, speed=1000.0) as laboratory:
+        instruments = instruments_of(simulated_settings(laboratory.addresses))
+        with instruments.acquisition() as (chassis, thermometer), instruments.tester() as tester:
+            laboratory.hand.do("mount", specimen="I", configuration="shear")
+            channels = instruments.channels_named("displacement", "force")
+            with chassis.record(channels, 5000.0, 1.0) as recorder:
+                show("record of 2 x 5000 samples (1 ms of it is the bench's)", lambda: recorder.record(1.0), 200)
+            show("tester status (Modbus TCP)", tester.status, 500)
+            show("temperature (serial over TCP)", lambda: celsius(thermometer), 500)
+            tester.start()
+            tester.preset(5e-4)
+            amplitudes = iter(np.tile([1e-5, 2e-5], 100))
+            show("command with read-back", lambda: tester.cycle(float(next(amplitudes)), 20.0), 200)
+
+
+def celsius(thermometer: Thermometer) -> float:
+    """One reading."""
+    return thermometer.celsius()
+
+
+def show(what: str, deed: Callable[[], object], repeats: int) -> None:
+    """Time `deed`."""
+    took = []
+    for _ in range(repeats):
+        before = time.perf_counter()
+        deed()
+        took.append(1e3 * (time.perf_counter() - before))
+    print(f"{what:<56} median {np.median(took):7.2f} ms   99 % {np.percentile(took, 99):7.2f} ms", flush=True)

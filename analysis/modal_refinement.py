@@ -50,8 +50,8 @@ class ModalFit:
         residual_terms: (terms, rows) complex coefficients of the residual terms, in (m/s^2)/N.
         accelerance: (rows, lines) the fitted accelerance, in (m/s^2)/N.
         chi_square: sum over all lines of squared deviations in units of their standard deviation.
-        information: (2 modes, 2 modes) inverse covariance of [Re, Im, Re, Im, ...] of the poles, in s^2.
-        gradient: (2 modes,) minus half the slope of `chi_square` by the same, in s.
+        row_information: (rows, 2 modes, 2 modes) what each row adds to `information`.
+        row_gradients: (rows, 2 modes) minus half the slope of each row's chi-square by the same, in s.
         linear_covariance: (rows, n, n) of the linear coefficients were the poles known, n = 2 modes + 2 terms.
         sensitivity: (rows, n, 2 modes) of the linear coefficients to the poles.
     """
@@ -61,10 +61,36 @@ class ModalFit:
     residual_terms: Complex
     accelerance: Complex
     chi_square: float
-    information: Real
-    gradient: Real
+    row_information: Real
+    row_gradients: Real
     linear_covariance: Real
     sensitivity: Real
+
+    @property
+    def gradient(self) -> Real:
+        """(2 modes,) minus half the slope of `chi_square` by the poles; zero at the best fit."""
+        return np.asarray(np.sum(self.row_gradients, axis=0))
+
+    @property
+    def information(self) -> Real:
+        """(2 modes, 2 modes) inverse covariance of [Re, Im, Re, Im, ...] of the poles, in s^2."""
+        return np.asarray(np.sum(self.row_information, axis=0))
+
+    @property
+    def pole_covariance_between_rows(self) -> Real:
+        """(2 modes, 2 modes) covariance of the poles by how they move when one row is left out, to first order.
+
+        The jackknife (B. Efron, C. Stein, Annals of Statistics 9, 1981) needs no knowledge of the noise, which may
+        hang together from line to line. Its rank is below the number of rows.
+        """
+        total, rows = self.information, self.row_gradients.shape[0]
+        moved = np.array(
+            [
+                _inverse(total - own) @ gradient
+                for own, gradient in zip(self.row_information, self.row_gradients, strict=True)
+            ]
+        )
+        return np.asarray(moved.T @ moved * (rows - 1) / rows)
 
     @property
     def pole_covariance(self) -> Real:
@@ -98,8 +124,8 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
     coefficients = np.empty((rows, count))
     covariance = np.empty((rows, count, count))
     sensitivity = np.empty((rows, count, 2 * modes))
-    information = np.zeros((2 * modes, 2 * modes))
-    gradient = np.zeros(2 * modes)
+    row_information = np.empty((rows, 2 * modes, 2 * modes))
+    row_gradients = np.empty((rows, 2 * modes))
     chi_square = 0.0
     for row in range(rows):
         weight = np.tile(1 / data.deviation[row], 2)
@@ -117,8 +143,8 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
         slope = _stacked(slope) * weight[:, None]
         mixed = weighted.T @ slope
         sensitivity[row] = -covariance[row] @ mixed
-        information += slope.T @ slope + mixed.T @ sensitivity[row]
-        gradient += slope.T @ residual
+        row_information[row] = slope.T @ slope + mixed.T @ sensitivity[row]
+        row_gradients[row] = slope.T @ residual
         chi_square += float(residual @ residual)
     pairs = coefficients.reshape(rows, -1, 2)
     linear = (pairs[..., 0] + 1j * pairs[..., 1]).T
@@ -128,8 +154,8 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
         residual_terms=linear[modes:],
         accelerance=coefficients @ basis.columns.T,
         chi_square=chi_square,
-        information=information,
-        gradient=gradient,
+        row_information=row_information,
+        row_gradients=row_gradients,
         linear_covariance=covariance,
         sensitivity=sensitivity,
     )
@@ -152,12 +178,13 @@ def refine(data: ModalData, start: Complex, terms: int) -> ModalFit:
 def _iterated(data: ModalData, fit: ModalFit) -> ModalFit:
     terms, damping = fit.residual_terms.shape[0], 1e-4
     for _ in range(_MOST_STEPS):
+        information, gradient = fit.information, fit.gradient
         noise = max(1.0, fit.chi_square / (2 * fit.accelerance.size))
-        if fit.gradient @ _inverse(fit.information) @ fit.gradient < _CONVERGED * noise:
+        if gradient @ _inverse(information) @ gradient < _CONVERGED * noise:
             return fit
-        curvature = np.diag(np.diag(fit.information))
+        curvature = np.diag(np.diag(information))
         while True:
-            step = _inverse(fit.information + damping * curvature) @ fit.gradient
+            step = _inverse(information + damping * curvature) @ gradient
             trial = _fit_if_possible(data, fit.poles + step[0::2] + 1j * step[1::2], terms)
             if trial is not None and trial.chi_square <= fit.chi_square:
                 break

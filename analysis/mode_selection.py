@@ -5,6 +5,9 @@ more than the logarithm of the number of data for each of them (G. Schwarz, Anna
 is not there must not be reported. A residual term has two parameters for each row and is added if it lowers chi-square
 by more than two for each (H. Akaike, IEEE Trans. Automatic Control 19, 1974): one too many costs little, one too few
 biases all modes. Both prices rise with the noise scale, so that what no mode can explain does not call for more modes.
+
+Two poles closer than a quarter of their half bandwidth are one mode that moved between the blows at different points,
+with temperature or load: one of them is dropped, and what it explained stays in the noise scale.
 """
 
 from __future__ import annotations
@@ -12,16 +15,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Complex, Real
+from analysis.frequency_response import Real
 from analysis.modal_refinement import ModalData, ModalFit, fit_constants, refine
 from analysis.modes import poles_from
 
 _MOST_TERMS = 12
 _SUSPICIOUS = 6.0  # standard deviations of the mean chi-square of a run of lines
 _RUNS = (5, 15, 45, 135)  # lines
+_TWINS = 0.25  # of the smaller half bandwidth, between two poles
 _TRIAL_LOSS_FACTORS = (0.002, 0.01, 0.04, 0.1, 0.2)
 
 
@@ -42,7 +47,7 @@ def evidence(fit: ModalFit) -> Real:
 
 
 def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
-    """Drop, one at a time, modes that have left the band or do not pay.
+    """Drop, one at a time, modes that have left the band, do not pay, or are the weaker of twins.
 
     Raises:
         AnalysisError: no mode is left.
@@ -50,7 +55,7 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
     while True:
         frequency = np.sqrt(-(fit.poles**2).real) / (2 * np.pi)
         outside = (frequency < data.frequency[0]) | (frequency > data.frequency[-1])
-        worth = np.where(outside, 0.0, evidence(fit))
+        worth = np.where(outside | _weaker_twins(fit), 0.0, evidence(fit))
         weakest = int(np.argmin(worth))
         if worth[weakest] > 1:
             return fit
@@ -61,6 +66,15 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
         fit = refine(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
 
 
+def _weaker_twins(fit: ModalFit) -> NDArray[np.bool_]:
+    """(modes,) whether a mode has a stronger one too close to be another."""
+    half_bandwidth = -fit.poles.real
+    distance = np.abs(fit.poles[:, None] - fit.poles)
+    close = distance < _TWINS * np.minimum(half_bandwidth[:, None], half_bandwidth)
+    strength = np.linalg.norm(fit.constants, axis=1)
+    return np.asarray(np.any(close & (strength[:, None] < strength), axis=1))
+
+
 def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
     """Add residual terms, and poles where chi-square is suspicious, as long as they pay.
 
@@ -69,15 +83,20 @@ def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
         fit: the fit to start from, with few residual terms.
         most_poles: how many poles may be added. Data that no modal model fits would ask for ever more.
     """
-    first_terms = fit.residual_terms.shape[0]
-    fit = _with_enough_terms(data, fit)
+    complete = _with_enough_terms(data, fit)
+    suspect = _suspicious_frequency(data, complete)
+    if suspect is None:
+        return complete
+    # many residual terms imitate a missed mode: poles are added beside the few terms of the start
     for _ in range(most_poles):
-        suspect = _suspicious_frequency(data, fit)
-        richer = None if suspect is None else _with_a_pole(data, fit.poles, suspect, first_terms)
+        richer = None if suspect is None else _with_a_pole(data, fit, suspect)
         if richer is None or fit.chi_square - richer.chi_square < _price(richer, 1):
-            return fit
+            break
         fit = richer
-    return fit
+        suspect = _suspicious_frequency(data, fit)
+    fit = _with_enough_terms(data, fit)
+    added = fit.poles.size - complete.poles.size
+    return fit if complete.chi_square - fit.chi_square > _price(fit, added) else complete
 
 
 def _with_enough_terms(data: ModalData, fit: ModalFit) -> ModalFit:
@@ -89,22 +108,23 @@ def _with_enough_terms(data: ModalData, fit: ModalFit) -> ModalFit:
     return fit
 
 
-def _with_a_pole(data: ModalData, poles: Complex, frequency: float, terms: int) -> ModalFit | None:
+def _with_a_pole(data: ModalData, fit: ModalFit, frequency: float) -> ModalFit | None:
     """The fit with one more pole near `frequency` in Hz, or None where that pole makes no mode."""
+    terms = fit.residual_terms.shape[0]
     starts = poles_from(np.full(len(_TRIAL_LOSS_FACTORS), frequency), np.array(_TRIAL_LOSS_FACTORS))
     trials = []
     for start in starts:
         try:
-            trials.append(fit_constants(data, np.append(poles, start), terms))
+            trials.append(fit_constants(data, np.append(fit.poles, start), terms))
         except np.linalg.LinAlgError:
             continue  # it coincides with a pole that is there already
     if not trials:
         return None
     try:
         richer = refine(data, min(trials, key=lambda trial: trial.chi_square).poles, terms)
-        return _with_enough_terms(data, richer) if np.all(evidence(richer) > 1) else None
     except AnalysisError:
         return None  # it wandered off: nothing there looks like a mode
+    return richer if np.all(evidence(richer) > 1) and not np.any(_weaker_twins(richer)) else None
 
 
 def _price(fit: ModalFit, modes: int) -> float:

@@ -23,7 +23,7 @@ INPUTS = tuple(Dof.parse(text) for text in ["1y", "3y", "4y", "5y", "6y", "7y", 
 PLACE = np.array([0, 0.17, 0.28, 0.39, 0.5, 0.61, 0.72, 0.83, 1.0, 0.0, 1.0])
 ALONG = np.array([point.direction == "x" for point in INPUTS])
 NOISE = 0.003  # (m/s^2)/N
-SEEDS = 40
+SEEDS = 30
 
 
 @dataclass(frozen=True)
@@ -138,14 +138,18 @@ def test_all_modes_are_found_and_none_is_invented(estimates: list[ModalEstimate]
 def test_frequencies_and_loss_factors_have_no_bias(estimates: list[ModalEstimate], bound: Real) -> None:
     errors, _ = deviations(estimates)
     assert np.all(np.abs(errors.mean(axis=0)) < 4 * bound / np.sqrt(SEEDS))
-    relative = errors.mean(axis=0) / np.stack([BEAM.frequency[IN_BAND], BEAM.loss_factor[IN_BAND]], axis=1)
-    assert np.all(np.abs(relative[:, 0]) < 2e-5)
-    assert np.all(np.abs(relative[:, 1]) < 5e-4)
+
+
+def test_modes_beyond_the_band_bias_nothing_by_more_than_0_02_percent() -> None:
+    exact = FrequencyResponses(LINES, BEAM.accelerance(), SENSOR, INPUTS, variance=np.full((11, 2049), NOISE**2))
+    modes = estimate_modes(exact).modes
+    assert modes.frequency == pytest.approx(BEAM.frequency[IN_BAND], rel=2e-5)
+    assert modes.loss_factor == pytest.approx(BEAM.loss_factor[IN_BAND], rel=2e-4)
 
 
 def test_scatter_is_at_the_cramer_rao_bound(estimates: list[ModalEstimate], bound: Real) -> None:
     errors, stated = deviations(estimates)
-    # 12 figures of 40 seeds know their pooled variance to 6.5 %
+    # 12 figures of 30 seeds know their pooled variance to 7.5 %
     assert np.mean(np.mean(errors**2, axis=0) / bound**2) == pytest.approx(1, abs=0.2)
     # the tails of modes beyond the band are fitted by four more terms a row
     assert np.all(stated.mean(axis=0) < 1.06 * bound)
@@ -160,7 +164,7 @@ def test_intervals_cover_as_often_as_they_say(estimates: list[ModalEstimate]) ->
             (BEAM.loss_factor[IN_BAND], estimate.loss_factor_ci95),
         ):
             inside.append((interval[:, 0] < truth) & (truth < interval[:, 1]))
-    assert np.mean(inside) == pytest.approx(0.95, abs=0.03)  # three standard deviations of 480 cases
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.035)  # three standard deviations of 360 cases
 
 
 def test_shapes_lie_within_their_covariance(estimates: list[ModalEstimate]) -> None:
@@ -205,9 +209,24 @@ def test_unknown_noise_is_estimated_from_the_fit() -> None:
     known = estimate_modes(BEAM.measured(2))
     unknown = estimate_modes(replace(BEAM.measured(2), variance=None))
     assert unknown.chi_square_per_line.mean() == pytest.approx(1, abs=0.03)
-    widths = [np.ptp(estimate.frequency_ci95, axis=1) for estimate in (known, unknown)]
-    assert widths[1] == pytest.approx(widths[0], rel=0.1)
+    wider = np.ptp(unknown.frequency_ci95, axis=1) / np.ptp(known.frequency_ci95, axis=1)
+    assert np.all((wider > 0.95) & (wider < 2))
     assert unknown.modes.frequency == pytest.approx(known.modes.frequency, rel=2e-5)
+
+
+def test_a_mode_that_moves_between_rows_is_one_mode_with_a_wide_interval() -> None:
+    """No noise of independent lines explains rows that disagree, and no second mode does either."""
+    rng = np.random.default_rng(0)
+    stray = [replace(BEAM, frequency=BEAM.frequency * (1 + 1e-4 * rng.standard_normal(8))) for _ in INPUTS]
+    rows = np.array([structure.accelerance()[row] for row, structure in enumerate(stray)])
+    steady, moving = (
+        estimate_modes(replace(BEAM.measured(8, accelerance=exact), variance=None))
+        for exact in (BEAM.accelerance(), rows)
+    )
+    assert moving.modes.poles.size == 6
+    half = np.ptp(moving.frequency_ci95, axis=1) / 2
+    assert np.all(half[4:] > 10 * np.ptp(steady.frequency_ci95, axis=1)[4:] / 2)
+    assert np.all(np.abs(moving.modes.frequency - BEAM.frequency[IN_BAND]) < 2 * half)
 
 
 def test_exact_responses_give_exact_modes() -> None:

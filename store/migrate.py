@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from alembic import command
@@ -32,20 +33,24 @@ def upgrade(connection: Connection) -> None:
     """
     if connection.dialect.name == "postgresql":
         connection.execute(text(f"SELECT pg_advisory_xact_lock({_POSTGRESQL_LOCK})"))
-    config = configuration(connection)
-    script = ScriptDirectory.from_config(config)
-    known = {revision.revision for revision in script.walk_revisions()}
+    known = _revisions()
     present = set(MigrationContext.configure(connection).get_current_heads())
-    if present == set(script.get_heads()):
+    if present == {known[0]}:
         return
-    if present - known:
+    if present - set(known):
         raise StoreError(
             f"the database is of schema revision {', '.join(sorted(present))}, which this version of jointlab does not "
-            f"know (newest known: {script.get_current_head()}); update jointlab or open another database"
+            f"know (newest known: {known[0]}); update jointlab or open another database"
         )
     if not present and (tables := inspect(connection).get_table_names()):
         raise StoreError(
             f"the database holds tables that are not jointlab's ({', '.join(sorted(tables)[:5])}); "
             "give an empty database"
         )
-    command.upgrade(config, "head")
+    command.upgrade(configuration(connection), "head")
+
+
+@cache
+def _revisions() -> tuple[str, ...]:
+    """The revisions of this version, newest first."""
+    return tuple(revision.revision for revision in ScriptDirectory.from_config(configuration()).walk_revisions())

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.direct import DynamicStiffness
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
-from analysis.response_variance import variance_from_coherence
+from analysis.response_variance import smoothed_variance, variance_from_coherence
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
 from store.dynamic_stiffness import DynamicStiffness as StoredPoint
@@ -71,7 +71,7 @@ def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
     if variance is None and measured.coherence is not None and measured.averages > 1:
-        variance = variance_from_coherence(accelerance, measured.coherence, measured.averages)
+        variance = smoothed_variance(variance_from_coherence(accelerance, measured.coherence, measured.averages))
     return FrequencyResponses(
         frequency=measured.frequency,
         accelerance=accelerance,

@@ -30,6 +30,7 @@ from api.identification.measurement import Measurement, responses_of
 from store.bundle_setup import Article
 
 CONFIGURATIONS = ("compression", "shear", "angled")
+LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +156,7 @@ def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:
 def _inverse(measurement: Measurement) -> Inverse:
     article = measurement.article
     measured = responses_of(measurement.sets[0])
-    modal = estimate_modes(measured)
+    modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
     beam = free_beam_of(article)
     nodes = {joint.name: joint.node for joint in article.joints}
     components = measured_components(measured)

@@ -16,6 +16,7 @@ from api.report import figures
 from api.report.section import Picture, Section, Table, ends, number
 
 SHOWN_DIRECTIONS = 3
+TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
 # Figs. 7, 8 and 9: driving point, transverse cross point, longitudinal blow.
 FIGURED_POINTS = (("Fig. 7", "3y"), ("Fig. 8", "1y"), ("Fig. 9", "1x"))
 
@@ -62,10 +63,22 @@ def _modes(inverse: Inverse) -> Section:
             "Predicted modes are those of the beam on the joints that the paper's method identifies from these "
             "measured modes. That method leaves k12 several per cent off even on exact modes, and the two lowest "
             "modes, near-repeated, show it most.",
+            *_misfit(inverse),
             Table("Table 4: natural frequencies, measured and predicted", head, rows),
             Picture("Fig. 6: mode shapes", _shapes(inverse)),
         ),
     )
+
+
+def _misfit(inverse: Inverse) -> list[str]:
+    """A warning where the modes do not explain the accelerances to within their noise."""
+    scale = inverse.modal.noise_scale
+    if scale <= TOLERATED_MISFIT:
+        return []
+    return [
+        f"These modes leave more than noise: chi-square is {number(scale)} per degree of freedom. Intervals are widened "
+        "by its root, but something in the measurement is not a linear structure with these modes."
+    ]
 
 
 def _shapes(inverse: Inverse) -> str:

@@ -113,7 +113,7 @@ def what_is_weak(
     modes: Modes,
     estimates: Mapping[str, JointEstimate],
     measured: Sequence[Dof] = PAPER_DOFS,
-) -> tuple[WeakDirection, ...]:
+) -> tuple[WeakDirection, ...] | None:
     """Combinations of joint terms that these modes hardly determine, in words, the weakest first.
 
     Args:
@@ -122,14 +122,13 @@ def what_is_weak(
         estimates: by name of joint, from `identify_joints`.
         measured: components that count.
 
-    Raises:
-        AnalysisError: the identified joints do not give back as many modes as were measured.
+    Returns:
+        The combinations, or None where the identified joints do not give back as many modes as were measured:
+        nothing can be said then.
     """
     bound = information_bound(free_beam, [found.joint for found in estimates.values()], modes, measured)
     if bound is None:
-        raise AnalysisError(
-            "the identified joints do not give back the measured modes: nothing can be said of their terms"
-        )
+        return None
     values = np.concatenate([found.regression.terms for found in estimates.values()])
     return weak_directions(bound, tuple(estimates), free_beam.beam.stiffness_unit, values)
 

@@ -61,20 +61,16 @@ def mac(first: Complex, second: Complex) -> Real:
 
 
 def mode_errors(measured: Modes, predicted: Modes) -> tuple[ModeError, ...]:
-    """Pair every measured mode with a predicted one, by MAC and nearness in frequency.
+    """Pair measured modes with predicted ones, by MAC and nearness in frequency.
 
     Args:
         measured: components at any dofs.
-        predicted: at least as many modes, with components at all dofs of `measured`.
+        predicted: components at all dofs of `measured`. Where these are fewer modes, those measured modes that
+            fit worst have no pair.
 
     Raises:
-        AnalysisError: there are fewer predicted than measured modes, or components are missing.
+        AnalysisError: components are missing.
     """
-    if predicted.poles.size < measured.poles.size:
-        raise AnalysisError(
-            f"{measured.poles.size} measured modes cannot be paired with {predicted.poles.size} predicted ones; "
-            "predict modes to a higher frequency"
-        )
     assurance = mac(measured.shapes, np.stack([predicted.at(dof) for dof in measured.dofs], axis=1))
     distance = np.abs(np.log(predicted.frequency[None, :] / measured.frequency[:, None]))
     rows, columns = linear_sum_assignment(1 - assurance + 10 * distance)

@@ -47,17 +47,28 @@ def modes_document(modal: ModalEstimate) -> dict[str, Any]:
 
 
 def _predicted(inverse: Inverse) -> dict[str, Any]:
-    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    pairs = {pair.measured: pair for pair in inverse.errors}
+    modes = range(inverse.modal.modes.poles.size)
+
+    def column(name: str) -> list[float | None]:
+        return [getattr(pairs[mode], name) if mode in pairs else None for mode in modes]
+
     return {
-        "predicted_hz": [pair.predicted_frequency for pair in pairs],
-        "predicted_loss_factor": [pair.predicted_loss_factor for pair in pairs],
-        "mac": [pair.mac for pair in pairs],
+        "predicted_hz": column("predicted_frequency"),
+        "predicted_loss_factor": column("predicted_loss_factor"),
+        "mac": column("mac"),
     }
 
 
 def _inverse(inverse: Inverse) -> dict[str, Any]:
     joints = {name: _joint(joint) for name, joint in inverse.joints.items()}
-    return joints | {"weak_directions": [weak.text for weak in inverse.weak_directions]}
+    return joints | {"weak_directions": _weak_directions(inverse)}
+
+
+def _weak_directions(inverse: Inverse) -> list[str]:
+    if inverse.weak_directions is None:
+        return ["not known: the identified joints do not give back as many modes as were measured"]
+    return [weak.text for weak in inverse.weak_directions]
 
 
 def _joint(joint: JointEstimate) -> dict[str, Any]:

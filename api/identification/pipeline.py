@@ -43,9 +43,10 @@ class Inverse:
         free_beam: the beam without joints.
         components: shape components that the joints were identified from.
         joints: identified joints by name.
-        weak_directions: what these modes hardly determine.
+        weak_directions: what these modes hardly determine; None where the joints do not give back as many modes
+            as were measured, and nothing can be said.
         predicted: modes of the beam on the identified joints.
-        errors: measured against predicted modes, Table 4.
+        errors: measured against predicted modes, Table 4, for those that have a pair.
     """
 
     measured: FrequencyResponses
@@ -53,7 +54,7 @@ class Inverse:
     free_beam: FreeBeam
     components: tuple[Dof, ...]
     joints: Mapping[str, JointEstimate]
-    weak_directions: tuple[WeakDirection, ...]
+    weak_directions: tuple[WeakDirection, ...] | None
     predicted: Modes
     errors: tuple[ModeError, ...]
 

@@ -86,7 +86,9 @@ def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
         runs=[run_id],
         parents=[parent],
     )
-    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    predicted = np.full(modes.poles.size, np.nan)
+    for pair in inverse.errors:
+        predicted[pair.measured] = pair.predicted_frequency
     add_modes(
         session,
         analysis,
@@ -97,7 +99,7 @@ def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
             shapes=modes.shapes,
             frequency_ci95=modal.frequency_ci95,
             loss_factor_ci95=modal.loss_factor_ci95,
-            predicted_frequency=np.array([pair.predicted_frequency for pair in pairs]),
+            predicted_frequency=predicted,
             pole_covariance=modes.pole_covariance,
             shape_covariance=modes.shape_covariance,
         ),

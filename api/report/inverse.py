@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,9 @@ import numpy as np
 from analysis.beam import Mesh
 from analysis.dof import Direction, Dof
 from analysis.forward import eigensolution
+from analysis.mode_agreement import ModeError
 from analysis.modes import Modes
-from analysis.tables import TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
+from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from api.identification.pipeline import Inverse
 from api.report import figures
 from api.report.section import Picture, Section, Table, ends, number
@@ -28,24 +30,19 @@ def inverse_sections(inverse: Inverse) -> list[Section]:
 
 def _modes(inverse: Inverse) -> Section:
     modal = inverse.modal
-    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    pairs = {pair.measured: pair for pair in inverse.errors}
     highest = 1.2 * float(np.max(modal.modes.frequency))
     joints = [found.joint for found in inverse.joints.values()]
-    theory = supported_frequencies(
-        inverse.free_beam.beam, inverse.free_beam.mesh, joints, highest, modal.modes.frequency.tolist()
-    )
+    theory = supported_frequencies(inverse.free_beam.beam, inverse.free_beam.mesh, joints, highest)
     rows = tuple(
         (
-            str(pair.measured + 1),
-            ends(modal.frequency_ci95[pair.measured], 6),
-            number(pair.predicted_frequency, 5),
-            number(row.euler_bernoulli if row.euler_bernoulli is not None else float("nan"), 5),
-            f"{100 * pair.frequency_error:+.2f}",
-            ends(modal.loss_factor_ci95[pair.measured]),
-            number(pair.predicted_loss_factor),
-            f"{pair.mac:.4f}",
+            str(mode + 1),
+            ends(modal.frequency_ci95[mode], 6),
+            *_predicted_frequencies(pairs.get(mode), theory),
+            ends(modal.loss_factor_ci95[mode]),
+            *((number(pairs[mode].predicted_loss_factor), f"{pairs[mode].mac:.4f}") if mode in pairs else ("–", "–")),
         )
-        for pair, row in zip(pairs, theory, strict=False)
+        for mode in range(modal.modes.poles.size)
     )
     head = (
         "mode",
@@ -70,14 +67,26 @@ def _modes(inverse: Inverse) -> Section:
     )
 
 
+def _predicted_frequencies(pair: ModeError | None, theory: Sequence[FrequencyRow]) -> tuple[str, str, str]:
+    """Timoshenko, Euler-Bernoulli, and how far off the former is; dashes for a mode that nothing predicts."""
+    if pair is None:
+        return "–", "–", "–"
+    other = theory[pair.predicted].euler_bernoulli if pair.predicted < len(theory) else None
+    return (
+        number(pair.predicted_frequency, 5),
+        "–" if other is None else number(other, 5),
+        f"{100 * pair.frequency_error:+.2f}",
+    )
+
+
 def _misfit(inverse: Inverse) -> list[str]:
     """A warning where the modes do not explain the accelerances to within their noise."""
     scale = inverse.modal.noise_scale
     if scale <= TOLERATED_MISFIT:
         return []
     return [
-        f"These modes leave more than noise: chi-square is {number(scale)} per degree of freedom. Intervals are widened "
-        "by its root, but something in the measurement is not a linear structure with these modes."
+        f"These modes leave more than noise: chi-square is {number(scale)} per degree of freedom. Intervals are "
+        "widened by its root, but something in the measurement is not a linear structure with these modes."
     ]
 
 
@@ -89,10 +98,11 @@ def _shapes(inverse: Inverse) -> str:
     joints = [replace(found.joint, node=mesh.named[found.node - 1] + 1) for found in inverse.joints.values()]
     nodes = [Dof(node, Direction.Y) for node in range(1, mesh.positions.size + 1)]
     predicted = eigensolution(beam, joints, 1.2 * float(np.max(inverse.modal.modes.frequency)), nodes)
-    order = [pair.predicted for pair in sorted(inverse.errors, key=lambda pair: pair.measured)]
-    measured = inverse.modal.modes
+    pairs = sorted(inverse.errors, key=lambda pair: pair.measured)
+    measured, theirs = inverse.modal.modes, [pair.measured for pair in pairs]
+    order = [pair.predicted for pair in pairs]
     return figures.mode_shapes(
-        measured,
+        Modes(measured.poles[theirs], measured.shapes[theirs], measured.dofs),
         Modes(predicted.poles[order], predicted.shapes[order], predicted.dofs),
         {dof: float(mesh.positions[mesh.named[dof.node - 1]]) for dof in measured.dofs},
         {dof: float(mesh.positions[dof.node - 1]) for dof in nodes},
@@ -123,6 +133,11 @@ def _joints(inverse: Inverse) -> Section:
 def _weak(inverse: Inverse) -> list[str]:
     """What the modes leave open, a sentence each, the worst first."""
     weak = inverse.weak_directions
+    if weak is None:
+        return [
+            "The identified joints do not give back as many modes as were measured, so nothing can be said of what "
+            "these modes determine."
+        ]
     if not weak:
         return ["These modes determine every term."]
     shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]

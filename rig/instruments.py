@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from daq.channels import Channel
 from daq.device import Chassis
 from daq.device import connect as connect_daq
-from rig.errors import RigError
+from daq.errors import ChannelError
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
@@ -40,13 +40,13 @@ class Instruments:
         """The channels of these names, in this order.
 
         Raises:
-            RigError: the table has no channel of that name; what it has is named.
+            ChannelError: the table has no channel of that name; what it has is named.
         """
         table = {channel.name: channel for channel in self.channels}
         missing = [name for name in names if name not in table]
         if missing:
             known = ", ".join(table) or "none"
-            raise RigError(f"no channel {', '.join(missing)} in the channel table; it has {known}")
+            raise ChannelError(f"no channel {', '.join(missing)} in the channel table; it has {known}")
         return tuple(table[name] for name in names)
 
     @contextmanager

@@ -11,6 +11,7 @@ from rig.recording import BlowRecorder, SineRecorder
 from rig.registers import MAP_VERSION
 from rig.sequence import DISPLACEMENT, FORCE, HammerStep, Sequence, SweepStep
 from rig.sweep import SweepPlan, run_sweep
+from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument
@@ -28,13 +29,14 @@ def run_sequence(
 ) -> int:
     """Run every step of `sequence` and return the number of the run that holds what was measured.
 
-    The instruments are looked at before a run is stored: where one is absent, nothing is. A run that fails or is
-    stopped keeps what was measured until then, and says why it ended.
+    The plan and the instruments are looked at before a run is stored: where a step asks for too much or an instrument
+    is absent, nothing is. A run that fails or is stopped keeps what was measured until then, and says why it ended.
 
     Raises:
-        RigError, DaqError: an instrument is absent, refuses or fails.
+        RigError, DaqError: a step asks for what cannot be, or an instrument is absent, refuses or fails.
         StoreError: the measurement cannot be stored.
     """
+    check_plan(sequence, instruments.limits)
     identities = check_instruments(sequence, instruments)
     run = _start(sequence, instruments, catalogue, identities)
     observer(RunStarted(run.id))
@@ -54,6 +56,20 @@ def run_sequence(
         raise
     _end(catalogue, run, RunState.FINISHED)
     return run.id
+
+
+def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
+    """Let `sequence` pass if every step of it can be asked for.
+
+    Raises:
+        HammerError, PlanError: a step makes no sense.
+        LimitExceededError: the sweep is beyond `limits`.
+    """
+    for step in sequence.steps:
+        if isinstance(step, HammerStep):
+            hammer_settings(step)
+        else:
+            sweep_plan(step).check(limits)
 
 
 def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Instrument, ...]:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.errors import RigError
 from store.bundle_setup import Article
@@ -17,6 +17,12 @@ from store.bundle_setup import Article
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
 PAPER_POINTS = ("1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x")
+MOST_FREQUENCIES = 10_000
+SAMPLES_A_CYCLE = 10  # so that five harmonics are below Nyquist
+_YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
+"""What PyYAML lets out: its own errors, and those of Python's constructors for a date such as 2026-13-45."""
+
+Positive = Annotated[float, Field(gt=0)]
 
 
 class SequenceError(RigError):
@@ -24,7 +30,7 @@ class SequenceError(RigError):
 
 
 class _Document(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class HammerStep(_Document):
@@ -43,14 +49,28 @@ class HammerStep(_Document):
     hammer: str = Field(default="hammer", description="name of the hammer's channel")
     accelerometer: str = Field(default="accelerometer", description="name of the accelerometer's channel")
 
+    @model_validator(mode="after")
+    def _fits_one_block(self) -> HammerStep:
+        if self.pretrigger_seconds >= self.block_seconds:
+            raise ValueError(
+                f"pretrigger_seconds {self.pretrigger_seconds:g} leave nothing of block_seconds {self.block_seconds:g}"
+            )
+        if self.highest_frequency > self.sample_rate / 2:
+            raise ValueError(
+                f"highest_frequency {self.highest_frequency:g} Hz is above half the sample_rate {self.sample_rate:g} Hz"
+            )
+        return self
+
     @field_validator("points")
     @classmethod
     def _are_points(cls, points: tuple[str, ...]) -> tuple[str, ...]:
         for point in points:
             try:
-                Dof.parse(point)
+                dof = Dof.parse(point)
             except AnalysisError as error:
                 raise ValueError(str(error)) from error
+            if dof.direction is Direction.ROTATION:
+                raise ValueError(f"{point}: a hammer strikes along x or y")
         if len(set(points)) < len(points):
             raise ValueError("a point comes twice")
         return points
@@ -67,6 +87,8 @@ class Frequencies(_Document):
     def _rise(self) -> Frequencies:
         if self.last < self.first:
             raise ValueError(f"last ({self.last:g} Hz) is below first ({self.first:g} Hz)")
+        if (self.last - self.first) / self.step >= MOST_FREQUENCIES:
+            raise ValueError(f"a step of {self.step:g} Hz makes more than {MOST_FREQUENCIES} frequencies")
         return self
 
     @property
@@ -85,10 +107,19 @@ class SweepStep(_Document):
     step: Literal["sweep"]
     specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1)
     configurations: tuple[Configuration, ...] = Field(default=("compression", "shear", "angled"), min_length=1)
-    amplitudes_pp_mm: tuple[float, ...] = Field(default=(0.1, 0.05, 0.01), min_length=1)
+    amplitudes_pp_mm: tuple[Positive, ...] = Field(default=(0.1, 0.05, 0.01), min_length=1)
     preset_mm: float = Field(default=0.5, ge=0)
     frequencies: Frequencies = Frequencies()
     sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+
+    @model_validator(mode="after")
+    def _resolves_harmonics(self) -> SweepStep:
+        if self.sample_rate < SAMPLES_A_CYCLE * self.frequencies.last:
+            raise ValueError(
+                f"sample_rate {self.sample_rate:g} Hz is less than {SAMPLES_A_CYCLE} times the highest frequency, "
+                f"{self.frequencies.last:g} Hz"
+            )
+        return self
 
     @property
     def points(self) -> int:
@@ -143,9 +174,11 @@ def load_sequence(path: Path) -> Sequence:
     """
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise SequenceError(f"{path}: cannot be read: {error}") from error
-    except yaml.YAMLError as error:
+    except OSError as error:
+        raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise SequenceError(f"{path} is not UTF-8 text: {error}") from error
+    except _YAML_ERRORS as error:
         raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
     return sequence_from(document, str(path))
 
@@ -157,10 +190,10 @@ def sequence_from(document: object, source: str = "sequence") -> Sequence:
         SequenceError: it does not describe a sequence; what is wrong, and where.
     """
     try:
-        # by way of JSON text, where an array is a tuple
-        return Sequence.model_validate_json(json.dumps(document))
+        # by way of JSON text, where an array is a tuple; what YAML takes for a date is read as it is written
+        return Sequence.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         found = "; ".join(f"{'.'.join(map(str, item['loc'])) or 'document'}: {item['msg']}" for item in error.errors())
         raise SequenceError(f"{source}: {found}") from error
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error

@@ -11,7 +11,7 @@ import typer
 from api.commands.terminal import instruments_of, open_catalogue, out, progress_console
 from api.operator import SequenceProgress, TerminalOperator
 from api.settings import load_settings
-from rig.run import run_sequence, sweep_plan
+from rig.run import check_plan, run_sequence, sweep_plan
 from rig.sequence import HammerStep, Sequence, load_sequence
 from rig.tester_limits import TesterLimits
 
@@ -57,8 +57,10 @@ def list_steps(sequence: Sequence) -> None:
     """Say what a sequence would do, how long it takes about, and within which limits.
 
     Raises:
-        LimitExceededError: the sweep is beyond the rig's limits.
+        RigError: a step makes no sense, or is beyond the rig's limits.
     """
+    limits = TesterLimits()
+    check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
         if isinstance(step, HammerStep):
@@ -68,8 +70,7 @@ def list_steps(sequence: Sequence) -> None:
                 f"({blows} blows, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
             )
             continue
-        plan, limits = sweep_plan(step), TesterLimits()
-        plan.check(limits)
+        plan = sweep_plan(step)
         seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
         seconds *= len(plan.specimens) * len(plan.configurations)
         amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)

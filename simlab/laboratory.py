@@ -1,7 +1,7 @@
 """The whole simulated laboratory: one bench, three instruments in front of it and a hand to work it.
 
-It runs in this process (`Laboratory`) or, as a real laboratory would, outside it (`LaboratoryProcess`); then nothing but
-wires connects it to whoever measures.
+It runs in this process (`Laboratory`) or, as a real laboratory would, outside it (`LaboratoryProcess`); then nothing
+but wires connects it to whoever measures.
 """
 
 from __future__ import annotations
@@ -103,11 +103,15 @@ class LaboratoryProcess:
 
     def __init__(self, seed: int = 1, speed: float = 1.0) -> None:
         command = [sys.executable, "-m", "simlab", "--seed", str(seed), "--speed", str(speed)]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        # a session of its own: Ctrl-C is for whoever measures, and instruments outlast it to be left at rest
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+        )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            raise RuntimeError(f"the simulated laboratory ended with exit code {self._process.wait()}")
+            with self._process:
+                raise RuntimeError(f"the simulated laboratory ended with exit code {self._process.wait()}")
         self.addresses = Addresses(**json.loads(line))
         self.hand = Hand(self.addresses.hand)
 

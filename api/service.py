@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import datetime
+from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import Depends, FastAPI, Path, Query, Request
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
+from starlette.exceptions import HTTPException
 
 from api.identification.document import plain
 from store.analyses import AnalysisKind, latest_analysis
@@ -19,6 +22,9 @@ from store.joint_matrices import list_joint_matrices
 from store.modes import get_modes
 from store.provenance import software_version
 from store.runs import Run, RunState, get_run, list_runs
+
+PROBLEM_JSON = "application/problem+json"
+TITLES = {404: "Not found", 422: "The request does not fit", 503: "The store does not answer"}
 
 RunNumber = Annotated[int, Path(ge=1, le=2**31 - 1, description="number of the run")]
 
@@ -103,15 +109,20 @@ def create_service(catalogue: Catalogue) -> FastAPI:
         version=software_version(),
         docs_url=None,  # its page loads from a CDN, and a laboratory has no outside network
         redoc_url=None,
-        responses={404: {"model": Problem}, 503: {"model": Problem}},
+        responses={
+            status: {"description": title, "content": {PROBLEM_JSON: {"schema": Problem.model_json_schema()}}}
+            for status, title in TITLES.items()
+        },
     )
 
     def opened() -> Iterator[Catalogue]:
         yield catalogue
 
     lab = Annotated[Catalogue, Depends(opened)]
-    service.add_exception_handler(NotFoundError, _problem(404, "Not found"))
-    service.add_exception_handler(StoreError, _problem(503, "The store does not answer"))
+    service.add_exception_handler(NotFoundError, _not_found)
+    service.add_exception_handler(StoreError, _store_failed)
+    service.add_exception_handler(HTTPException, _no_such_route)
+    service.add_exception_handler(RequestValidationError, _unfit)
 
     @service.get("/api/health")
     def health(store: lab) -> Health:
@@ -188,9 +199,26 @@ def _listed(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def _problem(status: int, title: str) -> Any:
-    def answer(_request: Request, error: Exception) -> JSONResponse:
-        problem = Problem(title=title, status=status, detail=str(error))
-        return JSONResponse(problem.model_dump(), status_code=status, media_type="application/problem+json")
+def _not_found(_request: Request, error: Exception) -> JSONResponse:
+    return _problem(404, str(error))
 
-    return answer
+
+def _store_failed(_request: Request, error: Exception) -> JSONResponse:
+    return _problem(503, str(error))
+
+
+def _no_such_route(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    problem = _problem(error.status_code, f"{request.method} {request.url.path}: {error.detail}")
+    problem.headers.update(error.headers or {})
+    return problem
+
+
+def _unfit(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    return _problem(422, "; ".join(f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors()))
+
+
+def _problem(status: int, detail: str) -> JSONResponse:
+    problem = Problem(title=TITLES.get(status, HTTPStatus(status).phrase), status=status, detail=detail)
+    return JSONResponse(problem.model_dump(), status_code=status, media_type=PROBLEM_JSON)

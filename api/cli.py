@@ -37,9 +37,10 @@ def main() -> None:
     except EXPECTED as error:
         Console(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red", markup=False, highlight=False)
         sys.exit(exit_code(error))
-    except KeyboardInterrupt:
-        Console(stderr=True).print("jointlab: interrupted", style="red")
-        sys.exit(INTERRUPTED)
+    except SystemExit as ended:
+        if ended.code == INTERRUPTED:  # typer's code for Ctrl-C, of which it says nothing
+            Console(stderr=True).print("jointlab: interrupted", style="red")
+        raise
 
 
 if __name__ == "__main__":

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from analysis.errors import AnalysisError
-from daq.errors import DaqError
+from daq.errors import ChannelError, DaqError
 from rig.errors import RigError
+from rig.hammer import HammerError
+from rig.sequence import SequenceError
+from rig.sweep import PlanError
+from rig.tester_limits import LimitExceededError
 from store.errors import StoreError
 
 
@@ -24,6 +28,12 @@ EXIT_CODES: dict[type[Exception], int] = {
     ApiError: BAD_INPUT,
     AnalysisError: BAD_INPUT,
     StoreError: BAD_INPUT,
+    # what was asked for is wrong, whatever the instruments are like
+    ChannelError: BAD_INPUT,
+    HammerError: BAD_INPUT,
+    LimitExceededError: BAD_INPUT,
+    PlanError: BAD_INPUT,
+    SequenceError: BAD_INPUT,
     DaqError: INSTRUMENT,
     RigError: INSTRUMENT,
 }

@@ -45,7 +45,13 @@ class TerminalOperator:
                 f"mount joint {specimen} in {configuration}: there is no terminal to confirm it on; "
                 "run the sequence from a terminal"
             )
-        self._console.input(f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter ")
+        try:
+            self._console.input(
+                f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter ",
+                markup=False,
+            )
+        except EOFError as error:
+            raise ApiError(f"mount joint {specimen} in {configuration}: the terminal was closed") from error
 
 
 class SequenceProgress:

@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
+from pydantic_settings import SettingsError as EnvironmentSettingsError
 
 from api.errors import SettingsError
 
@@ -78,10 +79,14 @@ def load_settings() -> Settings:
         raise SettingsError(f"{CONFIG_VARIABLE} names {path}, which does not exist; unset it or write the file")
     try:
         return Settings()
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path} is not valid TOML: {error}") from error
+    except OSError as error:
+        raise SettingsError(f"{path} cannot be read: {error.strerror or error}") from error
     except ValidationError as error:
         raise SettingsError(f"configuration ({path} and JOINTLAB_*): {describe(error)}") from error
+    except EnvironmentSettingsError as error:
+        raise SettingsError(f"environment JOINTLAB_*: {error}; write it as JSON") from error
 
 
 def describe(error: ValidationError) -> str:

@@ -63,8 +63,11 @@ CHANNELS = (
 
 
 def simulated_settings(addresses: Addresses, **others: Any) -> Settings:
-    """Settings whose instruments are the simulated ones; `others` are further fields of `Settings`."""
-    return Settings(
+    """Settings whose instruments are the simulated ones; `others` are further fields of `Settings`.
+
+    Neither the environment nor jointlab.toml is asked: what is simulated stays apart from the laboratory's own.
+    """
+    return Settings.model_construct(
         daq_address=addresses.daq,
         tester_url=addresses.tester,
         thermometer_url=addresses.thermometer,
@@ -100,6 +103,8 @@ class SimulatedOperator:
             self._hand.do(deed, **arguments)
         except ValueError as error:
             raise ApiError(f"the simulated bench refuses: {error}") from error
+        except OSError as error:
+            raise ApiError(f"the simulated laboratory does not answer: {error}") from error
 
 
 def as_toml(addresses: Addresses) -> str:

@@ -53,7 +53,7 @@ class Stopwatch:
 def demo(
     folder: Annotated[Path, typer.Option(help="Where database, report and summary go.")] = Path("demo"),
     sequence: Annotated[str, typer.Option(help=f"A sequence document, or {BUILT_IN!r}.")] = BUILT_IN,
-    seed: Annotated[int, typer.Option(help="Which bench is drawn.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Which bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=1, max=1000, help="Bench time over wall time.")] = FASTEST,
 ) -> None:
     """Run the paper's two experiments on simulated instruments, identify both ways, compare and report.
@@ -69,7 +69,7 @@ def demo(
     watch = Stopwatch()
     started = time.perf_counter()
     with watch.stage("start"):
-        laboratory = LaboratoryProcess(seed, speed)
+        laboratory = _started(seed, speed)
     with laboratory:
         settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
         with open_catalogue(settings) as catalogue:
@@ -96,13 +96,24 @@ def demo(
     out.print(f"{folder / 'report.html'}, {folder / 'summary.json'}, {folder / 'jointlab.db'} (run {run})")
 
 
+def _started(seed: int, speed: float) -> LaboratoryProcess:
+    try:
+        return LaboratoryProcess(seed, speed)
+    except RuntimeError as error:
+        raise ApiError(str(error)) from error
+
+
 def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
     """Ask the bench what it really is, now that everything is identified.
 
     Raises:
-        ApiError: the bench's log and the measurement do not fit together.
+        ApiError: the bench is gone, or its log and the measurement do not fit together.
     """
-    return hand.do("truth"), sine_truths(found.measurement.points, hand.do("dwells"))
+    try:
+        truth, dwells = hand.do("truth"), hand.do("dwells")
+    except OSError as error:
+        raise ApiError(f"the simulated laboratory does not answer: {error}") from error
+    return truth, sine_truths(found.measurement.points, dwells)
 
 
 def show_errors(found: Identification, truth: dict[str, Any], sines: tuple[SineTruth, ...]) -> None:

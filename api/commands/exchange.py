@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from api.commands.terminal import open_catalogue, out
+from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 
@@ -38,7 +38,7 @@ def import_(
 
 
 def export(
-    run: Annotated[int, typer.Argument(help="Number of the run.")],
+    run: Annotated[int, typer.Argument(min=1, max=LARGEST_RUN, help="Number of the run.")],
     bundle: Annotated[Path, typer.Argument(help="A new folder, or a new file that ends in .zip.")],
     blows: Annotated[bool, typer.Option(help="Write the accepted blows too.")] = True,
 ) -> None:

@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 
 
 def simulate(
-    seed: Annotated[int, typer.Option(help="Which bench is drawn.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Which bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Bench time over wall time.")] = 1.0,
     config: Annotated[Path | None, typer.Option(help="Write a configuration file that points at them.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the addresses as one line of JSON.")] = False,
@@ -30,9 +30,7 @@ def simulate(
     """Start the simulated instruments, print their addresses and run until interrupted (Ctrl-C)."""
     with Laboratory(seed, speed) as laboratory:
         if config is not None:
-            if config.exists():
-                raise ApiError(f"{config} exists already; name a new file")
-            config.write_text(as_toml(laboratory.addresses), encoding="utf-8")
+            write_new(config, as_toml(laboratory.addresses))
         if as_json:
             out.print(json.dumps(asdict(laboratory.addresses)))
         else:
@@ -44,3 +42,18 @@ def simulate(
                 time.sleep(3600)
         except KeyboardInterrupt:
             out.print("stopped")
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file that is not there yet.
+
+    Raises:
+        ApiError: it is, or cannot be written.
+    """
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError as error:
+        raise ApiError(f"{path} exists already; name a new file") from error
+    except OSError as error:
+        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error

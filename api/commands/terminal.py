@@ -14,8 +14,10 @@ from daq.channels import Channel, ChannelKind
 from rig.instruments import Instruments
 from store.catalogue import Catalogue
 
-out = Console(soft_wrap=True, highlight=False)
-progress_console = Console(stderr=True, highlight=False)
+# names and paths may hold brackets, which are no markup
+out = Console(soft_wrap=True, highlight=False, markup=False)
+progress_console = Console(stderr=True, highlight=False, markup=False)
+LARGEST_RUN = 999_999_999  # an integer in every database
 
 
 def open_catalogue(settings: Settings | None = None) -> Catalogue:
@@ -64,8 +66,8 @@ def instruments_of(settings: Settings) -> Instruments:
 
 
 def run_number(target: str) -> int | None:
-    """The number of a run where `target` is one, None where it is something else."""
-    return int(target) if target.isdecimal() else None
+    """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
+    return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None
 
 
 def write_json(document: dict[str, Any], path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -49,10 +50,16 @@ def sine_truths(points: Sequence[SinePoint], dwells: Sequence[Mapping[str, Any]]
     Raises:
         ApiError: the bench cycled other points than were measured.
     """
-    recorded = [
-        list(group)[-1]
-        for _, group in groupby(dwells, key=lambda each: (each["specimen"], each["configuration"], each["frequency"]))
-    ]
+    amplitudes = {point.amplitude_pp_mm for point in points}
+    one_frequency = len({dwell["frequency"] for dwell in dwells}) == 1
+
+    def point_of(dwell: Mapping[str, Any]) -> tuple[Any, ...]:
+        asked_for = None
+        if one_frequency:  # then the amplitude alone tells one point from the next
+            asked_for = min(amplitudes, key=lambda amplitude: abs(math.log(1e3 * dwell["amplitude_pp"] / amplitude)))
+        return dwell["specimen"], dwell["configuration"], dwell["frequency"], asked_for
+
+    recorded = [list(group)[-1] for _, group in groupby(dwells, key=point_of)]
     if len(recorded) != len(points):
         raise ApiError(f"the bench cycled {len(recorded)} points, {len(points)} were measured")
     return tuple(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
+from html import escape
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -31,6 +32,10 @@ def figure(rows: int = 1, columns: int = 1, width: float = 7.2, height: float = 
 def as_svg(drawn: Figure, label: str) -> str:
     """The figure as an inline SVG element with `label` as its text alternative."""
     buffer = io.StringIO()
+    for axes in drawn.axes:
+        legend = axes.get_legend()
+        for words in (axes.title, *(legend.get_texts() if legend else ())):
+            words.set_parse_math(False)  # a joint's name is no formula
     drawn.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     # Several SVGs share one page: their ids must not meet.
@@ -38,7 +43,7 @@ def as_svg(drawn: Figure, label: str) -> str:
     text = re.sub(r'\bid="', f'id="{prefix}-', text)
     text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{prefix}-", text)
     start = text.index("<svg")
-    return text[start:].replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1)
+    return text[start:].replace("<svg ", f'<svg role="img" aria-label="{escape(label)}" ', 1)
 
 
 def band(axes: Axes, interval: Sequence[float], colour: str, label: str) -> None:

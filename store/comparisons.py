@@ -12,7 +12,6 @@ from store import models
 from store.analyses import article_of
 from store.columns import finite
 from store.errors import NotFoundError
-from store.runs import specimen_id
 
 
 @dataclass(frozen=True)
@@ -20,17 +19,21 @@ class Comparison:
     """One element of a joint by both experiments.
 
     Attributes:
+        joint: its name, or the names of all joints whose sum is compared, such as I+II.
         element: k22, h11, gamma22, ...
-        inverse, direct: 95 % intervals, low and high, in the element's unit.
-        verdict: agree, differ, ...
+        inverse, direct: 95 % intervals, low and high, in the element's unit; inverse is None where that experiment
+            does not determine the element.
+        verdict: agree, differ, not comparable.
+        reason: the verdict's, in a sentence.
         frequency: Hz, and amplitude_pp_mm, mm: at which of the direct points it was made, or None.
     """
 
     joint: str
     element: str
-    inverse: tuple[float, float]
+    inverse: tuple[float, float] | None
     direct: tuple[float, float]
     verdict: str
+    reason: str | None = None
     frequency: float | None = None
     amplitude_pp_mm: float | None = None
 
@@ -44,12 +47,16 @@ def add_comparisons(session: Session, analysis_id: int, comparisons: Sequence[Co
     article = article_of(session, analysis_id)
     for comparison in comparisons:
         where = f"comparison of {comparison.element}, joint {comparison.joint}"
-        low, high = (finite(value, f"{where}: inverse") for value in comparison.inverse)
+        low, high = (
+            (None, None)
+            if comparison.inverse is None
+            else (finite(value, f"{where}: inverse") for value in comparison.inverse)
+        )
         direct_low, direct_high = (finite(value, f"{where}: direct") for value in comparison.direct)
         session.add(
             models.Comparison(
                 analysis_id=analysis_id,
-                specimen_id=specimen_id(session, article, comparison.joint),
+                article=article,
                 joint=comparison.joint,
                 element=comparison.element,
                 frequency=comparison.frequency,
@@ -59,6 +66,7 @@ def add_comparisons(session: Session, analysis_id: int, comparisons: Sequence[Co
                 direct_low=direct_low,
                 direct_high=direct_high,
                 verdict=comparison.verdict,
+                reason=comparison.reason,
             )
         )
     session.flush()
@@ -79,9 +87,12 @@ def list_comparisons(session: Session, analysis_id: int) -> list[Comparison]:
         Comparison(
             joint=row.joint,
             element=row.element,
-            inverse=(row.inverse_low, row.inverse_high),
+            inverse=(
+                None if row.inverse_low is None or row.inverse_high is None else (row.inverse_low, row.inverse_high)
+            ),
             direct=(row.direct_low, row.direct_high),
             verdict=row.verdict,
+            reason=row.reason,
             frequency=row.frequency,
             amplitude_pp_mm=row.amplitude_pp_mm,
         )

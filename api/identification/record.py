@@ -56,7 +56,7 @@ def store_identification(catalogue: Catalogue, run_id: int, found: Identificatio
                 runs=[run_id],
                 parents=parents,
             )
-            add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison if each.inverse])
+            add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
     return StoredIdentification(responses, modes, joints, points, comparisons)
 
 
@@ -152,12 +152,12 @@ def _points(session: Session, run_id: int, found: Identification) -> int:
 
 
 def _comparison(each: ElementComparison) -> Comparison:
-    assert each.inverse is not None
     return Comparison(
         joint=each.joint,
         element=each.element,
-        inverse=(each.inverse.low, each.inverse.high),
+        inverse=None if each.inverse is None else (each.inverse.low, each.inverse.high),
         direct=(each.direct.low, each.direct.high),
         verdict=each.verdict.value,
+        reason=f"{each.reason} ({each.basis})",
         amplitude_pp_mm=1e3 * each.amplitude_pp,
     )

@@ -193,14 +193,14 @@ class Comparison(Recorded, Base):
     __table_args__ = (Index(None, "analysis_id"),)
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))
-    specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"), index=True)
+    article: Mapped[str]
     joint: Mapped[str]
     element: Mapped[str]
     frequency: Mapped[float | None]
     amplitude_pp_mm: Mapped[float | None]
-    inverse_low: Mapped[float]
-    inverse_high: Mapped[float]
+    inverse_low: Mapped[float | None]
+    inverse_high: Mapped[float | None]
     direct_low: Mapped[float]
     direct_high: Mapped[float]
     verdict: Mapped[str]
-    specimen: Mapped[Specimen] = relationship()
+    reason: Mapped[str | None]

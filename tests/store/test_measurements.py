@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import time
 from datetime import UTC, date, datetime, timedelta, timezone
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +18,7 @@ from store.errors import NotFoundError, StoreError
 from store.instruments import Instrument, calibration_id, list_channels, list_instruments
 from store.runs import Run, RunState, finish_run, get_run, list_runs, specimen_id, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
-from store.waveform import Waveform, WaveformChannel, WaveformReference
+from store.waveform import WaveformReference
 
 
 @pytest.fixture
@@ -222,36 +219,3 @@ def test_every_row_says_when_and_by_which_version_it_was_written(catalogue: Cata
             assert rows, table.name
             assert all(row.created_at.tzinfo is UTC or row.created_at.utcoffset() == timedelta() for row in rows)
             assert all(row.software_version for row in rows)
-
-
-def _seconds_of_a_synchronised_write(path: Path) -> float:
-    start = time.perf_counter()
-    with path.open("ab") as file:
-        file.write(bytes(40_000))
-        os.fsync(file.fileno())
-    return time.perf_counter() - start
-
-
-@pytest.mark.parametrize(("samples_each", "kind"), [(5000, "sine"), (10_240, "blow")])
-def test_a_record_with_its_waveform_costs_ten_milliseconds_beside_the_disks_own_two_writes(
-    catalogue: Catalogue, run: Run, samples_each: int, kind: str, tmp_path: Path
-) -> None:
-    rng = np.random.default_rng(6)
-    phase = np.arange(samples_each) * 0.3
-    counts = (2e6 * np.stack([np.sin(phase), np.cos(phase)]) + rng.normal(0, 60, (2, samples_each))).astype(np.int32)
-    waveform = Waveform((WaveformChannel("a", "m"), WaveformChannel("b", "N")), counts, 1000.0)
-    with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(1, "y"))
-    disk, record = [], []
-    for number in range(1, 31):
-        disk.append(_seconds_of_a_synchronised_write(tmp_path / "disk"))
-        start = time.perf_counter()
-        reference = catalogue.waveforms.append(run.waveform_file, waveform)
-        with catalogue.writing() as session:
-            if kind == "blow":
-                add_blow(session, point, number, accepted=True, waveform=reference)
-            else:
-                sine = SineRecord(number, "I", "shear", 0.1, 0.1, 5.0, 1.0, None, 23.0, reference)
-                add_sine_record(session, run.id, sine)
-        record.append(time.perf_counter() - start)
-    assert np.median(record) - 2 * np.median(disk) < 0.010

@@ -53,24 +53,19 @@ def upgrade() -> None:
         sa.Column(
             "analysis_id", sa.Integer(), sa.ForeignKey("analyses.id", name="fk_comparisons_analysis_id"), nullable=False
         ),
-        sa.Column(
-            "specimen_id",
-            sa.Integer(),
-            sa.ForeignKey("specimens.id", name="fk_comparisons_specimen_id"),
-            nullable=False,
-        ),
+        sa.Column("article", sa.String(), nullable=False),
         sa.Column("joint", sa.String(), nullable=False),
         sa.Column("element", sa.String(), nullable=False),
         sa.Column("frequency", sa.Double()),
         sa.Column("amplitude_pp_mm", sa.Double()),
-        sa.Column("inverse_low", sa.Double(), nullable=False),
-        sa.Column("inverse_high", sa.Double(), nullable=False),
+        sa.Column("inverse_low", sa.Double()),
+        sa.Column("inverse_high", sa.Double()),
         sa.Column("direct_low", sa.Double(), nullable=False),
         sa.Column("direct_high", sa.Double(), nullable=False),
         sa.Column("verdict", sa.String(), nullable=False),
+        sa.Column("reason", sa.String()),
     )
     op.create_index("ix_comparisons_analysis_id", "comparisons", ["analysis_id"])
-    op.create_index("ix_comparisons_specimen_id", "comparisons", ["specimen_id"])
     _recorded(
         "frequency_response_sets",
         sa.Column(

@@ -107,12 +107,11 @@ SELECT analyses.id AS analysis_id, analyses.method,
         WHERE mine.analysis_id = analyses.id AND newer.id > analyses.id
             AND newer.kind = analyses.kind AND newer.method = analyses.method
     ) AS latest,
-    specimens.article, comparisons.joint, comparisons.element, comparisons.frequency, comparisons.amplitude_pp_mm,
+    comparisons.article, comparisons.joint, comparisons.element, comparisons.frequency, comparisons.amplitude_pp_mm,
     comparisons.inverse_low, comparisons.inverse_high, comparisons.direct_low, comparisons.direct_high,
-    comparisons.verdict, analyses.created_at AS analysed_at, analyses.software_version
+    comparisons.verdict, comparisons.reason, analyses.created_at AS analysed_at, analyses.software_version
 FROM comparisons
 JOIN analyses ON analyses.id = comparisons.analysis_id
-JOIN specimens ON specimens.id = comparisons.specimen_id
 """
 
 # In the order of creation: later views stand on earlier ones.

@@ -5,7 +5,9 @@ With X and F the first harmonics of displacement and force, Eqs. (47) and (48) r
     k_d = F / X = |k_d| e^(i delta) = k + i h = k (1 + i gamma),      gamma = tan delta.
 
 Uncertainty comes from blocks of whole cycles: of each block only F_b - k_d X_b counts, so a machine whose amplitude
-wanders is not blamed for a force that follows it. Intervals are Student's with one degree of freedom less than blocks.
+wanders is not blamed for a force that follows it; of a specimen that softens with amplitude the wander does count, and
+neighbouring blocks share it (`analysis.block_scatter`). Intervals are Student's with one degree of freedom less than
+blocks.
 
 k and h describe the specimen only as far as the first harmonic does. Its share has to be 99 % of the power of either
 signal, that is at most 10 % total harmonic distortion (0.1^2 = 1 %), and the energy of the measured loop has to be that
@@ -21,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from analysis.block_scatter import covariance_of_mean, variance_of_mean
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.interval import Estimate
@@ -236,6 +239,7 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
     # F_b / X_b - F / X to first order: motion that the force follows drops out
     deviation = (fit.blocks[:, 1, 0] - stiffness * fit.blocks[:, 0, 0]) / fit.first[0]
     count = len(deviation)
+    motion = np.abs(fit.blocks[:, 0, 0])
     ellipse = float(_energies(fit.harmonics[:, :1]))
     loop = float(_energies(fit.harmonics))
     excess = _energies(fit.blocks) - _energies(fit.blocks[:, :, :1])
@@ -244,13 +248,15 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
         frequency=fit.frequency,
         amplitude_pp=float(fit.amplitude_pp[0]),
         complex_stiffness=stiffness,
-        covariance=np.cov(deviation.real, deviation.imag) / count,
+        covariance=covariance_of_mean(deviation, motion, fit.cycles_per_block),
         degrees_of_freedom=count - 1,
-        amplitude_pp_standard_error=float(fit.amplitude_pp_standard_error[0]),
+        amplitude_pp_standard_error=2 * math.sqrt(variance_of_mean(motion, fit.cycles_per_block)),
         thd_displacement=float(distortion[0]),
         thd_force=float(distortion[1]),
         loop_energy=loop,
-        loop_energy_excess=Estimate(loop - ellipse, float(np.std(excess, ddof=1)) / math.sqrt(count), count - 1),
+        loop_energy_excess=Estimate(
+            loop - ellipse, math.sqrt(variance_of_mean(excess, fit.cycles_per_block)), count - 1
+        ),
     )
 
 

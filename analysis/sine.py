@@ -25,7 +25,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 FEWEST_CYCLES = 2.0
-MOST_BLOCKS = 20  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
+MOST_BLOCKS = 30  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
 CONVERGED = 1e-5  # rad over the record; the step after it would be some 1e-10
 MOST_STEPS = 20
 LARGEST_OVERLAP = 0.05  # of one block, shared out among all
@@ -89,7 +89,7 @@ class SineFit:
 
     @property
     def amplitude_pp_standard_error(self) -> Real:
-        """(signals,) standard error of `amplitude_pp` from the scatter between blocks."""
+        """(signals,) standard error of `amplitude_pp` from the scatter between blocks, as if they were independent."""
         return np.asarray(self.amplitude_pp * self.amplitude_scatter / math.sqrt(len(self.blocks)))
 
     @property

@@ -8,8 +8,12 @@ write whose reply was lost has been done; whoever repeats it has to make that ha
 from __future__ import annotations
 
 import logging
+import math
+import select
 import threading
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TypeVar
 from urllib.parse import parse_qs, urlsplit
 
@@ -81,52 +85,54 @@ class ModbusLink:
 
     def __init__(self, url: str, device_id: int = 1, timeout: float = 0.5) -> None:
         self.url = url
+        self.timeout = timeout
         self._device_id = device_id
         self._client = _client(url, timeout)
         self._lock = threading.RLock()
         # every failure is raised from here; pymodbus would log it a second time
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
-    def read_input(self, address: int, count: int) -> list[int]:
-        """Read `count` input registers from `address`.
+    def read_input(self, address: int, count: int, by: float = math.inf) -> list[int]:
+        """Read `count` input registers from `address`, over `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: as their names say.
         """
         what = f"read {count} input registers from {address}"
         response = self._ask(
-            what, lambda: self._client.read_input_registers(address, count=count, device_id=self._device_id)
+            what, lambda: self._client.read_input_registers(address, count=count, device_id=self._device_id), by
         )
         if len(response.registers) != count:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
         return list(response.registers)
 
-    def write_holding(self, address: int, words: Sequence[int]) -> None:
-        """Write `words` to the holding registers from `address`, in one transaction that is sent once.
+    def write_holding(self, address: int, words: Sequence[int], by: float = math.inf) -> None:
+        """Write `words` to the holding registers from `address`, in one transaction that is sent once; over `by` then.
 
         Raises:
             ModbusUnreachableError: no reply; whether the words were taken is unknown.
             ModbusRefusedError, ModbusProtocolError: as their names say.
         """
         what = f"write {len(words)} holding registers from {address}"
-        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=self._device_id))
+        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=self._device_id), by)
 
-    def write_coil(self, address: int, value: bool) -> None:
-        """Write one coil, sent once.
+    def write_coil(self, address: int, value: bool, by: float = math.inf) -> None:
+        """Write one coil, sent once; over `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError: no reply; whether the coil was taken is unknown.
             ModbusRefusedError, ModbusProtocolError: as their names say.
         """
-        self._ask(f"write coil {address}", lambda: self._client.write_coil(address, value, device_id=self._device_id))
+        what = f"write coil {address}"
+        self._ask(what, lambda: self._client.write_coil(address, value, device_id=self._device_id), by)
 
     def close(self) -> None:
         """Close the connection."""
         with self._lock:
             self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
-    def _ask(self, what: str, request: Callable[[], _Response]) -> _Response:
-        with self._lock:
+    def _ask(self, what: str, request: Callable[[], _Response], by: float) -> _Response:
+        with self._turn(what, by):
             try:
                 response = request()
             except (ConnectionException, OSError) as error:
@@ -145,12 +151,43 @@ class ModbusLink:
             raise ModbusRefusedError(f"{self.url} refused to {what}: {words or f'exception code {code}'}", code)
         return response
 
+    @contextmanager
+    def _turn(self, what: str, by: float) -> Iterator[None]:
+        """Wait for other threads' requests, as long as leaves time for a reply."""
+        patience = -1.0 if by == math.inf else max(by - self.timeout - time.monotonic(), 0.0)
+        if not self._lock.acquire(timeout=patience):
+            raise ModbusUnreachableError(
+                f"{self.url}: not asked to {what}, other requests still wait for their replies"
+            )
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+
+class _TcpClient(ModbusTcpClient):
+    """A client that gives a whole reply the timeout; pymodbus gives it to each piece of one."""
+
+    _end = 0.0
+
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
+        """Send `request`, and begin to wait."""
+        self._end = time.monotonic() + (self.comm_params.timeout_connect or 0.0)
+        return int(super().send(request, addr))
+
+    def recv(self, size: int | None) -> bytes:
+        """What has come; nothing once the time is over."""
+        left = max(self._end - time.monotonic(), 0.0)
+        if self.socket and not select.select([self.socket], [], [], left)[0]:
+            return b""
+        return bytes(super().recv(size))
+
 
 def _client(url: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
     try:
         parts = urlsplit(url)
         if parts.scheme == "tcp" and parts.hostname:
-            return ModbusTcpClient(parts.hostname, port=parts.port or DEFAULT_PORT, timeout=timeout, retries=0)
+            return _TcpClient(parts.hostname, port=parts.port or DEFAULT_PORT, timeout=timeout, retries=0)
         port = parts.netloc + parts.path
         if parts.scheme == "rtu" and port:
             options = {name: values[-1] for name, values in parse_qs(parts.query).items()}

@@ -133,3 +133,30 @@ class SinePointRefused(Event):
     amplitude_pp_mm: float
     frequency: float
     reason: str
+
+
+@dataclass(frozen=True)
+class InterlockTripped(Event):
+    """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator."""
+
+    interlocks: tuple[str, ...]
+    stopped: bool
+
+
+@dataclass(frozen=True)
+class InterlockReset(Event):
+    """Somebody saw to these interlocks of the tester and reset them."""
+
+    interlocks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RunPaused(Event):
+    """The run pauses as asked: the actuator is held at its preset, nothing is armed."""
+
+
+@dataclass(frozen=True)
+class RunResumed(Event):
+    """The run goes on after `paused` seconds, with the point that it was at."""
+
+    paused: float

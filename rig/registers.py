@@ -4,13 +4,14 @@ The map is a set of blocks. A block is a run of registers that is read or writte
 CRC-16 of the words before it, because Modbus TCP carries no checksum of its own: a block with a flipped bit is refused,
 never half applied. All quantities are in SI units; 32-bit values are big-endian, high word first.
 
-    IDENTITY   input    what the instrument is, and the limits that live in it
+    IDENTITY   input    what the instrument is, and the limits on commands that live in it
+    DETECTORS  input    the limit detectors as they are in force: limit and action of each
     STATUS     input    state, interlocks, the command last applied, and what is measured now
     HEARTBEAT  holding  a counter that has to change within the watchdog time while hydraulics are on
     COMMAND    holding  one command with its sequence number, written whole
     EMERGENCY_STOP  coil  writing 1 trips the emergency stop, at any time, without sequence number
 
-The network cannot change a limit or the watchdog time: they are set at the instrument.
+Limits, watchdog time and detectors are set at the instrument. The network may tighten a detector, never loosen it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag, StrEnum
 
-MAP_VERSION = 1
+MAP_VERSION = 2
 CYCLES_REPORTED = 16
 """How many of the latest complete cycles STATUS reports one by one."""
 
@@ -59,23 +60,29 @@ class Interlock(IntFlag):
     EMERGENCY_STOP = 64
 
 
-class Action(StrEnum):
-    """What the instrument does when a detector fires."""
+class Action(IntEnum):
+    """What the instrument does when a detector fires, from the mildest to the hardest; each includes the one before."""
 
-    INDICATE = "indicate"
-    PROGRAM_INTERLOCK = "stop the program"
-    HYDRAULIC_INTERLOCK = "hydraulics off"
+    INDICATE = 1  # the interlock's bit is set
+    HOLD = 2  # cycling and ramping stop; the preset stays in force, and a command goes on from there
+    STOP = 3  # the preset is withdrawn; the program begins again with one
+    PROGRAM_INTERLOCK = 4  # nothing moves before a reset
+    HYDRAULIC_INTERLOCK = 5  # hydraulics go off
 
 
-ACTIONS: Mapping[Interlock, Action] = {
-    Interlock.UPPER_DISPLACEMENT: Action.PROGRAM_INTERLOCK,
-    Interlock.LOWER_DISPLACEMENT: Action.PROGRAM_INTERLOCK,
-    Interlock.FORCE: Action.PROGRAM_INTERLOCK,
-    Interlock.ERROR: Action.PROGRAM_INTERLOCK,
-    Interlock.UNDERPEAK: Action.INDICATE,
-    Interlock.WATCHDOG: Action.HYDRAULIC_INTERLOCK,
-    Interlock.EMERGENCY_STOP: Action.HYDRAULIC_INTERLOCK,
-}
+DETECTED = (
+    Interlock.UPPER_DISPLACEMENT,
+    Interlock.LOWER_DISPLACEMENT,
+    Interlock.FORCE,
+    Interlock.ERROR,
+    Interlock.UNDERPEAK,
+)
+"""Interlocks with a limit detector, whose limit and action are set; the others are always hydraulic interlocks."""
+
+
+def name_of(interlock: Interlock) -> str:
+    """Name of one interlock in the map: ``upper_displacement``."""
+    return str(interlock.name).lower()
 
 
 class CommandCode(IntEnum):
@@ -88,6 +95,7 @@ class CommandCode(IntEnum):
     CYCLE = 4  # cycle about the preset with `amplitude` and `frequency`
     HOLD = 5  # stop cycling or ramping and hold the mean position
     RESET = 6  # clear the interlocks, once their cause is gone
+    DETECTOR = 7  # set `limit` and `action` of `detector`, as tight as at the instrument or tighter
 
 
 class Refusal(IntEnum):
@@ -109,6 +117,7 @@ class Refusal(IntEnum):
     CAUSE_STILL_PRESENT = 13
     BUSY = 14
     FAULT = 15
+    DETECTOR_LIMIT = 16  # no such detector or action, or looser than at the instrument
 
 
 class Kind(StrEnum):
@@ -270,15 +279,32 @@ IDENTITY = Block(
         Register("units", _U16, "", "code of Units", 1, 2),
         Register("serial", _TEXT, "", "serial number of the instrument, ASCII"),
         Register("watchdog_time", _F32, "s", "longest time between two heartbeats with hydraulics on", 0.1, 10.0),
-        Register("upper_displacement_limit", _F32, "m", "highest position of the actuator", -0.01, 0.01),
-        Register("lower_displacement_limit", _F32, "m", "lowest position of the actuator", -0.01, 0.01),
-        Register("force_limit", _F32, "N", "largest absolute force", 1.0, 25e3),
         Register("amplitude_limit", _F32, "m", "largest peak-to-peak amplitude", 1e-6, 0.01),
         Register("frequency_limit", _F32, "Hz", "highest frequency", 1.0, 1000.0),
         Register("velocity_limit", _F32, "m/s", "highest velocity of a cycle", 1e-3, 1.0),
         Register("acceleration_limit", _F32, "m/s^2", "highest acceleration of a cycle", 0.1, 1000.0),
-        Register("error_limit", _F32, "m", "largest overshoot of the amplitude beyond the command", 1e-6, 0.01),
-        Register("underpeak_limit", _F32, "", "smallest settled amplitude as a fraction of the command", 0.0, 1.0),
+    ),
+)
+
+_DETECTOR_LIMITS = (
+    ("m", "highest position of the actuator", -0.01, 0.01),
+    ("m", "lowest position of the actuator", -0.01, 0.01),
+    ("N", "largest absolute force", 1.0, 25e3),
+    ("m", "largest overshoot of the peak-to-peak amplitude beyond the command", 1e-6, 0.01),
+    ("", "smallest settled amplitude as a fraction of the command", 0.0, 1.0),
+)
+
+DETECTORS = Block(
+    "DETECTORS",
+    Kind.INPUT,
+    60,
+    tuple(
+        register
+        for interlock, (unit, meaning, lowest, highest) in zip(DETECTED, _DETECTOR_LIMITS, strict=True)
+        for register in (
+            Register(f"{name_of(interlock)}_limit", _F32, unit, meaning, lowest, highest),
+            Register(f"{name_of(interlock)}_action", _U16, "", "code of Action when it fires", 1, 5),
+        )
     ),
 )
 
@@ -288,11 +314,12 @@ STATUS = Block(
     100,
     (
         Register("state", _U16, "", "code of State", 0, 6),
-        Register("interlocks", _U16, "", "bits of Interlock", 0, 127),
-        Register("refusal", _U16, "", "code of Refusal of the last command, 0 where it was applied", 0, 15),
+        Register("interlocks", _U16, "", "bits of Interlock that fired since the last reset", 0, 127),
+        Register("stopped_by", _U16, "", "those of them that stopped the actuator, by any action but indicate", 0, 127),
+        Register("refusal", _U16, "", "code of Refusal of the last command, 0 where it was applied", 0, 16),
         Register("heartbeat", _U16, "", "the last heartbeat counter received"),
         Register("sequence", _U16, "", "sequence number of the last command applied"),
-        Register("command", _U16, "", "code of the last command applied", 0, 6),
+        Register("command", _U16, "", "code of the last command applied", 0, 7),
         Register("preset", _F32, "m", "preset in force", -0.01, 0.01),
         Register("amplitude", _F32, "m", "commanded peak-to-peak amplitude in force, 0 when not cycling", 0.0, 0.01),
         Register("frequency", _F32, "Hz", "frequency in force, 0 when not cycling", 0.0, 1000.0),
@@ -324,18 +351,21 @@ COMMAND = Block(
     Kind.HOLDING,
     210,
     (
-        Register("command", _U16, "", "code of CommandCode", 0, 6),
+        Register("command", _U16, "", "code of CommandCode", 0, 7),
         Register(
             "sequence", _U16, "", "above the last one (modulo 65536); the same command again is not applied again"
         ),
         Register("preset", _F32, "m", "mean position asked for by PRESET", -0.01, 0.01),
         Register("amplitude", _F32, "m", "peak-to-peak amplitude asked for by CYCLE", 0.0, 0.01),
         Register("frequency", _F32, "Hz", "frequency asked for by CYCLE", 0.0, 1000.0),
+        Register("detector", _U16, "", "bit of Interlock that DETECTOR sets", 0, 16),
+        Register("action", _U16, "", "code of Action that DETECTOR sets", 0, 5),
+        Register("limit", _F32, "", "limit that DETECTOR sets, in the unit of that detector", -0.01, 25e3),
     ),
 )
 
 EMERGENCY_STOP_COIL = 0
-BLOCKS = (IDENTITY, STATUS, HEARTBEAT, COMMAND)
+BLOCKS = (IDENTITY, DETECTORS, STATUS, HEARTBEAT, COMMAND)
 
 
 def table() -> str:

@@ -1,8 +1,7 @@
 """The elastomer tester: a safe way to ask its actuator for a preset and for cycles.
 
-Every command carries a sequence number and is read back, so that a lost reply does not apply it twice and a flipped bit
-does not pass. The rig's limits are checked before anything is sent. A thread beats the heart that the instrument's
-watchdog listens for; when this process dies, the watchdog stops the actuator. Leaving the context leaves it at rest.
+The rig's limits are checked before anything is sent, and on what comes back. A heartbeat keeps the instrument's
+watchdog quiet; when this process dies, the watchdog stops the actuator. Leaving the context leaves it at rest.
 """
 
 from __future__ import annotations
@@ -10,57 +9,53 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from typing import TypeVar, cast
 
 from rig.errors import RigError
-from rig.modbus import ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
+from rig.heartbeat import Heartbeat
+from rig.modbus import ModbusLink, ModbusProtocolError
+from rig.operator import InterlockReset, InterlockTripped, Observer, unobserved
 from rig.registers import (
-    COMMAND,
-    EMERGENCY_STOP_COIL,
-    HEARTBEAT,
+    DETECTORS,
     IDENTITY,
     MAP_VERSION,
-    STATUS,
-    Block,
-    ChecksumError,
+    Action,
     CommandCode,
-    Refusal,
+    Interlock,
     State,
     Units,
-    Value,
-    float32,
+    name_of,
 )
 from rig.tester_limits import TesterLimits
 from rig.tester_status import (
     ActuatorNotAtRestError,
+    Detector,
+    MotionHaltedError,
     TesterIdentity,
     TesterMismatchError,
-    TesterRefusedError,
     TesterStatus,
-    TesterTrippedError,
+    detectors_from,
     names_of,
-    status_from,
 )
+from rig.tester_wire import TesterWire
 
-ATTEMPTS = 3  # at one transaction
-BEATS = 5  # in one watchdog time
-BUSY_PAUSE = 0.05  # s
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
 AT_REST = frozenset({State.HYDRAULICS_OFF, State.IDLE, State.HELD, State.TRIPPED})
-
-# busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
-WORTH_ANOTHER_TRY = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
+HAS_TO_STOP = (Interlock.UPPER_DISPLACEMENT, Interlock.LOWER_DISPLACEMENT, Interlock.FORCE, Interlock.ERROR)
 
 log = logging.getLogger(__name__)
-_Result = TypeVar("_Result")
 
 
 @contextmanager
 def connect(
-    url: str, limits: TesterLimits | None = None, *, timeout: float = 0.5, device_id: int = 1
+    url: str,
+    limits: TesterLimits | None = None,
+    *,
+    timeout: float = 0.5,
+    device_id: int = 1,
+    observer: Observer = unobserved,
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
 
@@ -69,14 +64,16 @@ def connect(
         limits: of the rig; None is the ordinary ones.
         timeout: of one reply, s.
         device_id: Modbus unit number.
+        observer: who is told of interlocks.
 
     Raises:
-        TesterMismatchError: another register map, other units, no watchdog or no limits; nothing was commanded.
+        TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops
+            nothing; nothing was commanded.
         ActuatorNotAtRestError: on leaving, the instrument did not confirm that the actuator is at rest.
         RigError: no tester answers at `url`.
     """
     with closing(ModbusLink(url, device_id, timeout)) as link:
-        tester = Tester(link, limits or TesterLimits())
+        tester = Tester(TesterWire(link), limits or TesterLimits(), observer)
         try:
             with tester.at_rest_afterwards():
                 yield tester
@@ -87,27 +84,27 @@ def connect(
 class Tester:
     """The driver of one tester, made by `connect`. Any thread may call it."""
 
-    def __init__(self, link: ModbusLink, limits: TesterLimits) -> None:
+    def __init__(self, wire: TesterWire, limits: TesterLimits, observer: Observer = unobserved) -> None:
         self.limits = limits
-        self._link = link
-        self._lock = threading.RLock()
+        self._wire = wire
+        self._observer = observer
+        self._told = Interlock(0)
+        self._telling = threading.Lock()
+        self._halted = False
+        self._undisturbed = True  # no halt since the last command that moves
         self.identity = self._verify()
-        self._sequence = self.status().sequence
-        self._in_force = {self._sequence}  # more than one after a command that failed: it may have been applied
-        self._closed = threading.Event()
-        # the heart stops with the thread that opened the tester: a beat without an owner guards nothing
-        self._owner = threading.current_thread()
-        self._heart = threading.Thread(target=self._beat, name="tester heartbeat", daemon=True)
-        self._heart.start()
+        wire.join()
+        self._heart = Heartbeat(wire, self.identity.watchdog_time)
 
     def start(self) -> None:
         """Switch hydraulics on.
 
         Raises:
             TesterTrippedError: an interlock is set; see to its cause, then `reset`.
+            MotionHaltedError: the actuator is halted.
             RigError: the instrument refused or does not answer.
         """
-        self._command(CommandCode.HYDRAULICS_ON)
+        self._move(CommandCode.HYDRAULICS_ON)
 
     def preset(self, position: float) -> None:
         """Ramp to mean `position` m without cycling; returns when it is reached.
@@ -115,10 +112,11 @@ class Tester:
         Raises:
             LimitExceededError: beyond the rig's limits; nothing was sent.
             TesterTrippedError: an interlock stopped the actuator.
+            MotionHaltedError: the actuator is or was halted.
             RigError: the instrument refused, does not answer, or did not get there.
         """
         self.limits.check_preset(position)
-        self._command(CommandCode.PRESET, preset=position)
+        self._move(CommandCode.PRESET, preset=position)
         self.wait(lambda status: status.state is State.HELD, f"reach a preset of {position:g} m")
 
     def cycle(self, amplitude_pp: float, frequency: float) -> None:
@@ -127,10 +125,11 @@ class Tester:
         Raises:
             LimitExceededError: beyond the rig's limits; nothing was sent.
             TesterTrippedError: an interlock stopped the actuator.
+            MotionHaltedError: the actuator is halted.
             RigError: the instrument refused or does not answer.
         """
         self.limits.check_cycle(amplitude_pp, frequency)
-        self._command(CommandCode.CYCLE, amplitude=amplitude_pp, frequency=frequency)
+        self._move(CommandCode.CYCLE, amplitude=amplitude_pp, frequency=frequency)
 
     def stop(self) -> None:
         """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
@@ -138,8 +137,29 @@ class Tester:
         Raises:
             RigError: the instrument refused, does not answer, or did not come to rest.
         """
-        self._command(CommandCode.HOLD)
+        self._wire.command(CommandCode.HOLD)
         self._wait_for_rest()
+
+    def halt(self) -> None:
+        """Stop at once, from any thread, and refuse to move until `release`; returns when the actuator is at rest.
+
+        The preset stays in force and hydraulics stay on, unless only the emergency stop helps.
+
+        Raises:
+            RigError: the instrument did not confirm it; nothing moves it from here until `release`.
+        """
+        self._halted = True  # before the command, so that no other thread's slips in after it
+        try:
+            self._wire.command(CommandCode.HOLD, self._disturb)
+            self._wait_for_rest()
+        except RigError as error:
+            log.warning("the tester did not halt as asked (%s); pulling the emergency stop", error)
+            self.emergency_stop()
+            self._wait_for_rest()
+
+    def release(self) -> None:
+        """Allow motion again after a `halt`; nothing moves by this."""
+        self._halted = False
 
     def shut_down(self) -> None:
         """Bring the actuator to rest and switch hydraulics off, by the emergency stop if nothing else helps.
@@ -149,16 +169,16 @@ class Tester:
         """
         try:
             self.stop()
-            self._command(CommandCode.HYDRAULICS_OFF)
+            self._wire.command(CommandCode.HYDRAULICS_OFF)
         except RigError as error:
             log.warning("the tester did not stop as asked (%s); pulling the emergency stop", error)
             try:
                 self.emergency_stop()
                 self._wait_for_rest()
             except RigError as worse:
-                self._closed.set()  # no more beats, so that the watchdog acts
+                self._heart.stop()  # so that the watchdog acts
                 raise ActuatorNotAtRestError(
-                    f"{self._link.url}: the actuator was not confirmed at rest ({worse}); its watchdog stops it within "
+                    f"{self._wire.url}: the actuator was not confirmed at rest ({worse}); its watchdog stops it within "
                     f"{self.identity.watchdog_time:g} s, look at it before going near"
                 ) from error
 
@@ -168,18 +188,42 @@ class Tester:
         Raises:
             RigError: the instrument does not answer.
         """
-        self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True))
+        self._wire.emergency_stop()
 
     def reset(self) -> None:
-        """Clear the interlocks after their cause has been seen to; nothing resets by itself.
+        """Clear the interlocks after their cause has been seen to; nothing resets by itself. Logged and told.
 
         Raises:
             TesterRefusedError: the cause is still there.
             RigError: the instrument does not answer.
         """
         before = self.status().interlocks
-        self._command(CommandCode.RESET)
+        self._wire.command(CommandCode.RESET)
+        self._told = Interlock(0)
         log.warning("interlocks of %s reset: %s", self.identity.serial, names_of(before))
+        self._observer(InterlockReset(tuple(name_of(one) for one in before)))
+
+    def detectors(self) -> dict[Interlock, Detector]:
+        """The limit detectors as they are in force at the instrument.
+
+        Raises:
+            RigError: the instrument does not answer.
+        """
+        return detectors_from(self._wire.read(DETECTORS))
+
+    def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
+        """Set a detector, for the range of a test say; the instrument lets it be tightened, not loosened.
+
+        Args:
+            interlock: whose detector.
+            limit: in the unit of what it watches.
+            action: what it does beyond `limit`.
+
+        Raises:
+            TesterRefusedError: looser than it is set at the instrument, or no such detector.
+            RigError: the instrument does not answer.
+        """
+        self._wire.command(CommandCode.DETECTOR, detector=int(interlock), action=int(action), limit=float(limit))
 
     def status(self) -> TesterStatus:
         """Everything that the instrument reports now, tripped or not.
@@ -187,7 +231,7 @@ class Tester:
         Raises:
             RigError: the instrument does not answer.
         """
-        return status_from(self._read(STATUS))
+        return self._wire.status()
 
     def state(self) -> State:
         """What the actuator is doing now.
@@ -198,20 +242,25 @@ class Tester:
         return self.status().state
 
     def measured(self) -> TesterStatus:
-        """What is measured now, while nothing is wrong.
+        """What is measured now, while nothing has interfered with what was commanded last.
 
         Raises:
             TesterTrippedError: an interlock has stopped the actuator.
+            MotionHaltedError: the actuator was halted since.
+            MeasuredBeyondLimitError: it is beyond a limit of the rig.
             RigError: the instrument does not answer, or another client has commanded it.
         """
-        with self._lock:
-            status, expected = self.status(), self._in_force
-        if status.state is State.TRIPPED:
-            raise self._tripped(status)
-        if status.sequence not in expected:
+        status, ours = self._wire.status_and_command()
+        self._tell(status)
+        if status.state is State.TRIPPED or status.stopped_by:
+            raise self._wire.tripped(status.stopped_by)
+        if self._halted or not self._undisturbed:
+            raise MotionHaltedError(f"{self._wire.url}: the actuator was halted, it is {status.state.name}")
+        if not ours:
             raise ModbusProtocolError(
-                f"{self._link.url}: command {status.sequence} is in force, which is not ours; is there another client?"
+                f"{self._wire.url}: command {status.sequence} is in force, which is not ours; is there another client?"
             )
+        self.limits.check_measured(status)
         return status
 
     def wait(self, until: Callable[[TesterStatus], bool], to: str, timeout: float = MOTION_TIMEOUT) -> TesterStatus:
@@ -224,12 +273,13 @@ class Tester:
 
         Raises:
             TesterTrippedError: an interlock stopped the actuator.
-            RigError: `timeout` passed, or the instrument does not answer.
+            MotionHaltedError: the actuator was halted.
+            RigError: `timeout` passed, the instrument does not answer, or it is beyond a limit of the rig.
         """
         end, pause = time.monotonic() + timeout, FIRST_POLL
         while not until(status := self.measured()):
             if time.monotonic() > end:
-                raise RigError(f"{self._link.url}: waited {timeout:g} s to {to}, it is {status.state.name} still")
+                raise RigError(f"{self._wire.url}: waited {timeout:g} s to {to}, it is {status.state.name} still")
             time.sleep(pause)
             pause = min(1.5 * pause, LONGEST_POLL)
         return status
@@ -247,121 +297,72 @@ class Tester:
             raise
         self.shut_down()
 
+    @contextmanager
+    def telling(self, observer: Observer) -> Iterator[None]:
+        """Tell `observer` of interlocks while the context lasts, in place of whoever is told otherwise."""
+        before, self._observer = self._observer, observer
+        try:
+            yield
+        finally:
+            self._observer = before
+
     def close(self) -> None:
         """Stop the heartbeat; the actuator has to be at rest."""
-        self._closed.set()
         self._heart.join()
 
     def _verify(self) -> TesterIdentity:
+        url = self._wire.url
         try:
-            found = self._read(IDENTITY)
+            found = self._wire.read(IDENTITY)
         except ModbusProtocolError as error:
-            raise TesterMismatchError(f"{self._link.url} is no tester with this register map: {error}") from error
+            raise TesterMismatchError(f"{url} is no tester with this register map: {error}") from error
         if found["map_version"] != MAP_VERSION:
             raise TesterMismatchError(
-                f"{self._link.url} has register map version {found['map_version']}, this driver knows {MAP_VERSION}; "
+                f"{url} has register map version {found['map_version']}, this driver knows {MAP_VERSION}; "
                 "install matching software"
             )
         if found["units"] != Units.SI:
-            raise TesterMismatchError(f"{self._link.url} works in units code {found['units']}, not in SI (1); set it")
+            raise TesterMismatchError(f"{url} works in units code {found['units']}, not in SI (1); set it")
+        detectors = self.detectors()
         limits = {name: value for name, value in found.items() if isinstance(value, float)}
         watchdog_time = limits.pop("watchdog_time")
         if not watchdog_time > 0:
-            raise TesterMismatchError(f"{self._link.url} has its watchdog off; set its time before driving it")
+            raise TesterMismatchError(f"{url} has its watchdog off; set its time before driving it")
+        limits |= {f"{name_of(interlock)}_limit": detector.limit for interlock, detector in detectors.items()}
         missing = [name for name, value in limits.items() if name != "lower_displacement_limit" and not value > 0]
         if missing:
-            raise TesterMismatchError(f"{self._link.url} has no {', '.join(missing)}; set it at the instrument")
-        return TesterIdentity(str(found["serial"]), watchdog_time, limits)
-
-    def _command(self, code: CommandCode, preset: float = 0.0, amplitude: float = 0.0, frequency: float = 0.0) -> None:
-        with self._lock:
-            self._sequence = self._sequence % 0xFFFF + 1
-            self._in_force.add(self._sequence)
-            asked: dict[str, Value] = {
-                "command": code,
-                "sequence": self._sequence,
-                "preset": preset,
-                "amplitude": amplitude,
-                "frequency": frequency,
-            }
-            words = COMMAND.pack(asked)
-            # the same sequence number each time: the instrument applies it once
-            self._try(lambda: self._send(code, words))
-            self._verify_echo(asked, self._read(STATUS))
-            self._in_force = {self._sequence}
-
-    def _send(self, code: CommandCode, words: list[int]) -> None:
-        try:
-            self._link.write_holding(COMMAND.address, words)
-        except ModbusRefusedError as error:
-            status = self.status()
-            if status.refusal is Refusal.TRIPPED:
-                raise self._tripped(status) from error
-            refusal = Refusal.BUSY if error.busy else status.refusal
-            reason = refusal.name.lower().replace("_", " ") if refusal else str(error)
-            raise TesterRefusedError(f"the tester refused {code.name.lower()}: {reason}", refusal) from error
-
-    def _verify_echo(self, asked: Mapping[str, Value], status: Mapping[str, Value]) -> None:
-        """Compare what the instrument has applied with what was asked; a trip in between is another matter."""
-        checked = ["sequence", "command"]
-        if status["state"] != State.TRIPPED:
-            checked += {CommandCode.PRESET: ["preset"], CommandCode.CYCLE: ["amplitude", "frequency"]}.get(
-                CommandCode(cast(int, asked["command"])), []
+            raise TesterMismatchError(f"{url} has no {', '.join(missing)}; set it at the instrument")
+        mild = [name_of(interlock) for interlock in HAS_TO_STOP if detectors[interlock].action < Action.HOLD]
+        if mild:
+            raise TesterMismatchError(
+                f"{url} only indicates {', '.join(mild)}; set these detectors to stop the actuator"
             )
-        for name in checked:
-            sent = asked[name]
-            expected = float32(sent) if isinstance(sent, float) else sent
-            if status[name] != expected:
-                raise ModbusProtocolError(
-                    f"{self._link.url}: {name} {sent} was sent, {status[name]} is in force; is there another client?"
-                )
+        return TesterIdentity(str(found["serial"]), watchdog_time, limits, detectors)
 
-    def _read(self, block: Block) -> dict[str, Value]:
-        def read() -> dict[str, Value]:
-            try:
-                return block.unpack(self._link.read_input(block.address, block.count))
-            except ChecksumError as error:
-                raise ModbusProtocolError(f"{self._link.url}: {error}") from error
-            except ModbusRefusedError as error:
-                # these blocks can always be read, so the request was changed on the way, or this is another instrument
-                raise ModbusProtocolError(str(error)) from error
+    def _move(self, code: CommandCode, **values: float) -> None:
+        self._wire.command(code, self._check_not_halted, **values)
 
-        return self._try(read)
+    def _check_not_halted(self) -> None:
+        if self._halted:
+            raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
+        self._undisturbed = True
 
-    def _try(self, attempt: Callable[[], _Result]) -> _Result:
-        """Make one transaction that may be repeated, up to ATTEMPTS times."""
-        for left in reversed(range(ATTEMPTS)):
-            try:
-                return attempt()
-            except (ModbusUnreachableError, ModbusProtocolError):
-                if not left:
-                    raise
-            except TesterRefusedError as error:
-                if not left or error.refusal not in WORTH_ANOTHER_TRY:
-                    raise
-                time.sleep(BUSY_PAUSE)
-        raise AssertionError("not reached")
+    def _disturb(self) -> None:
+        self._undisturbed = False
 
     def _wait_for_rest(self) -> None:
         end = time.monotonic() + MOTION_TIMEOUT
         while (status := self.status()).state not in AT_REST:
             if time.monotonic() > end:
-                raise RigError(f"{self._link.url}: the actuator is {status.state.name} after a stop")
+                raise RigError(f"{self._wire.url}: the actuator is {status.state.name} after a stop")
             time.sleep(FIRST_POLL)
+        self._tell(status)
 
-    def _beat(self) -> None:
-        count, pause = 0, self.identity.watchdog_time / BEATS
-        while self._owner.is_alive() and not self._closed.is_set():
-            count = count % 0xFFFF + 1
-            try:
-                self._link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": count}))
-            except RigError as error:
-                # nothing else to do here: the watchdog acts when beats stay away, and every command shows the error
-                log.info("a heartbeat did not arrive: %s", error)
-            self._closed.wait(pause)
-
-    def _tripped(self, status: TesterStatus) -> TesterTrippedError:
-        return TesterTrippedError(
-            f"{self._link.url} was stopped by {names_of(status.interlocks)}; see to the cause, then reset",
-            status.interlocks,
-        )
+    def _tell(self, status: TesterStatus) -> None:
+        """Log interlocks that fired since the last look, and tell them."""
+        with self._telling:
+            new, self._told = status.interlocks & ~self._told, status.interlocks
+        if new:
+            stopped = bool(new & status.stopped_by)
+            log.warning("interlocks of %s: %s", self.identity.serial, names_of(new))
+            self._observer(InterlockTripped(tuple(name_of(one) for one in new), stopped))

@@ -1,4 +1,4 @@
-"""The rig's own limits for the tester, checked before anything is sent; the instrument has its own besides."""
+"""The rig's own limits for the tester, on what is asked of it and on what it does; the instrument has its own, too."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import math
 from dataclasses import dataclass
 
 from rig.errors import RigError
+from rig.tester_status import TesterStatus
 
 
 class LimitExceededError(RigError):
     """What was asked of the actuator is beyond a limit of the rig; nothing was sent."""
 
 
+class MeasuredBeyondLimitError(RigError):
+    """What the actuator does is beyond a limit of the rig; it has to be stopped."""
+
+
 @dataclass(frozen=True)
 class TesterLimits:
-    """What the rig may ask of the actuator, SI units.
+    """What the rig may ask of the actuator, and see it do; SI units.
 
     Attributes:
         amplitude_pp: largest peak-to-peak amplitude, m.
@@ -24,6 +29,7 @@ class TesterLimits:
         highest_preset: m.
         velocity: highest peak velocity of a cycle, m/s.
         acceleration: highest peak acceleration of a cycle, m/s^2.
+        force: largest absolute force, N.
     """
 
     amplitude_pp: float = 3e-4
@@ -33,6 +39,7 @@ class TesterLimits:
     highest_preset: float = 1e-3
     velocity: float = 0.15
     acceleration: float = 150.0
+    force: float = 4e3
 
     def check_preset(self, preset: float) -> None:
         """Let `preset` m pass.
@@ -53,6 +60,24 @@ class TesterLimits:
         omega, amplitude = 2 * math.pi * frequency, amplitude_pp / 2
         _check("peak velocity", omega * amplitude, 0.0, self.velocity, "m/s")
         _check("peak acceleration", omega**2 * amplitude, 0.0, self.acceleration, "m/s^2")
+
+    def check_measured(self, status: TesterStatus) -> None:
+        """Let what the tester measures pass; mean and amplitude may lie as far out as presets and cycles may together.
+
+        Raises:
+            MeasuredBeyondLimitError: it is beyond a limit, or not a number.
+        """
+        amplitude_pp = max(status.displacement_pp[:1], default=0.0)
+        lowest, highest = self.lowest_preset - self.amplitude_pp, self.highest_preset + self.amplitude_pp
+        position = status.displacement_mean
+        if not lowest <= position - amplitude_pp / 2 <= position + amplitude_pp / 2 <= highest:
+            raise MeasuredBeyondLimitError(
+                f"the actuator is at {position:g} m with {amplitude_pp:g} m peak to peak, outside the rig's limits of "
+                f"{lowest:g} to {highest:g} m"
+            )
+        force = abs(status.force_mean) + status.force_pp / 2
+        if not force <= self.force:
+            raise MeasuredBeyondLimitError(f"the force is {force:g} N, beyond the rig's limit of {self.force:g} N")
 
     def largest_amplitude_pp(self, frequency: float) -> float:
         """The largest peak-to-peak amplitude in m that `check_cycle` lets pass at `frequency` Hz."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from rig.errors import RigError
-from rig.registers import CommandCode, Interlock, Refusal, State, Value
+from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State, Value, name_of
 
 
 class TesterMismatchError(RigError):
@@ -27,7 +27,7 @@ class TesterRefusedError(RigError):
 
 
 class TesterTrippedError(RigError):
-    """An interlock has stopped the actuator.
+    """An interlock has stopped the actuator, by whatever action; see to its cause, then reset it.
 
     Attributes:
         interlocks: which.
@@ -38,17 +38,30 @@ class TesterTrippedError(RigError):
         self.interlocks = interlocks
 
 
+class MotionHaltedError(RigError):
+    """The actuator was halted from outside: it does not move, or not as it was told before the halt."""
+
+
 class ActuatorNotAtRestError(RigError):
     """The instrument did not confirm that the actuator is at rest; look at it before going near."""
 
 
 @dataclass(frozen=True)
+class Detector:
+    """A limit detector of the instrument: its limit in the unit of what it watches, and what it does beyond it."""
+
+    limit: float
+    action: Action
+
+
+@dataclass(frozen=True)
 class TesterIdentity:
-    """What the instrument says it is; limits in SI units, as set at the instrument."""
+    """What the instrument says it is; limits in SI units, as they were in force when it was connected."""
 
     serial: str
     watchdog_time: float
     limits: Mapping[str, float]
+    detectors: Mapping[Interlock, Detector]
 
 
 @dataclass(frozen=True)
@@ -58,6 +71,7 @@ class TesterStatus:
     Attributes:
         state: what the actuator is doing.
         interlocks: what has fired since the last reset.
+        stopped_by: those of them that stopped the actuator.
         refusal: why the last command was refused, if it was.
         sequence: number of the last command applied.
         command: the last command applied.
@@ -73,6 +87,7 @@ class TesterStatus:
 
     state: State
     interlocks: Interlock
+    stopped_by: Interlock
     refusal: Refusal
     sequence: int
     command: CommandCode
@@ -101,6 +116,7 @@ def status_from(values: Mapping[str, Value]) -> TesterStatus:
         return TesterStatus(
             state=State(cast(int, values["state"])),
             interlocks=Interlock(cast(int, values["interlocks"])),
+            stopped_by=Interlock(cast(int, values["stopped_by"])),
             refusal=Refusal(cast(int, values["refusal"])),
             command=CommandCode(cast(int, values["command"])),
             amplitude_pp=cast(float, values["amplitude"]),
@@ -113,6 +129,24 @@ def status_from(values: Mapping[str, Value]) -> TesterStatus:
         raise RigError(f"the tester reports a code that its map does not have: {error}") from error
 
 
+def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
+    """Make detectors of the values of the DETECTORS block.
+
+    Raises:
+        RigError: a code that the map does not have.
+    """
+    try:
+        return {
+            interlock: Detector(
+                cast(float, values[f"{name_of(interlock)}_limit"]),
+                Action(cast(int, values[f"{name_of(interlock)}_action"])),
+            )
+            for interlock in DETECTED
+        }
+    except ValueError as error:
+        raise RigError(f"the tester reports a code that its map does not have: {error}") from error
+
+
 def names_of(interlocks: Interlock) -> str:
     """The interlocks in words, for a message."""
-    return ", ".join(str(one.name).lower().replace("_", " ") for one in interlocks) or "nothing"
+    return ", ".join(name_of(one).replace("_", " ") for one in interlocks) or "nothing"

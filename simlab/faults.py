@@ -1,10 +1,14 @@
-"""Faults by name: a test switches them on, and the simulated instrument asks where they would show."""
+"""What is to go wrong: a test says it, and the simulated instrument asks where it would show."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import Generic, TypeVar
+
+_Answer = TypeVar("_Answer")
 
 
 class Faults:
@@ -54,3 +58,42 @@ class Faults:
             if fault == name:
                 return fault
         raise ValueError(f"no fault {name!r}; this instrument knows {', '.join(sorted(self._known))}")
+
+
+@dataclass
+class _Scripted(Generic[_Answer]):
+    answer: _Answer
+    after: int
+    times: float
+
+
+class Script(Generic[_Answer]):
+    """Answers that steps of a conversation get in place of the instrument's own; any thread may ask."""
+
+    def __init__(self) -> None:
+        self._scripted: dict[str, _Scripted[_Answer]] = {}
+        self._lock = threading.Lock()
+
+    def set(self, step: str, answer: _Answer, times: int | None = None, after: int = 0) -> None:
+        """Give `answer` to the next `times` occasions of `step` (None: to all), once `after` of them have passed."""
+        with self._lock:
+            self._scripted[step] = _Scripted(answer, after, float("inf") if times is None else times)
+
+    def clear(self) -> None:
+        """Forget every scripted answer."""
+        with self._lock:
+            self._scripted.clear()
+
+    def take(self, step: str) -> _Answer | None:
+        """The answer scripted for this occasion of `step`; None where there is none."""
+        with self._lock:
+            scripted = self._scripted.get(step)
+            if scripted is None:
+                return None
+            if scripted.after > 0:
+                scripted.after -= 1
+                return None
+            scripted.times -= 1
+            if scripted.times <= 0:
+                del self._scripted[step]
+            return scripted.answer

@@ -14,11 +14,13 @@ from dataclasses import dataclass
 from typing import cast
 
 from rig.registers import (
-    ACTIONS,
     CYCLES_REPORTED,
+    DETECTED,
+    DETECTORS,
     HEARTBEAT,
     IDENTITY,
     MAP_VERSION,
+    STATUS,
     Action,
     Block,
     ChecksumError,
@@ -29,8 +31,10 @@ from rig.registers import (
     Units,
     Value,
     is_newer,
+    name_of,
 )
 from simlab.actuator import Actuator
+from simlab.detectors import Detector, Detectors, Motion
 
 SETTLED_WITHIN = 0.005  # of the steady amplitude
 PRESET_WITHIN = 1e-9  # m
@@ -39,7 +43,10 @@ REST_WITHIN = 1e-7  # m peak to peak
 
 @dataclass(frozen=True)
 class DeviceLimits:
-    """What is set at the instrument and the network cannot change; SI units, meanings as in the IDENTITY block."""
+    """What is set at the instrument, in SI units.
+
+    Meanings are those of the IDENTITY and DETECTORS blocks; the network can only tighten the detectors.
+    """
 
     watchdog_time: float = 2.0
     upper_displacement_limit: float = 1.5e-3
@@ -51,6 +58,16 @@ class DeviceLimits:
     acceleration_limit: float = 200.0
     error_limit: float = 5e-5
     underpeak_limit: float = 0.5
+    upper_displacement_action: Action = Action.PROGRAM_INTERLOCK
+    lower_displacement_action: Action = Action.PROGRAM_INTERLOCK
+    force_action: Action = Action.PROGRAM_INTERLOCK
+    error_action: Action = Action.PROGRAM_INTERLOCK
+    underpeak_action: Action = Action.INDICATE
+
+    def detector(self, interlock: Interlock) -> Detector:
+        """The detector of `interlock` as it is set."""
+        name = name_of(interlock)
+        return Detector(getattr(self, f"{name}_limit"), getattr(self, f"{name}_action"))
 
 
 class TesterDevice:
@@ -72,6 +89,7 @@ class TesterDevice:
         self._actuator = actuator
         self._now = now
         self._limits = limits or DeviceLimits()
+        self._detectors = Detectors({interlock: self._limits.detector(interlock) for interlock in DETECTED})
         self._serial = serial
         self._wall = wall
         self._lock = threading.RLock()
@@ -79,7 +97,11 @@ class TesterDevice:
         self._preset: float | None = None
         self._amplitude = 0.0
         self._frequency = 0.0
+        self._came_from_pp = 0.0
         self._interlocks = Interlock(0)
+        self._firing = Interlock(0)  # detectors that are beyond their limits now, and have acted
+        self._stopped_by = Interlock(0)
+        self._locked = False  # until a reset
         self._refusal = Refusal.NONE
         self._sequence = 0
         self._last: Mapping[str, Value] = {"command": CommandCode.NONE}
@@ -89,12 +111,21 @@ class TesterDevice:
 
     def identity(self) -> dict[str, Value]:
         """Values of the IDENTITY block."""
+        limits = self._limits
         return {
             "map_version": MAP_VERSION,
             "units": Units.SI,
             "serial": self._serial,
-            **{name: float(value) for name, value in vars(self._limits).items()},
+            "watchdog_time": limits.watchdog_time,
+            "amplitude_limit": limits.amplitude_limit,
+            "frequency_limit": limits.frequency_limit,
+            "velocity_limit": limits.velocity_limit,
+            "acceleration_limit": limits.acceleration_limit,
         }
+
+    def detectors(self) -> dict[str, Value]:
+        """Values of the DETECTORS block."""
+        return self._detectors.values()
 
     def status(self) -> dict[str, Value]:
         """Values of the STATUS block, as of now."""
@@ -106,6 +137,7 @@ class TesterDevice:
             return {
                 "state": self._state(now),
                 "interlocks": self._interlocks,
+                "stopped_by": self._stopped_by,
                 "refusal": self._refusal,
                 "heartbeat": self._heartbeat,
                 "sequence": self._sequence,
@@ -122,7 +154,7 @@ class TesterDevice:
 
     def read(self, block: Block) -> list[int]:
         """The words of a readable block."""
-        return block.pack(self.identity() if block is IDENTITY else self.status())
+        return block.pack({IDENTITY: self.identity, DETECTORS: self.detectors, STATUS: self.status}[block]())
 
     def write(self, block: Block, words: Sequence[int]) -> Refusal:
         """Take the words of a writable block: a heartbeat, or a command, which is applied or refused."""
@@ -135,6 +167,11 @@ class TesterDevice:
             if block is HEARTBEAT:
                 return self._take_heartbeat(int(cast(int, values["heartbeat"])))
             return self._take_command(values)
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Say that the last command was refused for `refusal`, whatever it was."""
+        with self._lock:
+            self._refusal = refusal
 
     def emergency_stop(self, *, latched: bool = True) -> None:
         """Stop now. `latched` is the mushroom button, which has to be released before a reset; the coil is not."""
@@ -151,7 +188,9 @@ class TesterDevice:
         with self._lock:
             if self._hydraulics and self._wall() - self._heard > self._limits.watchdog_time:
                 self._trip(Interlock.WATCHDOG)
-            for interlock in self._detected(self._now()):
+            firing = self._detected(self._now())
+            began, self._firing = firing & ~self._firing, firing
+            for interlock in began:
                 self._trip(interlock)
 
     def _take_heartbeat(self, count: int) -> Refusal:
@@ -177,24 +216,32 @@ class TesterDevice:
         command = CommandCode(cast(int, values["command"]))
         if command in (CommandCode.HOLD, CommandCode.HYDRAULICS_OFF):
             return Refusal.NONE  # a stop is never refused
+        if command is CommandCode.DETECTOR:
+            return self._reason_to_refuse_detector(values)
+        cause_present = self._button or any(self._stops(interlock) for interlock in self._firing)
         if command is CommandCode.RESET:
-            return Refusal.CAUSE_STILL_PRESENT if self._button or self._detected(self._now()) else Refusal.NONE
-        if self._tripped:
+            return Refusal.CAUSE_STILL_PRESENT if cause_present else Refusal.NONE
+        if self._locked:
             return Refusal.TRIPPED
         if command is CommandCode.HYDRAULICS_ON:
             return Refusal.NONE
         if not self._hydraulics:
             return Refusal.HYDRAULICS_ARE_OFF
+        if cause_present:
+            return Refusal.CAUSE_STILL_PRESENT
         if command is CommandCode.PRESET:
             return self._reason_to_refuse_preset(cast(float, values["preset"]))
         return self._reason_to_refuse_cycle(cast(float, values["amplitude"]), cast(float, values["frequency"]))
 
+    def _reason_to_refuse_detector(self, values: Mapping[str, Value]) -> Refusal:
+        interlock, action = cast(int, values["detector"]), cast(int, values["action"])
+        allowed = self._detectors.may_be(interlock, cast(float, values["limit"]), action)
+        return Refusal.NONE if allowed else Refusal.DETECTOR_LIMIT
+
     def _reason_to_refuse_preset(self, preset: float) -> Refusal:
-        limits = self._limits
+        lowest, highest = self._range
         # written so that a value that is not a number is refused
-        if not limits.lower_displacement_limit <= preset <= limits.upper_displacement_limit:
-            return Refusal.PRESET_LIMIT
-        return Refusal.NONE
+        return Refusal.NONE if lowest <= preset <= highest else Refusal.PRESET_LIMIT
 
     def _reason_to_refuse_cycle(self, amplitude_pp: float, frequency: float) -> Refusal:
         limits, omega = self._limits, 2 * math.pi * frequency
@@ -208,8 +255,8 @@ class TesterDevice:
             return Refusal.VELOCITY_LIMIT
         if omega**2 * amplitude_pp / 2 > limits.acceleration_limit:
             return Refusal.ACCELERATION_LIMIT
-        highest, lowest = self._preset + amplitude_pp / 2, self._preset - amplitude_pp / 2
-        if highest > limits.upper_displacement_limit or lowest < limits.lower_displacement_limit:
+        lowest, highest = self._range
+        if self._preset + amplitude_pp / 2 > highest or self._preset - amplitude_pp / 2 < lowest:
             return Refusal.DISPLACEMENT_LIMIT
         return Refusal.NONE
 
@@ -227,41 +274,54 @@ class TesterDevice:
                 self._actuator.move(self._preset)
             case CommandCode.CYCLE:
                 self._amplitude, self._frequency = cast(float, values["amplitude"]), cast(float, values["frequency"])
+                self._came_from_pp = self._actuator.amplitude_pp(self._now())
                 self._actuator.cycle(self._amplitude, self._frequency)
             case CommandCode.HOLD:
-                self._rest()
-                self._actuator.hold()
+                self._hold()
             case CommandCode.RESET:
-                self._interlocks = Interlock(0)
+                self._interlocks = self._firing = self._stopped_by = Interlock(0)
+                self._locked = False
+            case CommandCode.DETECTOR:
+                interlock = Interlock(cast(int, values["detector"]))
+                detector = Detector(cast(float, values["limit"]), Action(cast(int, values["action"])))
+                self._detectors.tighten(interlock, detector)
+                self._firing &= ~interlock  # beyond a limit that has moved, it acts anew
 
-    def _detected(self, now: float) -> list[Interlock]:
+    def _detected(self, now: float) -> Interlock:
         """Detectors that fire now; the largest excursion is that of the mean plus half the peak-to-peak value."""
         if not self._hydraulics:
-            return []
-        limits, actuator = self._limits, self._actuator
-        mean, amplitude_pp = actuator.mean(now), actuator.amplitude_pp(now)
-        force_mean, force_pp = actuator.force(now)
-        cycling = self._amplitude > 0.0
-        fires = {
-            Interlock.UPPER_DISPLACEMENT: mean + amplitude_pp / 2 > limits.upper_displacement_limit,
-            Interlock.LOWER_DISPLACEMENT: mean - amplitude_pp / 2 < limits.lower_displacement_limit,
-            Interlock.FORCE: abs(force_mean) + force_pp / 2 > limits.force_limit,
-            Interlock.ERROR: cycling and amplitude_pp - self._amplitude > limits.error_limit,
-            Interlock.UNDERPEAK: cycling
-            and self._is_steady(amplitude_pp)
-            and amplitude_pp < limits.underpeak_limit * self._amplitude,
-        }
-        return [interlock for interlock, fired in fires.items() if fired]
+            return Interlock(0)
+        mean, amplitude_pp = self._actuator.mean(now), self._actuator.amplitude_pp(now)
+        force_mean, force_pp = self._actuator.force(now)
+        return self._detectors.firing(
+            Motion(
+                highest=mean + amplitude_pp / 2,
+                lowest=mean - amplitude_pp / 2,
+                force=abs(force_mean) + force_pp / 2,
+                amplitude_pp=amplitude_pp,
+                commanded_pp=self._amplitude,
+                came_from_pp=self._came_from_pp,
+                steady=self._is_steady(amplitude_pp),
+            )
+        )
 
     def _trip(self, interlock: Interlock) -> None:
-        if interlock in self._interlocks:
+        if interlock in self._interlocks and not self._stops(interlock):
             return
         self._interlocks |= interlock
-        if ACTIONS[interlock] is Action.PROGRAM_INTERLOCK:
-            self._rest()
-            self._actuator.hold()
-        elif ACTIONS[interlock] is Action.HYDRAULIC_INTERLOCK:
+        action = self._detectors.action_of(interlock)
+        if action >= Action.HOLD:
+            self._stopped_by |= interlock
+            self._hold()
+        if action >= Action.STOP:
+            self._preset = None
+        if action >= Action.PROGRAM_INTERLOCK:
+            self._locked = True
+        if action >= Action.HYDRAULIC_INTERLOCK:
             self._switch_off()
+
+    def _stops(self, interlock: Interlock) -> bool:
+        return self._detectors.action_of(interlock) >= Action.HOLD
 
     def _switch_off(self) -> None:
         """Without hydraulics the actuator comes to rest and the specimen pushes it back to zero."""
@@ -273,16 +333,22 @@ class TesterDevice:
     def _rest(self) -> None:
         self._amplitude = self._frequency = 0.0
 
+    def _hold(self) -> None:
+        self._rest()
+        if self._hydraulics:  # without them, nothing holds the mean
+            self._actuator.hold()
+
     @property
-    def _tripped(self) -> bool:
-        return any(ACTIONS[interlock] is not Action.INDICATE for interlock in self._interlocks)
+    def _range(self) -> tuple[float, float]:
+        """Lowest and highest position that the detectors allow, m."""
+        return self._detectors[Interlock.LOWER_DISPLACEMENT].limit, self._detectors[Interlock.UPPER_DISPLACEMENT].limit
 
     def _is_steady(self, amplitude_pp: float) -> bool:
         steady = self._actuator.steady_pp()
         return abs(amplitude_pp - steady) <= SETTLED_WITHIN * steady
 
     def _state(self, now: float) -> State:
-        if self._tripped:
+        if self._locked:
             return State.TRIPPED
         if not self._hydraulics:
             return State.HYDRAULICS_OFF

@@ -19,10 +19,25 @@ from pymodbus.framer import FramerType
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from rig.registers import BLOCKS, COMMAND, EMERGENCY_STOP_COIL, IDENTITY, STATUS, Block, Kind, Refusal, Units
+from rig.registers import (
+    BLOCKS,
+    COMMAND,
+    DETECTORS,
+    EMERGENCY_STOP_COIL,
+    IDENTITY,
+    MAP_VERSION,
+    STATUS,
+    Action,
+    Block,
+    CommandCode,
+    Kind,
+    Refusal,
+    Units,
+    Value,
+)
 from simlab.actuator import Actuator
 from simlab.bench import Bench
-from simlab.faults import Faults
+from simlab.faults import Faults, Script
 from simlab.pty_line import PtyLine
 from simlab.tester_device import DeviceLimits, TesterDevice
 
@@ -54,6 +69,7 @@ class TesterFault(StrEnum):
     WRONG_UNITS = "wrong_units"
     NO_WATCHDOG = "no_watchdog"
     NO_LIMITS = "no_limits"
+    MILD_DETECTOR = "mild_detector"  # the force detector only indicates
     LOST_REPLY = "lost_reply"  # a command is applied and its reply does not arrive
     FLIPPED_COMMAND = "flipped_command"  # one bit of a command changes on the way
     FLIPPED_STATUS = "flipped_status"  # one bit of a status reply changes on the way
@@ -65,12 +81,19 @@ class TesterFault(StrEnum):
 
 
 class TesterServer:
-    """A running tester. `url` is what a driver connects to, ``tcp://host:port`` or ``rtu:///dev/pts/N?baudrate=N``."""
+    """A running tester. `url` is what a driver connects to, ``tcp://host:port`` or ``rtu:///dev/pts/N?baudrate=N``.
+
+    Attributes:
+        faults: what is wrong with it.
+        script: refusals and Modbus exceptions in place of its own answers, by step: the name of a block that is read
+            or written, of a command, or EMERGENCY_STOP.
+    """
 
     def __init__(self, device: TesterDevice, actuator: Actuator, rtu: bool, port: int) -> None:
         self.device = device
         self.actuator = actuator
         self.faults = Faults(TesterFault)
+        self.script = Script[Refusal | ExcCodes]()
         self.url = ""
         self._server: ModbusTcpServer | ModbusSerialServer | None = None
         self._lose_reply = False
@@ -156,13 +179,19 @@ class TesterServer:
     ) -> ExcCodes | None:
         """Answer one request: pymodbus calls this before it reads or writes its own copy of the registers."""
         if function == _READ_INPUT:
-            block = STATUS if address >= STATUS.address else IDENTITY
+            block = next(block for block in (STATUS, DETECTORS, IDENTITY) if address >= block.address)
+            answer = self.script.take(block.name)
+            if isinstance(answer, ExcCodes):
+                return answer
             offset = block.address - start
             registers[offset : offset + block.count] = self._read(block)
             return None
         if values is None:
             return None
         if function == _WRITE_COIL:
+            answer = self.script.take("EMERGENCY_STOP")
+            if isinstance(answer, ExcCodes):
+                return answer
             if address != EMERGENCY_STOP_COIL or not values[0]:
                 return ExcCodes.ILLEGAL_VALUE
             self.device.emergency_stop(latched=False)
@@ -176,29 +205,36 @@ class TesterServer:
         self._set_servo()
         if block is STATUS:
             return self.device.read(block)
-        values = self.device.identity()
+        values = self.device.identity() if block is IDENTITY else self.device.detectors()
+        wrong: dict[str, Value] = {}
         if self.faults.take(TesterFault.WRONG_MAP_VERSION):
-            values["map_version"] = cast(int, values["map_version"]) + 1
+            wrong["map_version"] = MAP_VERSION + 1
         if self.faults.take(TesterFault.WRONG_UNITS):
-            values["units"] = Units.MILLIMETRE_NEWTON
+            wrong["units"] = Units.MILLIMETRE_NEWTON
         if self.faults.take(TesterFault.NO_WATCHDOG):
-            values["watchdog_time"] = 0.0
+            wrong["watchdog_time"] = 0.0
         if self.faults.take(TesterFault.NO_LIMITS):
-            values["force_limit"] = 0.0
-        return IDENTITY.pack(values)
+            wrong["force_limit"] = wrong["velocity_limit"] = 0.0
+        if self.faults.take(TesterFault.MILD_DETECTOR):
+            wrong["force_action"] = Action.INDICATE
+        return block.pack({name: wrong.get(name, value) for name, value in values.items()})
 
     def _write(self, block: Block, words: list[int]) -> ExcCodes | None:
-        refusal = Refusal.NONE
+        answer = self.script.take(_command_name(words) if block is COMMAND else block.name)
+        if isinstance(answer, ExcCodes):
+            return answer
+        if isinstance(answer, Refusal):
+            self.device.refuse(answer)
+            return _exception(answer)
         if block is COMMAND:
             self._set_servo()
             if self.faults.take(TesterFault.REFUSE):
-                refusal = Refusal.FAULT
-            elif self.faults.take(TesterFault.BUSY):
-                refusal = Refusal.BUSY
-            else:
-                self._lose_reply = self.faults.take(TesterFault.LOST_REPLY)
-        refusal = refusal or self.device.write(block, words)
-        return None if refusal is Refusal.NONE else _EXCEPTIONS.get(refusal, ExcCodes.ILLEGAL_VALUE)
+                return _exception(Refusal.FAULT)
+            if self.faults.take(TesterFault.BUSY):
+                return _exception(Refusal.BUSY)
+            self._lose_reply = self.faults.take(TesterFault.LOST_REPLY)
+        refusal = self.device.write(block, words)
+        return None if refusal is Refusal.NONE else _exception(refusal)
 
     def _set_servo(self) -> None:
         weak, strong = self.faults.take(TesterFault.WEAK_SERVO), self.faults.take(TesterFault.RUNAWAY_SERVO)
@@ -228,6 +264,16 @@ class TesterServer:
         if isinstance(self._server, ModbusTcpServer):  # a serial line has no connection; the request is lost
             for connection in list(self._server.active_connections.values()):
                 cast(asyncio.Transport, connection.transport).abort()
+
+
+def _exception(refusal: Refusal) -> ExcCodes:
+    return _EXCEPTIONS.get(refusal, ExcCodes.ILLEGAL_VALUE)
+
+
+def _command_name(words: list[int]) -> str:
+    """Name of the command that `words` ask for; empty where they ask for none that exists."""
+    code = words[COMMAND.address_of("command") - COMMAND.address]
+    return CommandCode(code).name if code in set(CommandCode) else ""
 
 
 def _flipped(data: bytes, at: int) -> bytes:

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.registers import (
-    ACTIONS,
     BLOCKS,
     COMMAND,
     CYCLES_REPORTED,
+    DETECTED,
+    DETECTORS,
     HEARTBEAT,
     IDENTITY,
     STATUS,
@@ -26,6 +27,7 @@ from rig.registers import (
     checksum,
     float32,
     is_newer,
+    name_of,
     table,
 )
 
@@ -47,11 +49,14 @@ def example(block: Block) -> dict[str, Value]:
 
 commands = st.fixed_dictionaries(
     {
-        "command": st.integers(0, 6),
+        "command": st.integers(0, 7),
         "sequence": st.integers(0, 0xFFFF),
         "preset": st.floats(width=32, allow_nan=False),
         "amplitude": st.floats(width=32, allow_nan=False),
         "frequency": st.floats(width=32, allow_nan=False),
+        "detector": st.integers(0, 0xFFFF),
+        "action": st.integers(0, 0xFFFF),
+        "limit": st.floats(width=32, allow_nan=False),
     }
 )
 
@@ -79,7 +84,7 @@ def test_one_flipped_bit_anywhere_in_a_block_is_noticed(values: dict[str, Value]
 
 
 def test_a_block_that_is_too_short_is_refused_with_both_lengths() -> None:
-    with pytest.raises(ChecksumError, match="COMMAND has 9 words, 3 came"):
+    with pytest.raises(ChecksumError, match="COMMAND has 13 words, 3 came"):
         COMMAND.unpack([1, 2, 3])
 
 
@@ -116,8 +121,10 @@ def test_addresses_follow_from_the_order_of_the_registers() -> None:
         STATUS.address_of("phase")
 
 
-def test_every_interlock_has_an_action() -> None:
-    assert set(ACTIONS) == set(Interlock)
+def test_every_detector_has_a_limit_and_an_action_and_the_two_that_have_none_are_not_configurable() -> None:
+    names = [register.name for register in DETECTORS.registers]
+    assert names == [f"{name_of(interlock)}_{what}" for interlock in DETECTED for what in ("limit", "action")]
+    assert set(Interlock) - set(DETECTED) == {Interlock.WATCHDOG, Interlock.EMERGENCY_STOP}
 
 
 def test_the_table_has_a_row_for_every_register_with_its_address() -> None:

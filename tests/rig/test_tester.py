@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import pytest
 
-from rig import modbus, tester, tester_limits, tester_status
+from rig import modbus, tester, tester_limits, tester_status, tester_wire
 from rig.errors import RigError
 from rig.registers import COMMAND, CommandCode, Interlock, Refusal, State, float32
 from simlab import tester_server
@@ -194,10 +194,11 @@ def test_an_error_inside_comes_out_with_a_note_that_rest_was_not_confirmed(serve
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        ("wrong_map_version", "register map version 2, this driver knows 1"),
+        ("wrong_map_version", "register map version 3, this driver knows 2"),
         ("wrong_units", "units code 2, not in SI"),
         ("no_watchdog", "watchdog off"),
-        ("no_limits", "has no force_limit"),
+        ("no_limits", "has no velocity_limit, force_limit"),
+        ("mild_detector", "only indicates force"),
     ],
 )
 def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, fault: str, words: str) -> None:
@@ -219,7 +220,7 @@ def test_an_absent_tester_is_said_within_the_timeouts() -> None:
         tester.connect(f"tcp://127.0.0.1:{port}", timeout=0.2),
     ):
         pytest.fail("connected")
-    assert time.monotonic() - begin < 0.2 * tester.ATTEMPTS + 0.5
+    assert time.monotonic() - begin < 0.2 * tester_wire.ATTEMPTS + 0.5
 
 
 @pytest.mark.parametrize(
@@ -326,6 +327,7 @@ def test_another_client_that_commands_in_between_is_noticed(server: Server) -> N
         set_cycling(driver)
         intruder = modbus.ModbusLink(server.url, timeout=TIMEOUT)
         values = {"command": CommandCode.HOLD, "sequence": 999, "preset": 0.0, "amplitude": 0.0, "frequency": 0.0}
+        values |= {"detector": 0, "action": 0, "limit": 0.0}
         intruder.write_holding(COMMAND.address, COMMAND.pack(values))
         intruder.close()
         with pytest.raises(
@@ -366,7 +368,7 @@ def test_the_watchdog_stops_the_actuator_when_the_thread_that_owns_it_dies(serve
     assert time.monotonic() - died < WATCHDOG_TIME + 0.3
     assert server.device.status()["interlocks"] == Interlock.WATCHDOG
     abandoned[0].close()
-    abandoned[0]._link.close()
+    abandoned[0]._wire._link.close()
 
 
 def test_commands_from_two_threads_do_not_mix(server: Server) -> None:

@@ -13,10 +13,12 @@ from pymodbus.pdu import ExceptionResponse
 
 from rig.registers import (
     COMMAND,
+    DETECTORS,
     EMERGENCY_STOP_COIL,
     HEARTBEAT,
     IDENTITY,
     STATUS,
+    Action,
     CommandCode,
     Interlock,
     Refusal,
@@ -47,6 +49,9 @@ class Wire:
         amplitude: float = 0.0,
         frequency: float = 0.0,
         sequence: int | None = None,
+        detector: int = 0,
+        action: int = 0,
+        limit: float = 0.0,
         flip: int | None = None,
     ) -> ExcCodes | None:
         """Send one command; the exception code, or None where it was accepted."""
@@ -58,6 +63,9 @@ class Wire:
                 "preset": preset,
                 "amplitude": amplitude,
                 "frequency": frequency,
+                "detector": detector,
+                "action": action,
+                "limit": limit,
             }
         )
         if flip is not None:
@@ -124,9 +132,13 @@ def slow_wire() -> Iterator[Wire]:
 def test_it_says_who_it_is_and_which_limits_live_in_it(wire: Wire) -> None:
     reply = wire.client.read_input_registers(IDENTITY.address, count=IDENTITY.count, device_id=1)
     identity = IDENTITY.unpack(reply.registers)
-    assert (identity["map_version"], identity["units"], identity["serial"]) == (1, 1, "SIM-ET-0001")
+    assert (identity["map_version"], identity["units"], identity["serial"]) == (2, 1, "SIM-ET-0001")
     assert identity["watchdog_time"] == pytest.approx(WATCHDOG_TIME)
-    assert identity["force_limit"] == 5000.0
+    assert identity["frequency_limit"] == 250.0
+    reply = wire.client.read_input_registers(DETECTORS.address, count=DETECTORS.count, device_id=1)
+    detectors = DETECTORS.unpack(reply.registers)
+    assert (detectors["force_limit"], detectors["force_action"]) == (5000.0, Action.PROGRAM_INTERLOCK)
+    assert (detectors["underpeak_limit"], detectors["underpeak_action"]) == (0.5, Action.INDICATE)
 
 
 def test_it_goes_through_its_states_from_off_to_settled_and_back(slow_wire: Wire) -> None:

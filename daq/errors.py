@@ -29,3 +29,7 @@ class TriggerTimeoutError(DaqError):
 
 class OverrunError(DaqError):
     """Samples were lost because they were not read in time; the record is void."""
+
+
+class AcquisitionCancelledError(DaqError):
+    """Whoever waited for a record no longer wants it; the task is stopped and can be started again."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -28,12 +28,13 @@ from numpy.polynomial import polynomial
 
 from daq.block import Block
 from daq.channels import Channel, ChannelKind, checked_table
-from daq.errors import ChannelError, DaqError, TriggerTimeoutError
+from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
 from daq.nidaqmx_errors import translated
 
 STANDARD_GRAVITY = 9.80665
 RATE_TOLERANCE = 1e-6  # relative difference of the rate from the one asked for, above which it is reported
 LONGEST_ARMING_NAP = 5e-3  # s
+CANCELLATION_POLL = 0.05  # s, between two looks at whether a record is still wanted
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
 NO_OVERLOAD_ATTRIBUTE = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
 
@@ -194,13 +195,13 @@ class _FiniteTask:
 
     @contextmanager
     def _cleared_on_error(self, what: str) -> Iterator[None]:
-        """Translate errors; clear the task on any but a timeout, after which it is only stopped."""
+        """Translate errors; clear the task on any but a timeout or a cancellation, after which it is only stopped."""
         if not self._open:
             raise DaqError(f"{what} {self._names}: the task is cleared; open a new one")
         try:
             with translated(f"{what} {self._names}"):
                 yield
-        except TriggerTimeoutError as error:
+        except (TriggerTimeoutError, AcquisitionCancelledError) as error:
             try:
                 with translated(f"stop {self._names}"):
                     self._task.stop()
@@ -217,10 +218,12 @@ class _FiniteTask:
             self._started_at = datetime.now(UTC)
             self._task.start()
 
-    def _block(self, timeout: float) -> Block:
+    def _block(self, timeout: float, cancelled: Callable[[], bool] | None) -> Block:
         """Wait for the record and stop."""
         counts = np.empty((len(self.channels), self.samples), dtype=np.int32)
         with self._cleared_on_error("read"):
+            if cancelled is not None:
+                timeout = self._wait_unless(cancelled, timeout)
             self._reader.read_int32(counts, self.samples, timeout=timeout)
             complete_at = datetime.now(UTC)
             overloaded = self._flagged() | self._at_the_rail(counts)
@@ -235,6 +238,25 @@ class _FiniteTask:
             trigger_index=self._pre_trigger or None,
             overloaded=tuple(channel.name for channel in self.channels if channel.name in overloaded),
         )
+
+    def _wait_unless(self, cancelled: Callable[[], bool], timeout: float) -> float:
+        """Wait until the record is complete or `timeout` s have passed; how much of `timeout` is left.
+
+        Raises:
+            AcquisitionCancelledError: `cancelled` says so.
+        """
+        end = time.monotonic() + timeout
+        while (left := end - time.monotonic()) > 0:
+            if cancelled():
+                raise AcquisitionCancelledError(f"{self._names}: the record was given up as asked")
+            try:
+                self._task.wait_until_done(min(left, CANCELLATION_POLL))
+            except nidaqmx.errors.DaqError as error:
+                if error.error_code != DAQmxErrors.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE:
+                    raise
+            else:
+                break
+        return max(left, 0.0)
 
     def _flagged(self) -> set[str]:
         """Names of channels that the instrument itself calls overloaded; not every instrument can."""
@@ -285,16 +307,21 @@ class TriggeredTask(_FiniteTask):
                     raise DaqError(f"{self._names}: no samples come; check the sample clock of the instrument")
                 time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_NAP))
 
-    def wait(self, timeout: float) -> Block:
+    def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
         """The block of the trigger that comes within `timeout` seconds.
 
+        Args:
+            timeout: s.
+            cancelled: asked now and then, from this thread, whether to give up.
+
         Raises:
+            AcquisitionCancelledError: `cancelled` said so; the task is stopped and can be armed again.
             TriggerTimeoutError: none came; the task is stopped and can be armed again.
             OverrunError: samples were lost; the task is cleared.
             InstrumentAbsentError: instrument or server is gone; the task is cleared.
             DaqError: anything else; the task is cleared.
         """
-        return self._block(timeout + self.samples / self.sample_rate)
+        return self._block(timeout + self.samples / self.sample_rate, cancelled)
 
 
 class Recorder(_FiniteTask):
@@ -303,14 +330,18 @@ class Recorder(_FiniteTask):
     def __enter__(self) -> Recorder:
         return self
 
-    def record(self, duration: float | None = None, timeout: float = 5.0) -> Block:
+    def record(
+        self, duration: float | None = None, timeout: float = 5.0, cancelled: Callable[[], bool] | None = None
+    ) -> Block:
         """The block that starts now.
 
         Args:
             duration: seconds; None for as long as the last.
             timeout: seconds that it may take beyond its duration.
+            cancelled: asked now and then, from this thread, whether to give up.
 
         Raises:
+            AcquisitionCancelledError: `cancelled` said so; the recorder is stopped and can be used again.
             TriggerTimeoutError: it was not complete in time; the recorder is stopped and can be used again.
             OverrunError: samples were lost; the task is cleared.
             InstrumentAbsentError: instrument or server is gone; the task is cleared.
@@ -322,4 +353,4 @@ class Recorder(_FiniteTask):
                 self._task.timing.samp_quant_samp_per_chan = samples
             self.samples = samples
         self._start()
-        return self._block(timeout + self.samples / self.sample_rate)
+        return self._block(timeout + self.samples / self.sample_rate, cancelled)

@@ -15,6 +15,7 @@ from daq.channels import Channel, ChannelKind
 from daq.device import Chassis
 from daq.errors import TriggerTimeoutError
 from daq.task import EdgeTrigger, TriggeredTask
+from rig.control import RunControl
 from rig.errors import RigError
 from rig.operator import (
     BlowAccepted,
@@ -97,6 +98,7 @@ def run_hammer_session(
     operator: Operator,
     sink: BlowSink,
     observer: Observer = unobserved,
+    control: RunControl | None = None,
 ) -> None:
     """Strike every point of the settings until each has its accepted blows.
 
@@ -107,8 +109,10 @@ def run_hammer_session(
         operator: who strikes.
         sink: where every blow goes, accepted or refused, before the next is armed.
         observer: who is told.
+        control: who may pause, resume and stop the session; None for nobody.
 
     Raises:
+        RunStoppedError: `control` asked for it; every blow before is in the sink.
         HammerError: the channel table lacks the hammer or an accelerometer.
         PointGivenUpError: too many blows in a row did not count.
         DaqError: the instrument fails.
@@ -119,7 +123,7 @@ def run_hammer_session(
     with chassis.triggered(channels, settings.sample_rate, settings.block_duration, trigger) as task:
         if task.rate_note is not None:
             observer(RateCoerced(task.requested_rate, task.sample_rate))
-        session = _Session(task, accelerometers, settings, operator, sink, observer)
+        session = _Session(task, accelerometers, settings, operator, sink, observer, control or RunControl())
         for index, point in enumerate(settings.points, start=1):
             observer(PointStarted(point, index, len(settings.points)))
             session.measure(point)
@@ -144,6 +148,7 @@ class _Session:
     operator: Operator
     sink: BlowSink
     observer: Observer
+    control: RunControl
 
     def measure(self, point: Dof) -> None:
         """Take blows at `point` until enough count.
@@ -168,10 +173,8 @@ class _Session:
 
     def _refusal(self, point: Dof, blow: int, accepted: int) -> str | None:
         """Take one blow; the reason why it does not count, None where it does."""
-        self.task.arm()
-        self.operator.strike(point, blow)
         try:
-            block = self.task.wait(self.settings.blow_timeout)
+            block = self.control.carry_out(lambda: self._take(point, blow), self.observer)
         except TriggerTimeoutError:
             self.observer(BlowMissed(point, blow, self.settings.blow_timeout))
             return f"nobody struck within {self.settings.blow_timeout:g} s"
@@ -183,6 +186,11 @@ class _Session:
         reason = "; ".join(str(r) for r in verdict.reasons)
         self.observer(BlowRefused(point, blow, reason, verdict.peak_force))
         return reason
+
+    def _take(self, point: Dof, blow: int) -> Block:
+        self.task.arm()
+        self.operator.strike(point, blow)
+        return self.task.wait(self.settings.blow_timeout, self.control.is_interrupted)
 
     def _judge(self, block: Block) -> BlowVerdict:
         assert block.trigger_index is not None, "blocks of a triggered task have one"

@@ -2,20 +2,22 @@
 
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
-handed to a sink with what was asked, what was reached and the temperature.
+handed to a sink with what was asked, what was reached and the temperature. A sweep can be paused, resumed and stopped.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Protocol
 
 from analysis.sine import fit_sine
 from daq.block import Block
 from rig.amplitude import AmplitudeControl, Reached
+from rig.control import RunControl
 from rig.errors import RigError
 from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
 from rig.tester import Tester
@@ -141,8 +143,12 @@ class SinePoint:
 class Recorder(Protocol):
     """What records displacement and force, named so, on one clock."""
 
-    def record(self, duration: float) -> Block:
-        """The next `duration` seconds."""
+    def record(self, duration: float, *, cancelled: Callable[[], bool]) -> Block:
+        """The next `duration` seconds.
+
+        Raises:
+            AcquisitionCancelledError: `cancelled`, which is asked now and then, said so.
+        """
 
 
 class SineSink(Protocol):
@@ -160,6 +166,7 @@ def run_sweep(
     operator: Operator,
     sink: SineSink,
     observer: Observer = unobserved,
+    control: RunControl | None = None,
 ) -> None:
     """Measure every point of `plan`; whatever happens, the actuator is at rest and hydraulics are off afterwards.
 
@@ -167,21 +174,24 @@ def run_sweep(
 
     Raises:
         LimitExceededError: the plan is beyond the rig's limits; nothing moved.
+        RunStoppedError: `control` asked for it; what was measured before is in the sink.
         RigError, DaqError: an instrument failed; what was measured before is in the sink.
     """
     plan.check(tester.limits)
+    control = control or RunControl()
+    sweep = _Sweep(plan, tester, recorder, control)
     order_number = 0
-    with tester.at_rest_afterwards():
+    with tester.telling(observer), tester.at_rest_afterwards(), control.driving(tester):
         for specimen, configuration in product(plan.specimens, plan.configurations):
             tester.shut_down()  # hands go in
             operator.mount(specimen, configuration)
             observer(SpecimenMounted(specimen, configuration))
-            tester.start()
-            tester.preset(plan.preset)
-            control = AmplitudeControl(tester)
+            control.carry_out(sweep.begin, observer)
+            amplitudes = AmplitudeControl(tester)
             for amplitude_pp, frequency in plan.sines():
                 order_number += 1
-                reached, reached_pp, block = _measure(plan, control, recorder, amplitude_pp, frequency)
+                measure = partial(sweep.measure, amplitudes, amplitude_pp, frequency)
+                reached, reached_pp, block = control.carry_out(measure, observer, sweep.go_to_preset)
                 point = SinePoint(
                     order_number,
                     specimen,
@@ -199,20 +209,40 @@ def run_sweep(
                 _tell(observer, point, plan.points)
 
 
-def _measure(
-    plan: SweepPlan, control: AmplitudeControl, recorder: Recorder, amplitude_pp: float, frequency: float
-) -> tuple[Reached, float, Block]:
-    """Approach and record, again where the record shows another amplitude than the tester did."""
-    tolerance = plan.tolerance_at(amplitude_pp)
-    for _ in range(RECORDS):
-        reached = control.approach(amplitude_pp, frequency, tolerance)
-        block = recorder.record(plan.record_duration(frequency, reached.scatter, tolerance))
-        fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
-        reached_pp = float(fit.amplitude_pp[0])
-        if _is_reached(plan, amplitude_pp, reached_pp):
-            break
-        control.correct(frequency, reached_pp / reached.commanded_pp)
-    return reached, reached_pp, block
+@dataclass(frozen=True)
+class _Sweep:
+    """The steps of a sweep, each of which may be interrupted and done again."""
+
+    plan: SweepPlan
+    tester: Tester
+    recorder: Recorder
+    control: RunControl
+
+    def begin(self) -> None:
+        """Hydraulics on, and to the preset."""
+        self.tester.start()
+        self.go_to_preset()
+
+    def go_to_preset(self) -> None:
+        """To the preset, from wherever an interruption left the actuator."""
+        self.tester.preset(self.plan.preset)
+
+    def measure(
+        self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float
+    ) -> tuple[Reached, float, Block]:
+        """Approach and record, again where the record shows another amplitude than the tester did."""
+        tolerance = self.plan.tolerance_at(amplitude_pp)
+        for _ in range(RECORDS):
+            reached = amplitudes.approach(amplitude_pp, frequency, tolerance)
+            duration = self.plan.record_duration(frequency, reached.scatter, tolerance)
+            block = self.recorder.record(duration, cancelled=self.control.is_interrupted)
+            self.tester.measured()  # a record during which something interfered is none
+            fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
+            reached_pp = float(fit.amplitude_pp[0])
+            if _is_reached(self.plan, amplitude_pp, reached_pp):
+                break
+            amplitudes.correct(frequency, reached_pp / reached.commanded_pp)
+        return reached, reached_pp, block
 
 
 def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:

@@ -1,0 +1,126 @@
+"""Pause, resume and stop a run from outside it: from a page, a signal or another thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+from daq.errors import AcquisitionCancelledError
+from rig.errors import RigError
+from rig.operator import Observer, RunPaused, RunResumed
+from rig.tester import Tester
+from rig.tester_status import MotionHaltedError
+
+_Result = TypeVar("_Result")
+
+
+class RunStoppedError(RigError):
+    """The run was stopped as asked; what was measured before is kept."""
+
+
+class RunControl:
+    """What a run looks at between and during its steps. Any thread may call it; one run at a time looks at it.
+
+    A request acts at once: where the run drives a tester, the actuator is at rest when `pause` or `stop` returns, with
+    hydraulics on and the preset kept. What was being measured is given up, and measured again after `resume`.
+    """
+
+    def __init__(self) -> None:
+        self._requests = threading.Lock()  # one at a time
+        self._may_run = threading.Event()
+        self._may_run.set()
+        self._stopped = False
+        self._count = 0
+        self._tester: Tester | None = None
+
+    def pause(self) -> None:
+        """Hold the run where it is, until `resume` or `stop`.
+
+        Raises:
+            RigError: the tester did not confirm that the actuator is at rest; the run stays paused.
+        """
+        with self._requests:
+            self._may_run.clear()
+            self._interrupt()
+
+    def resume(self) -> None:
+        """Let a paused run go on; not one that was stopped."""
+        with self._requests:
+            if self._tester is not None and not self._stopped:
+                self._tester.release()
+            self._may_run.set()
+
+    def stop(self) -> None:
+        """End the run, paused or not; it raises `RunStoppedError`.
+
+        Raises:
+            RigError: the tester did not confirm that the actuator is at rest; the run ends all the same.
+        """
+        with self._requests:
+            self._stopped = True
+            try:
+                self._interrupt()
+            finally:
+                self._may_run.set()
+
+    def is_interrupted(self) -> bool:
+        """Whether the run is to pause or to end."""
+        return self._stopped or not self._may_run.is_set()
+
+    @contextmanager
+    def driving(self, tester: Tester) -> Iterator[None]:
+        """Let requests halt `tester` while the context lasts.
+
+        Raises:
+            RigError: a request was there already, and the tester did not confirm that the actuator is at rest.
+        """
+        with self._requests:
+            self._tester = tester
+            if self.is_interrupted():
+                tester.halt()
+        try:
+            yield
+        finally:
+            with self._requests:
+                self._tester = None
+                tester.release()
+
+    def carry_out(
+        self, step: Callable[[], _Result], observer: Observer, recover: Callable[[], None] = lambda: None
+    ) -> _Result:
+        """Do `step`; where a pause interrupts it, do it again after `recover` when the run is resumed.
+
+        Raises:
+            RunStoppedError: the run was stopped.
+            RigError, DaqError: what `step` or `recover` raises.
+        """
+        interrupted = False
+        while True:
+            self._wait(observer)
+            requests = self._count
+            try:
+                if interrupted:
+                    recover()
+                return step()
+            except (MotionHaltedError, AcquisitionCancelledError):
+                if self._count == requests:
+                    raise  # not by us
+                interrupted = True
+
+    def _interrupt(self) -> None:
+        self._count += 1
+        if self._tester is not None:
+            self._tester.halt()
+
+    def _wait(self, observer: Observer) -> None:
+        if not self._may_run.is_set():
+            began = time.monotonic()
+            observer(RunPaused())
+            self._may_run.wait()
+            if not self._stopped:
+                observer(RunResumed(time.monotonic() - began))
+        if self._stopped:
+            raise RunStoppedError("the run was stopped as asked; what was measured before is kept")

@@ -1,0 +1,335 @@
+"""Pausing, resuming and stopping a sweep and a hammer session while they run, from another thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import pytest
+
+from analysis.dof import Direction, Dof
+from daq import device
+from daq.channels import Channel, ChannelKind
+from daq.errors import AcquisitionCancelledError
+from rig import tester
+from rig.control import RunControl, RunStoppedError
+from rig.hammer import HammerSettings, run_hammer_session
+from rig.operator import Event, RunPaused, RunResumed, SinePointMeasured
+from rig.registers import CommandCode, Interlock, State
+from rig.sweep import SinePoint, SweepPlan, run_sweep
+from rig.tester_status import MotionHaltedError
+from rig.thermometer import Thermometer
+from simlab.bench import Bench, Conditions
+from simlab.clock import Clock
+from simlab.daq_server import DaqServer, start_daq_server
+from simlab.tester_device import DeviceLimits
+from simlab.tester_server import TesterServer as Server
+from simlab.tester_server import start_tester_server
+from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+
+CHANNELS = (
+    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
+    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
+)
+HAMMER_TABLE = (
+    Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),
+    Channel("accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3),
+)
+# 3 s of record at 10 times the wall's speed: long enough to be interrupted
+PLAN = SweepPlan(
+    frequencies=(20.0, 25.0), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=3.0
+)
+SPEED = 10.0
+WITHIN = 10.0  # s, before a test gives up
+
+
+@dataclass
+class Laboratory:
+    """The simulated instruments, and a run in a thread of its own."""
+
+    bench: Bench
+    daq: DaqServer
+    tester: Server
+    thermometer: ThermometerServer
+    points: list[SinePoint] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def sweep(self, control: RunControl) -> None:
+        with (
+            device.connect(self.daq.address) as chassis,
+            chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
+            Thermometer(self.thermometer.url, 0.2) as thermometer,
+            tester.connect(self.tester.url, timeout=0.3) as driver,
+        ):
+            run_sweep(PLAN, driver, recorder, thermometer, self, self, self.events.append, control)
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        self.bench.mount(specimen, configuration)
+
+    def strike(self, point: object, blow: int) -> None:
+        raise AssertionError("a sweep has no blows")
+
+    def add_sine(self, point: SinePoint) -> None:
+        self.points.append(point)
+
+    def at_rest(self) -> bool:
+        status = self.tester.device.status()
+        return status["amplitude"] == 0.0 and status["state"] in (State.HELD, State.IDLE, State.HYDRAULICS_OFF)
+
+    def seen(self, kind: type[Event]) -> int:
+        return sum(isinstance(event, kind) for event in self.events)
+
+
+class Run(threading.Thread):
+    """A run in a thread; `error` is how it ended."""
+
+    def __init__(self, run: Callable[[RunControl], None], control: RunControl) -> None:
+        super().__init__(daemon=True)
+        self.error: Exception | None = None
+        self._target_run = run
+        self._control = control
+        self.start()
+
+    def run(self) -> None:
+        try:
+            self._target_run(self._control)
+        except Exception as error:  # noqa: BLE001  # whatever it is, the test looks at it
+            self.error = error
+
+    def ended(self) -> Exception | None:
+        self.join(WITHIN)
+        assert not self.is_alive()
+        return self.error
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + WITHIN
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+@pytest.fixture
+def laboratory() -> Iterator[Laboratory]:
+    bench = Bench(21, Clock(SPEED))
+    with ExitStack() as stack:
+        daq = start_daq_server(bench)
+        stack.callback(daq.stop)
+        server = start_tester_server(bench)
+        stack.callback(server.stop)
+        thermometer = start_thermometer_server(bench)
+        stack.callback(thermometer.stop)
+        yield Laboratory(bench, daq, server, thermometer)
+
+
+def recording(laboratory: Laboratory) -> bool:
+    """Settled, and a while ago: the record is being taken."""
+    status = laboratory.tester.device.status()
+    return status["state"] == State.SETTLED and int(str(status["cycles"])) > 30
+
+
+def ramping(laboratory: Laboratory) -> bool:
+    status = laboratory.tester.device.status()
+    return status["state"] == State.RAMPING and status["command"] == CommandCode.PRESET
+
+
+@pytest.mark.parametrize("moment", [recording, ramping])
+def test_a_paused_sweep_holds_the_actuator_with_its_preset_and_goes_on_as_if_nothing_had_been(
+    laboratory: Laboratory, moment: Callable[[Laboratory], bool]
+) -> None:
+    control = RunControl()
+    run = Run(laboratory.sweep, control)
+    until(lambda: moment(laboratory))
+    control.pause()
+    assert laboratory.at_rest()
+    until(lambda: laboratory.seen(RunPaused) == 1)
+    status = laboratory.tester.device.status()
+    assert status["state"] == State.HELD  # hydraulics are on
+    assert status["preset"] == pytest.approx(PLAN.preset)
+    applied = len(laboratory.tester.device.applied)
+    time.sleep(0.2)
+    assert len(laboratory.tester.device.applied) == applied
+    assert laboratory.points == []
+    control.resume()
+    assert run.ended() is None
+    assert [point.frequency for point in laboratory.points] == [20.0, 25.0]
+    assert all(point.within_tolerance for point in laboratory.points)
+    (resumed,) = [event for event in laboratory.events if isinstance(event, RunResumed)]
+    assert resumed.paused > 0.15
+
+
+@pytest.mark.parametrize("moment", [recording, ramping])
+def test_a_stopped_sweep_keeps_what_was_measured_and_leaves_hydraulics_off(
+    laboratory: Laboratory, moment: Callable[[Laboratory], bool]
+) -> None:
+    control = RunControl()
+    run = Run(laboratory.sweep, control)
+    until(lambda: moment(laboratory))
+    control.stop()
+    assert laboratory.at_rest()
+    error = run.ended()
+    assert isinstance(error, RunStoppedError)
+    assert "stopped as asked" in str(error)
+    assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+    assert len(laboratory.points) == laboratory.seen(SinePointMeasured)
+
+
+def test_a_paused_sweep_can_be_stopped(laboratory: Laboratory) -> None:
+    control = RunControl()
+    run = Run(laboratory.sweep, control)
+    until(lambda: recording(laboratory))
+    control.pause()
+    control.stop()
+    assert isinstance(run.ended(), RunStoppedError)
+    assert laboratory.seen(RunResumed) == 0
+    control.resume()
+    assert control.is_interrupted()  # what was stopped does not go on
+
+
+def test_a_run_that_is_paused_or_stopped_before_it_begins_moves_nothing(laboratory: Laboratory) -> None:
+    control = RunControl()
+    control.stop()
+    with pytest.raises(RunStoppedError):
+        laboratory.sweep(control)
+    assert CommandCode.PRESET not in laboratory.tester.device.applied
+
+
+def test_a_pause_so_short_that_nobody_saw_it_still_discards_the_record(laboratory: Laboratory) -> None:
+    control = RunControl()
+    run = Run(laboratory.sweep, control)
+    until(lambda: recording(laboratory))
+    control.pause()
+    control.resume()
+    assert run.ended() is None
+    cycles = laboratory.tester.device.applied.count(CommandCode.CYCLE)
+    assert laboratory.tester.device.applied.count(CommandCode.PRESET) == 2
+    assert cycles >= 3
+    assert all(point.within_tolerance for point in laboratory.points)
+
+
+def test_an_interlock_during_a_record_is_noticed_and_the_record_is_not_kept(laboratory: Laboratory) -> None:
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    laboratory.tester.emergency_stop()
+    assert "emergency stop" in str(run.ended())
+    assert laboratory.points == []
+
+
+def test_a_halted_tester_moves_only_after_its_release() -> None:
+    server = start_tester_server(Bench(3, Clock(200.0)), limits=DeviceLimits(watchdog_time=1.0))
+    try:
+        with tester.connect(server.url, timeout=0.3) as driver:
+            driver.start()
+            driver.preset(5e-4)
+            driver.cycle(1e-4, 50.0)
+            driver.halt()
+            assert driver.state() is State.HELD
+            for move in (driver.start, lambda: driver.preset(4e-4), lambda: driver.cycle(1e-4, 40.0)):
+                with pytest.raises(MotionHaltedError, match="halted"):
+                    move()
+            driver.release()
+            with pytest.raises(MotionHaltedError):
+                driver.measured()  # what was commanded before the halt is no more
+            driver.cycle(1e-4, 40.0)
+            assert driver.measured().frequency == 40.0
+        assert server.device.applied.count(CommandCode.CYCLE) == 2
+    finally:
+        server.stop()
+
+
+def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
+    server = start_tester_server(Bench(3, Clock(200.0)))
+    try:
+        with tester.connect(server.url, timeout=0.3) as driver:
+            driver.start()
+            driver.preset(5e-4)
+            driver.cycle(1e-4, 50.0)
+            server.faults.set("refuse")
+            driver.halt()
+            assert driver.status().interlocks is Interlock.EMERGENCY_STOP
+            assert server.actuator.steady_pp() == 0.0
+            server.faults.clear()
+    finally:
+        server.stop()
+
+
+@pytest.mark.parametrize("kind", [MotionHaltedError, AcquisitionCancelledError])
+def test_an_interruption_that_nobody_asked_for_is_an_error(kind: type[Exception]) -> None:
+    def step() -> None:
+        raise kind("by somebody else")
+
+    with pytest.raises(kind, match="somebody else"):
+        RunControl().carry_out(step, lambda _: None)
+
+
+# -- hammer
+
+
+@dataclass
+class Session:
+    """A hammer session whose hand strikes while `struck` is set."""
+
+    bench: Bench
+    struck: threading.Event = field(default_factory=threading.Event)
+    asked: list[int] = field(default_factory=list)
+    blows: list[int] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def strike(self, point: Dof, blow: int) -> None:
+        self.asked.append(blow)
+        if self.struck.is_set():
+            self.bench.strike(point.node, str(point.direction))
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        raise AssertionError("a hammer session mounts nothing")
+
+    def add_blow(self, point: Dof, number: int, block: object, verdict: object) -> None:
+        self.blows.append(number)
+
+
+@pytest.fixture
+def hammer() -> Iterator[tuple[Session, Callable[[RunControl], None]]]:
+    bench = Bench(7, Clock(100.0), Conditions(double_hits=0.0))
+    server = start_daq_server(bench)
+    session = Session(bench)
+
+    def run(control: RunControl) -> None:
+        settings = HammerSettings(points=(Dof(5, Direction.Y),), blows=2, block_duration=0.5)
+        with device.connect(server.address) as chassis:
+            run_hammer_session(chassis, HAMMER_TABLE, settings, session, session, session.events.append, control)
+
+    yield session, run
+    server.stop()
+
+
+def test_a_paused_hammer_session_asks_for_the_same_blow_again(
+    hammer: tuple[Session, Callable[[RunControl], None]],
+) -> None:
+    session, session_run = hammer
+    control = RunControl()
+    run = Run(session_run, control)
+    until(lambda: session.asked == [1])
+    control.pause()
+    until(lambda: any(isinstance(event, RunPaused) for event in session.events))
+    session.struck.set()
+    control.resume()
+    assert run.ended() is None
+    assert session.asked == [1, 1, 2]
+    assert session.blows == [1, 2]
+
+
+def test_a_stopped_hammer_session_does_not_wait_for_the_blow(
+    hammer: tuple[Session, Callable[[RunControl], None]],
+) -> None:
+    session, session_run = hammer
+    control = RunControl()
+    run = Run(session_run, control)
+    until(lambda: session.asked == [1])
+    began = time.monotonic()
+    control.stop()
+    assert isinstance(run.ended(), RunStoppedError)
+    assert time.monotonic() - began < 5.0  # of the 60 s that the hand has
+    assert session.blows == []

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.corrections import joint_covariance
 from analysis.direct import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
@@ -130,6 +131,12 @@ def joint_terms(cylinder: CylinderTerms, inclination: float) -> JointTerms:
             + of_compression * cylinder.compression.complex_stiffness,
             covariance=project @ cylinder.covariance @ project.T,
             degrees_of_freedom=shear.degrees_of_freedom,
+            corrections=shear.corrections,
+            shared_errors={
+                source: of_shear * shear.shared_errors.get(source, 0j)
+                + of_compression * cylinder.compression.shared_errors.get(source, 0j)
+                for source in {*shear.shared_errors, *cylinder.compression.shared_errors}
+            },
         )
 
     return JointTerms(
@@ -148,11 +155,18 @@ def _solve(triple: Triple) -> CylinderTerms:
         rounding = (1e-9 * point.magnitude) ** 2  # an exact point would weigh infinitely
         part = slice(2 * index, 2 * index + 2)
         weight[part, part] = np.linalg.inv(point.covariance + rounding * np.eye(2))
-    covariance = np.linalg.inv(rows.T @ weight @ rows)
-    terms = covariance @ rows.T @ weight @ values
+    solution = np.linalg.inv(rows.T @ weight @ rows) @ rows.T @ weight
+    terms = solution @ values
     left = values - rows @ terms
     misfit = float(left @ weight @ left) / 2
-    covariance = covariance * max(1.0, misfit)
+    # what the three share, as a correction of the tester, neither averages out nor disagrees
+    covariance = solution @ joint_covariance(measured) @ solution.T * max(1.0, misfit)
+    shared = {
+        source: solution
+        @ [part for point in measured for part in _parts(point.shared_errors.get(source, 0j))]
+        * math.sqrt(max(1.0, misfit))
+        for source in {name for point in measured for name in point.shared_errors}
+    }
 
     def term(first: int) -> DynamicStiffness:
         return DynamicStiffness(
@@ -161,9 +175,15 @@ def _solve(triple: Triple) -> CylinderTerms:
             complex_stiffness=complex(terms[first], terms[first + 1]),
             covariance=covariance[first : first + 2, first : first + 2],
             degrees_of_freedom=min(point.degrees_of_freedom for point in measured),
+            corrections=triple.angled.corrections,
+            shared_errors={source: complex(*error[first : first + 2]) for source, error in shared.items()},
         )
 
     return CylinderTerms(shear=term(0), compression=term(2), covariance=covariance, misfit=misfit)
+
+
+def _parts(value: complex) -> tuple[float, float]:
+    return value.real, value.imag
 
 
 def _nearest(point: DynamicStiffness, series: Sequence[DynamicStiffness]) -> DynamicStiffness | None:

@@ -18,11 +18,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from analysis.applied_correction import AppliedCorrection
 from analysis.block_scatter import covariance_of_mean, variance_of_mean
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
@@ -50,6 +52,9 @@ class DynamicStiffness:
         loop_energy: loop integral of force over displacement with all modelled harmonics, J a cycle, or None where it
             was not recorded.
         loop_energy_excess: loop energy less `first_harmonic_energy` with its standard error, J a cycle, or None.
+        corrections: what the values were corrected for, in the order of correcting; empty as measured.
+        shared_errors: that part of the error which other points share, by its source: by how much one standard
+            deviation of the source moves k + i h, in N/m. It is in `covariance` too.
     """
 
     frequency: float
@@ -62,6 +67,8 @@ class DynamicStiffness:
     thd_force: float | None = None
     loop_energy: float | None = None
     loop_energy_excess: Estimate | None = None
+    corrections: tuple[AppliedCorrection, ...] = ()
+    shared_errors: Mapping[str, complex] = field(default_factory=dict)
 
     @property
     def stiffness(self) -> float:

@@ -7,10 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.corrections import Effect, RigCorrections, correct, measured_stiffness
 from analysis.cylinder_terms import cylinder_terms, joint_terms, match_configurations
 from analysis.direct import DynamicStiffness, from_polar
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
+from analysis.interval import Estimate
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 Series = list[DynamicStiffness]
@@ -126,3 +128,17 @@ def test_series_without_a_common_point_are_refused() -> None:
         match_configurations([], shear, angled)
     with pytest.raises(AnalysisError, match="no frequency and amplitude"):
         cylinder_terms(compression, shear, [point(A + B, frequency=80.0)])
+
+
+def test_a_frame_that_is_not_known_well_widens_the_terms_and_is_passed_on() -> None:
+    corrections = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 2e-9)})
+    series = [[point(measured_stiffness(truth, 50.0, corrections.values), 1e-6)] for truth in (B, 2 * A, A + B)]
+    (terms,) = cylinder_terms(*(correct(points, corrections) for points in series))
+    assert terms.compression.complex_stiffness == pytest.approx(B, rel=1e-5)
+    # dk = k^2 dc, in every configuration at once
+    assert terms.compression.stiffness_estimate.standard_error > 0.3 * abs(B) ** 2 * 2e-9
+    (shared,) = terms.compression.shared_errors.values()
+    assert abs(shared) == pytest.approx(np.sqrt(np.trace(terms.compression.covariance)), rel=1e-2)
+    assert [record.parameter for record in terms.shear.corrections] == ["c"]
+    joint = joint_terms(terms, -np.pi / 4)
+    assert set(joint.k12.shared_errors) == set(terms.shear.shared_errors)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from analysis.blow_check import BlowLimits
 from analysis.dof import Dof
+from daq.channels import Channel
+from daq.errors import ChannelError
 from rig.hammer import HammerSettings, run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import Observer, Operator, RunStarted, unobserved
 from rig.recording import BlowRecorder, SineRecorder
-from rig.registers import MAP_VERSION
+from rig.registers import MAP_VERSION, State
 from rig.sequence import DISPLACEMENT, FORCE, HammerStep, Sequence, SweepStep
 from rig.sweep import SweepPlan, run_sweep
 from rig.tester_limits import TesterLimits
+from rig.tester_status import TesterTrippedError, names_of
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument
@@ -76,17 +79,24 @@ def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Ins
     """Connect to everything that `sequence` needs, move nothing, and say what is there.
 
     Raises:
-        RigError, DaqError: an instrument does not answer, or a channel is missing or does not fit.
+        RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
     """
     found = []
     with instruments.acquisition() as (chassis, thermometer):
         for step in sequence.steps:
-            chassis.verify(instruments.channels_named(*_channel_names(step)))
+            chassis.verify(_channels(step, instruments))
         thermometer.celsius()
         found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
     if sequence.sweep is not None:
         with instruments.tester() as tester:
+            tester.stop()  # it is at rest: what counts is that it obeys
+            if tester.state() is State.TRIPPED:
+                raise TesterTrippedError(
+                    f"{instruments.tester_url} is stopped by {names_of(tester.status().interlocks)}; see to the cause, "
+                    "then reset",
+                    tester.status().interlocks,
+                )
             details = {"map_version": MAP_VERSION, "limits": dict(tester.identity.limits)}
             found.append(Instrument("tester", "elastomer tester", tester.identity.serial, details=details))
     return tuple(found)
@@ -156,7 +166,7 @@ def _hammer(
     operator: Operator,
     observer: Observer,
 ) -> None:
-    channels = instruments.channels_named(*_channel_names(step))
+    channels = _channels(step, instruments)
     with instruments.acquisition() as (chassis, thermometer):
         recorder = BlowRecorder(catalogue, run, set_number, thermometer)
         run_hammer_session(chassis, channels, hammer_settings(step), operator, recorder, observer)
@@ -170,7 +180,7 @@ def _sweep(
     operator: Operator,
     observer: Observer,
 ) -> None:
-    channels = instruments.channels_named(*_channel_names(step))
+    channels = _channels(step, instruments)
     with (
         instruments.acquisition() as (chassis, thermometer),
         instruments.tester() as tester,
@@ -178,6 +188,23 @@ def _sweep(
     ):
         sink = SineRecorder(catalogue, run)
         run_sweep(sweep_plan(step), tester, recorder, thermometer, operator, sink, observer)
+
+
+def _channels(step: HammerStep | SweepStep, instruments: Instruments) -> tuple[Channel, ...]:
+    """The channels of a step.
+
+    Raises:
+        ChannelError: one is missing, or measures something else.
+    """
+    channels = instruments.channels_named(*_channel_names(step))
+    units = ("N", "m/s^2") if isinstance(step, HammerStep) else ("m", "N")
+    for channel, unit in zip(channels, units, strict=True):
+        if channel.unit != unit:
+            raise ChannelError(
+                f"channel {channel.name!r} on {channel.physical} measures {channel.unit}, but the {step.step} step "
+                f"takes it for {unit}; correct the channel table, or name another channel"
+            )
+    return channels
 
 
 def _channel_names(step: HammerStep | SweepStep) -> tuple[str, str]:

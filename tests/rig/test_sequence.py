@@ -1,0 +1,246 @@
+"""Sequence documents: what is wrong is said with its place, whatever was done to the document."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from copy import deepcopy
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig.hammer import PAPER_POINTS
+from rig.run import check_plan, hammer_settings, sweep_plan
+from rig.sequence import Frequencies, HammerStep, Sequence, SequenceError, SweepStep, load_sequence, sequence_from
+from rig.sweep import PlanError
+from rig.tester_limits import LimitExceededError, TesterLimits
+
+PAPER = (resources.files("api.sequences") / "paper.yaml").read_text(encoding="utf-8")
+PLAIN: dict[str, Any] = yaml.safe_load(PAPER)
+
+
+def places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """The path of everything in a document."""
+    children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [at, *(path for key, child in children for path in places(child, (*at, key)))]
+
+
+def changed(path: tuple[Any, ...], value: Any, document: Any = PLAIN) -> Any:
+    """A copy of the document with another value at `path`."""
+    if not path:
+        return value
+    copy = deepcopy(document)
+    inside = copy
+    for key in path[:-1]:
+        inside = inside[key]
+    inside[path[-1]] = value
+    return copy
+
+
+def without(path: tuple[Any, ...]) -> Any:
+    copy = deepcopy(PLAIN)
+    inside = copy
+    for key in path[:-1]:
+        inside = inside[key]
+    del inside[path[-1]]
+    return copy
+
+
+def test_the_papers_sequence_is_110_blows_and_720_sine_points() -> None:
+    paper = sequence_from(PLAIN)
+    (hammer,) = paper.hammer_steps
+    assert hammer.points == tuple(map(str, PAPER_POINTS))
+    assert hammer.blows == 10
+    assert paper.sweep is not None
+    assert paper.sweep.points == 720
+    assert paper.sweep.frequencies.values == tuple(float(f) for f in range(5, 201, 5))
+    check_plan(paper, TesterLimits())
+
+
+def test_a_sequence_survives_storage_as_json() -> None:
+    paper = sequence_from(PLAIN)
+    assert sequence_from(paper.model_dump(mode="json")) == paper
+
+
+def test_a_sequence_has_a_json_schema_that_knows_both_steps() -> None:
+    schema = Sequence.model_json_schema()
+    assert {"HammerStep", "SweepStep", "Frequencies", "Article"} <= set(schema["$defs"])
+    assert schema["required"] == ["format", "title", "article_name", "article", "steps"]
+    assert schema["additionalProperties"] is False
+
+
+def test_steps_are_asked_for_in_si() -> None:
+    hammer = HammerStep(step="hammer", blows=3, weakest_peak=20.0, highest_frequency=800.0)
+    asked = hammer_settings(hammer)
+    assert (asked.points, asked.blows, asked.limits.lowest_peak_force) == (PAPER_POINTS, 3, 20.0)
+    assert asked.limits.highest_frequency == 800.0
+    plan = sweep_plan(SweepStep(step="sweep", amplitudes_pp_mm=(0.1, 0.01), preset_mm=0.4))
+    assert plan.amplitudes_pp == pytest.approx((1e-4, 1e-5))
+    assert plan.preset == pytest.approx(4e-4)
+
+
+HAMMER, SWEEP = ("steps", 0), ("steps", 1)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (("format",), "jointlab-sequence/2", "format: Input should be 'jointlab-sequence/1'"),
+        (("title",), "", "title: String should have at least 1 character"),
+        (("steps",), [], "steps: "),
+        ((*HAMMER, "step"), "tickle", "steps.0: "),
+        ((*HAMMER, "blows"), 0, "steps.0.hammer.blows: Input should be greater than or equal to 2"),
+        ((*HAMMER, "blows"), "ten", "steps.0.hammer.blows: Input should be a valid integer"),
+        ((*HAMMER, "blow"), 10, "steps.0.hammer.blow: Extra inputs are not permitted"),
+        ((*HAMMER, "points"), [], "steps.0.hammer.points: "),
+        ((*HAMMER, "points"), ["3y", "3y"], "steps.0.hammer.points: Value error, a point comes twice"),
+        ((*HAMMER, "points"), ["y3"], "'y3' is not a degree of freedom; write node and direction, such as 3y"),
+        ((*HAMMER, "points"), ["3r"], "3r: a hammer strikes along x or y"),
+        ((*HAMMER, "points"), ["3y", "12y"], "hammer step: no node for 12y; the article has 11 nodes"),
+        ((*HAMMER, "sample_rate"), float("inf"), "steps.0.hammer.sample_rate: Input should be a finite number"),
+        ((*HAMMER, "sample_rate"), 2000.0, "highest_frequency 1024 Hz is above half the sample_rate 2000 Hz"),
+        ((*HAMMER, "pretrigger_seconds"), 2.0, "pretrigger_seconds 2 leave nothing of block_seconds 2"),
+        ((*SWEEP, "specimens"), ["I", "III"], "sweep step: no joint III in the article"),
+        ((*SWEEP, "configurations"), ["tension"], "steps.1.sweep.configurations.0: Input should be 'compression'"),
+        ((*SWEEP, "amplitudes_pp_mm"), [0.1, -0.1], "steps.1.sweep.amplitudes_pp_mm.1: "),
+        ((*SWEEP, "amplitudes_pp_mm"), [0.0], "steps.1.sweep.amplitudes_pp_mm.0: "),
+        ((*SWEEP, "amplitudes_pp_mm"), [float("nan")], "steps.1.sweep.amplitudes_pp_mm.0: Input should be a finite"),
+        ((*SWEEP, "preset_mm"), -1, "steps.1.sweep.preset_mm: "),
+        ((*SWEEP, "frequencies"), {"first": 9, "last": 5}, "last (5 Hz) is below first (9 Hz)"),
+        ((*SWEEP, "frequencies", "step"), 1e-320, "makes more than 10000 frequencies"),
+        ((*SWEEP, "sample_rate"), 1000, "sample_rate 1000 Hz is less than 10 times the highest frequency, 200 Hz"),
+        (HAMMER, PLAIN["steps"][1], "steps: more than one sweep"),
+        (("article", "beam", "youngs_modulus"), 207, "article.beam.youngs_modulus: "),
+        (("article", "node_positions"), [0.0, 0.5, 0.4], "article: Value error, node_positions do not rise"),
+        (("article", "joints", 0, "node"), 12, "article: Value error, "),
+        (("article", "accelerometer", "direction"), "z", "article.accelerometer.direction: "),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_place(path: tuple[Any, ...], value: Any, words: str) -> None:
+    with pytest.raises(SequenceError, match=re.escape(words)) as refused:
+        sequence_from(changed(path, value), "lab.yaml")
+    assert str(refused.value).startswith("lab.yaml: ")
+    assert "\n" not in str(refused.value)
+
+
+REQUIRED = [("format",), ("title",), ("article",), ("steps",), (*HAMMER, "step")] + [
+    path for path in places(PLAIN["article"], ("article",)) if isinstance(path[-1], str) and len(path) > 1
+]
+
+
+@pytest.mark.parametrize("path", REQUIRED, ids=lambda path: ".".join(map(str, path)))
+def test_a_missing_key_is_named(path: tuple[Any, ...]) -> None:
+    with pytest.raises(SequenceError) as refused:
+        sequence_from(without(path))
+    assert path[-1] in str(refused.value)
+
+
+def test_what_yaml_takes_for_a_date_is_a_title_all_the_same(tmp_path: Path) -> None:
+    file = tmp_path / "dated.yaml"
+    file.write_text(PAPER.replace("title: Beam on two elastomeric joints, both experiments", "title: 2026-03-02"))
+    assert load_sequence(file).title == "2026-03-02"
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"title: 2026-13-45", "not valid YAML: month must be in 1..12"),
+        (b"blows: !!bool maybe", "not valid YAML"),
+        (b"blows: !!int ''", "not valid YAML"),
+        (b"when: !!timestamp soon", "not valid YAML"),
+        (b"a: [1, 2", "not valid YAML: while parsing a flow sequence"),
+        (b"a: !!python/object/apply:os.system [true]", "could not determine a constructor"),
+        (b"a: &a [*a]", "has no JSON form: Circular reference detected"),
+        (b"[" * 5000, "not valid YAML"),
+        (b"? 2026-01-01\n: key", "has no JSON form: keys must be str"),
+        (b"title: \xff\xfe", "is not UTF-8 text"),
+        (b"", "document: Input should be an object"),
+        (b"just words", "document: Input should be an object"),
+    ],
+)
+def test_a_file_that_is_no_document_is_refused_in_one_line(tmp_path: Path, content: bytes, words: str) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_bytes(content)
+    with pytest.raises(SequenceError, match=re.escape(words)) as refused:
+        load_sequence(file)
+    assert str(refused.value).startswith(str(file))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SequenceError, match=r"nowhere\.yaml cannot be read: No such file"):
+        load_sequence(tmp_path / "nowhere.yaml")
+    with pytest.raises(SequenceError, match="cannot be read: Is a directory"):
+        load_sequence(tmp_path)
+
+
+scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.dates() | st.binary()
+anything = st.recursive(
+    scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+)
+
+
+def refusal(read: Callable[[], Sequence]) -> str | None:
+    """The words of a refusal, None where a sequence was read that can be stored and asked for."""
+    try:
+        sequence = read()
+    except SequenceError as error:
+        return str(error)
+    assert sequence_from(sequence.model_dump(mode="json")) == sequence
+    for step in sequence.hammer_steps:
+        hammer_settings(step)
+    return None
+
+
+@settings(deadline=None)
+@given(st.sampled_from(places(PLAIN)), anything)
+def test_any_change_is_accepted_whole_or_refused_with_its_place(path: tuple[Any, ...], value: Any) -> None:
+    words = refusal(lambda: sequence_from(changed(path, value), "lab.yaml"))
+    # a rule between parts of the document is broken in the document as a whole
+    place = rf"({path[0]}|document)" if path else ""
+    assert words is None or re.match(rf"lab\.yaml: (.*; )?{place}", words, re.DOTALL)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.integers(0, len(PAPER)),
+    st.integers(0, 40),
+    st.text(st.sampled_from("[]{}:,-!&*?|>'\"#% \t\n0.ey\x00é"), max_size=6),
+)
+def test_a_damaged_text_is_refused_as_a_sequence_or_read(
+    tmp_path_factory: pytest.TempPathFactory, at: int, length: int, inserted: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "damaged.yaml"
+    file.write_text(PAPER[:at] + inserted + PAPER[at + length :], encoding="utf-8")
+    words = refusal(lambda: load_sequence(file))
+    assert words is None or words.startswith(str(file))
+
+
+@given(st.floats(1, 50), st.floats(0.1, 20), st.integers(0, 200))
+def test_frequencies_include_both_ends(first: float, step: float, count: int) -> None:
+    values = Frequencies(first=first, last=first + count * step, step=step).values
+    assert len(values) == count + 1
+    assert values[0] == first
+    assert values[-1] == pytest.approx(first + count * step)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "error"),
+    [
+        ((*SWEEP, "amplitudes_pp_mm"), [0.1, 0.4], LimitExceededError),
+        ((*SWEEP, "preset_mm"), 2.0, LimitExceededError),
+        ((*SWEEP, "frequencies"), {"first": 5, "last": 300}, LimitExceededError),
+        ((*SWEEP, "amplitudes_pp_mm"), [0.1, 0.1], PlanError),
+        ((*SWEEP, "specimens"), ["I", "I"], PlanError),
+    ],
+)
+def test_a_plan_beyond_the_rig_is_found_before_anything_runs(
+    path: tuple[Any, ...], value: Any, error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        check_plan(sequence_from(changed(path, value)), TesterLimits())

@@ -42,5 +42,5 @@ def decode_array(column: bytes, where: str) -> NDArray[Any]:
     """
     content, crc = column[: -_CRC.size], column[-_CRC.size :]
     if len(crc) != _CRC.size or _CRC.pack(zlib.crc32(content)) != crc:
-        raise DamagedError(f"{where}: the stored array is damaged (checksum differs); restore it from a backup")
+        raise DamagedError(where, "the stored array is damaged (checksum differs)")
     return np.asarray(np.lib.format.read_array(io.BytesIO(content), allow_pickle=False))

@@ -16,6 +16,7 @@ from store import models
 from store.errors import NotFoundError, StoreError
 from store.instruments import Channel, Instrument, add_channels, calibration_id
 from store.provenance import configuration_hash
+from store.waveforms import SUFFIX
 
 
 class RunState(StrEnum):
@@ -89,7 +90,7 @@ def start_run(
         setup=setup,
         sequence=sequence or {},
         configuration_hash=configuration_hash(configuration),
-        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}.waveforms",
+        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
     )
     session.add(row)
     session.flush()

@@ -45,13 +45,15 @@ def decode(header: str, compressed: bytes, crc: int, where: str) -> Waveform:
     Raises:
         DamagedError: header or samples are not what was written; the message starts with `where`.
     """
+    if not (isinstance(header, str) and isinstance(compressed, bytes)):
+        raise DamagedError(where, "the waveform is damaged (its columns have other types)")
     try:
         fields = json.loads(header)
         samples = _unshuffled(zlib.decompress(compressed), np.dtype(fields["dtype"]), tuple(fields["shape"]))
     except (zlib.error, ValueError, KeyError, TypeError) as error:
-        raise DamagedError(f"{where}: the waveform is damaged ({error}); restore it from a backup") from error
+        raise DamagedError(where, f"the waveform is damaged ({error})") from error
     if _crc(header, samples) != crc:
-        raise DamagedError(f"{where}: the waveform is damaged (checksum differs); restore it from a backup")
+        raise DamagedError(where, "the waveform is damaged (checksum differs)")
     return _waveform(fields, samples)
 
 

@@ -8,13 +8,16 @@ from __future__ import annotations
 import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
+from store import write_ahead
 from store.errors import DamagedError, NotFoundError, StoreError
+from store.refusals import in_words
 from store.waveform import Waveform, WaveformReference
 from store.waveform_codec import check_storable, decode, encode
 
+SUFFIX = ".waveforms"
 _SCHEMA = """
 CREATE TABLE records (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -79,13 +82,7 @@ class WaveformFolder:
             DamagedError: the record is not what was written.
         """
         with self._reader(reference.file, str(reference)) as reader:
-            row = reader.execute(
-                "SELECT header, samples, crc FROM records WHERE number = ?", (reference.record,)
-            ).fetchone()
-        if row is None:
-            raise NotFoundError(f"waveform file {reference.file} has no record {reference.record}")
-        header, samples, crc = row
-        return decode(header, samples, crc, f"waveform file {reference}")
+            return _record(reader, reference)
 
     def records(self, file: str) -> list[WaveformReference]:
         """Every record of a file, in the order of writing.
@@ -97,19 +94,43 @@ class WaveformFolder:
             numbers = reader.execute("SELECT number FROM records ORDER BY number").fetchall()
         return [WaveformReference(file, number) for (number,) in numbers]
 
-    def damage(self, file: str) -> list[str]:
-        """One line for each damaged record of a file; empty where all is well."""
-        found = []
-        try:
-            references = self.records(file)
-        except StoreError as error:
-            return [str(error)]
-        for reference in references:
-            try:
-                self.read(reference)
-            except DamagedError as error:
-                found.append(str(error))
-        return found
+    def verify(self, file: str) -> Iterator[tuple[int, DamagedError | None]]:
+        """Number of each record of a file, and what is wrong with it or None.
+
+        Raises:
+            NotFoundError: there is no such file.
+            DamagedError: the file's own structure is damaged, or records are missing from within.
+            StoreError: the file cannot be read.
+        """
+        with self._reader(file, file) as reader:
+            if reader.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
+                return  # made by a writer that was cut off before its first record
+            numbers = [number for (number,) in reader.execute("SELECT number FROM records ORDER BY number")]
+            for number in numbers:
+                yield number, _damage(reader, WaveformReference(file, number))
+            lost = sorted({*range(1, max(numbers, default=0))} - {*numbers})
+            if lost:
+                raise DamagedError(f"waveform file {file}", f"{len(lost)} records from number {lost[0]} on are missing")
+            for (said,) in reader.execute("PRAGMA quick_check(1)"):
+                if said != "ok":
+                    raise DamagedError(f"waveform file {file}", f"its structure is damaged ({said.splitlines()[-1]})")
+
+    def files(self) -> list[str]:
+        """Names of all waveform files in the folder."""
+        return sorted(path.name for path in self._folder.glob(f"*{SUFFIX}"))
+
+    def copy(self, file: str, target: Path) -> None:
+        """Copy a file as it is at one moment, also while it is being written; the copy is one plain file.
+
+        Raises:
+            NotFoundError: there is no such file.
+            DamagedError: the file's own structure is damaged.
+            StoreError: the file cannot be read or the copy not written.
+        """
+        with self._reader(file, file) as reader, closing(sqlite3.connect(target)) as copy:
+            # All pages in one step: one read transaction, for which a writer does not wait.
+            reader.backup(copy)
+            copy.execute("PRAGMA journal_mode = DELETE")
 
     def finish(self, file: str) -> None:
         """Close a file that is not written any more; it is then one plain file without a journal beside it."""
@@ -150,18 +171,38 @@ class WaveformFolder:
         if not path.is_file():
             raise NotFoundError(f"waveform file {file} is not in {self._folder}; was the folder moved?")
         with _explained(path.with_name(what), "read"):
-            reader = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=10.0)
+            reader = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=write_ahead.PATIENCE)
+            # Damaged text is for the checksum to find: without this, reading it would fail for the whole file.
+            reader.text_factory = lambda text: text.decode(errors="replace")
             try:
                 yield reader
             finally:
                 reader.close()
 
 
-def _open_for_writing(path: Path) -> sqlite3.Connection:
-    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=10.0)
+def _record(reader: sqlite3.Connection, reference: WaveformReference) -> Waveform:
+    query = "SELECT header, samples, crc FROM records WHERE number = ?"
+    row = reader.execute(query, (reference.record,)).fetchone()
+    if row is None:
+        raise NotFoundError(f"waveform file {reference.file} has no record {reference.record}")
+    header, samples, crc = row
+    return decode(header, samples, crc, f"waveform file {reference}")
+
+
+def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> DamagedError | None:
     try:
-        writer.execute("PRAGMA journal_mode = WAL")
-        writer.execute("PRAGMA synchronous = FULL")
+        _record(reader, reference)
+    except DamagedError as error:
+        return error
+    except (sqlite3.Error, NotFoundError) as error:
+        return DamagedError(f"waveform file {reference}", f"the record cannot be read ({error})")
+    return None
+
+
+def _open_for_writing(path: Path) -> sqlite3.Connection:
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=write_ahead.PATIENCE)
+    try:
+        write_ahead.prepare(writer)
         if writer.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
             writer.executescript(f"BEGIN IMMEDIATE;{_SCHEMA}COMMIT;")
     except sqlite3.Error:
@@ -177,7 +218,7 @@ def _explained(path: Path, done: str) -> Iterator[None]:
         yield
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):
-            raise StoreError(f"waveform file {path} cannot be {done}: {error}") from error
-        raise DamagedError(f"waveform file {path} is damaged: {error}; restore it from a backup") from error
+            raise StoreError(f"waveform file {path} cannot be {done}: {in_words(error)}") from error
+        raise DamagedError(f"waveform file {path}", f"it is damaged ({error})") from error
     except OSError as error:
         raise StoreError(f"waveform file {path} cannot be {done}: {error}") from error

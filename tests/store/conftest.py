@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
-import pwd
 import shutil
-import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from datetime import UTC, date, datetime
 from pathlib import Path
-from tempfile import mkdtemp
 from types import SimpleNamespace
-from urllib.parse import quote
 from uuid import uuid4
 
 import numpy as np
 import psycopg
 import pytest
-from psycopg import sql
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -37,6 +32,7 @@ from store.modes import ModeSet, add_modes
 from store.runs import RunState, finish_run, start_run
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel
+from tests.postgresql_server import NotInstalledError, Server, running_server
 
 TEMPLATE, LAB = "jointlab_template", "lab"
 REVISION = "SELECT version_num FROM alembic_version"
@@ -52,85 +48,32 @@ EMPTY = """
 """
 
 
-def _program(name: str) -> str | None:
-    versions = sorted(Path("/usr/lib/postgresql").glob(f"*/bin/{name}"), key=lambda path: path.parts[-3])
-    return shutil.which(name) or (str(versions[-1]) if versions else None)
-
-
-class Server:
-    """A PostgreSQL server on a Unix socket; `url` is for one of its databases."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.revision: list[tuple[object, ...]] = []
-
-    def url(self, database: str) -> str:
-        return f"postgresql://postgres@/{database}?host={quote(str(self.folder))}"
-
-    def connect(self, database: str = "postgres") -> psycopg.Connection[tuple[object, ...]]:
-        return psycopg.connect(host=str(self.folder), user="postgres", dbname=database, autocommit=True)
-
-    def execute(self, statement: str, *names: str) -> None:
-        with self.connect() as connection:
-            connection.execute(sql.SQL(statement).format(*map(sql.Identifier, names)))
-
-    def empty(self, database: str) -> None:
-        """Empty its tables, which is faster than a new database; where a test left another schema, renew it."""
-        try:
-            with self.connect(database) as connection:
-                if connection.execute(REVISION).fetchall() == self.revision:
-                    connection.execute(EMPTY)
-                    return
-            self.execute("DROP DATABASE {}", database)
-        except psycopg.OperationalError as error:
-            assert "does not exist" in str(error)  # noqa: PT017 - the first test finds no database yet
-        self.execute("CREATE DATABASE {} TEMPLATE {}", database, TEMPLATE)
-
-    def make_template(self) -> None:
-        self.execute("CREATE DATABASE {}", TEMPLATE)
-        Catalogue.open(self.url(TEMPLATE), self.folder / "unused").close()
-        with self.connect(TEMPLATE) as connection:
-            self.revision = connection.execute(REVISION).fetchall()
-
-
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[Server]:
-    """A server of this test session; it refuses to run as root, so root hands it to an ordinary user."""
-    initdb, pg_ctl = _program("initdb"), _program("pg_ctl")
-    if initdb is None or pg_ctl is None:
-        pytest.skip("PostgreSQL is not installed: its tests are skipped")
-    folder = Path(mkdtemp(prefix="jl-pg-"))
-    user: dict[str, object] = {}
-    if os.geteuid() == 0:
-        names = {entry.pw_name: entry for entry in pwd.getpwall()}
-        entry = names.get("postgres") or names["nobody"]
-        os.chown(folder, entry.pw_uid, entry.pw_gid)
-        user = {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
-
-    def run(*command: str) -> None:
-        done = subprocess.run(
-            command,
-            cwd=folder,
-            env={**os.environ, "HOME": str(folder), "LC_ALL": "C"},
-            check=False,
-            capture_output=True,
-            text=True,
-            **user,  # type: ignore[call-overload]  # mypy cannot match an unpacked dictionary to one overload
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    options = f"-k {folder} -c listen_addresses= -c fsync=off -c synchronous_commit=off -c full_page_writes=off"
-    try:
-        run(initdb, "-D", str(folder / "data"), "-A", "trust", "-U", "postgres", "-E", "UTF8", "--no-sync")
-        run(pg_ctl, "-D", str(folder / "data"), "-w", "-l", str(folder / "log"), "-o", options, "start")
-        server = Server(folder)
+    """A server of this test session, with a template of an empty catalogue."""
+    with ExitStack() as stack:
         try:
-            server.make_template()
-            yield server
-        finally:
-            run(pg_ctl, "-D", str(folder / "data"), "-m", "fast", "stop")
-    finally:
-        shutil.rmtree(folder)
+            server = stack.enter_context(running_server())
+        except NotInstalledError as error:
+            pytest.skip(f"{error}: its tests are skipped")
+        server.execute("CREATE DATABASE {}", TEMPLATE)
+        Catalogue.open(server.url(TEMPLATE), server.folder / "unused").close()
+        yield server
+
+
+def empty(server: Server, database: str) -> None:
+    """Empty its tables, which is faster than a new database; where a test left another schema, renew it."""
+    with server.connect(TEMPLATE) as template:
+        newest = template.execute(REVISION).fetchall()
+    try:
+        with server.connect(database) as connection:
+            if connection.execute(REVISION).fetchall() == newest:
+                connection.execute(EMPTY)
+                return
+        server.execute("DROP DATABASE {}", database)
+    except psycopg.OperationalError as error:
+        assert "does not exist" in str(error)  # noqa: PT017 - the first test finds no database yet
+    server.execute("CREATE DATABASE {} TEMPLATE {}", database, TEMPLATE)
 
 
 @pytest.fixture(scope="session")
@@ -153,7 +96,7 @@ def database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: P
         yield f"sqlite:///{tmp_path / 'lab.db'}"
         return
     server: Server = request.getfixturevalue("postgresql")
-    server.empty(LAB)
+    empty(server, LAB)
     yield server.url(LAB)
 
 

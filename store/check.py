@@ -1,0 +1,209 @@
+"""Checking that a catalogue and its waveforms are what was written: checksums, references, nothing missing.
+
+It only reads, and may be done while a run is on.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
+from sqlalchemy.orm import Session
+
+from store import models
+from store.arrays import decode_array
+from store.catalogue import Catalogue
+from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
+from store.progress import Progress, silent
+from store.runs import RunState
+from store.waveforms import WaveformFolder
+
+# Rows with arrays that are in memory at a time.
+_ROWS_AT_ONCE = 200
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is not as it should be.
+
+    Attributes:
+        where: the table and row, or the waveform file and record.
+        what: what is wrong with it.
+        remedy: what to do.
+        damage: False where nothing is lost or wrong: something is left over that no row refers to.
+    """
+
+    where: str
+    what: str
+    remedy: str
+    damage: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}; {self.remedy}"
+
+
+@dataclass
+class Claim:
+    """What the rows of one run say about its waveform file.
+
+    Attributes:
+        run: the run's number.
+        running: whether records without a row are to be expected, because a row follows its record.
+        records: how many rows refer to each record.
+    """
+
+    run: int
+    running: bool
+    records: Counter[int] = field(default_factory=Counter)
+
+
+def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
+    """Everything that is not as it should be; empty where all is well.
+
+    Every record is verified against its checksum, every array column too, and every reference is followed, between
+    rows and from rows to waveforms and back.
+    """
+    # Files before rows: a run that begins meanwhile has its row before its file.
+    files = catalogue.waveforms.files()
+    found = [*_check_structure(catalogue), *_check_references(catalogue), *_check_arrays(catalogue, progress)]
+    claimed: dict[str, Claim] | None = None
+    with _noted("rows that refer to waveforms", found), catalogue.reading() as session:
+        claimed = claims(session)
+    if claimed is None:
+        return found
+    names = sorted({*files, *claimed})
+    with progress("waveform files", len(names)) as advance:
+        for name in names:
+            found += check_file(catalogue.waveforms, name, claimed.get(name))
+            advance(1)
+    return found
+
+
+def claims(session: Session) -> dict[str, Claim]:
+    """What the rows refer to, by waveform file."""
+    found = {
+        file: Claim(number, state == RunState.RUNNING)
+        for number, file, state in session.execute(select(models.Run.id, models.Run.waveform_file, models.Run.state))
+    }
+    blows = select(models.Run.waveform_file, models.Blow.waveform_record).select_from(models.Blow)
+    blows = blows.join(models.Point, models.Point.id == models.Blow.point_id)
+    sines = select(models.Run.waveform_file, models.SineRecord.waveform_record).select_from(models.SineRecord)
+    blows = blows.join(models.Run, models.Run.id == models.Point.run_id)
+    sines = sines.join(models.Run, models.Run.id == models.SineRecord.run_id)
+    for query in (blows, sines):
+        for file, record in session.execute(query):
+            if record is not None:
+                found[file].records[record] += 1
+    return found
+
+
+def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[Finding]:
+    """What is wrong in one waveform file, and between it and the rows that refer to it."""
+    where = f"waveform file {file}"
+    if claim is None:
+        remedy = "an import that was cut off leaves one; if none is going on, move it away"
+        return [Finding(where, "no run refers to it", remedy, damage=False)]
+    found, present = [], set()
+    try:
+        for number, damage in folder.verify(file):
+            present.add(number)
+            if damage is not None:
+                found.append(Finding(damage.where, damage.what, RESTORE))
+    except NotFoundError:
+        if claim.records:
+            remedy = "bring it back, or restore it from a backup"
+            found.append(Finding(where, f"is missing; {claim.records.total()} rows of run {claim.run} need it", remedy))
+        return found
+    except DamagedError as error:
+        found.append(Finding(error.where, error.what, RESTORE))
+    except StoreError as error:
+        found.append(Finding(where, str(error), "make it readable"))
+        return found
+    missing = sorted(claim.records.keys() - present)
+    if missing:
+        found.append(Finding(where, f"rows of run {claim.run} refer to {_listed(missing)}, not in it", RESTORE))
+    shared = sorted(number for number, rows in claim.records.items() if rows > 1)
+    if shared:
+        found.append(Finding(where, f"several rows of run {claim.run} refer to {_listed(shared)}", RESTORE))
+    left = sorted(present - claim.records.keys())
+    if left and not claim.running:
+        what = f"no row of run {claim.run} refers to {_listed(left)}"
+        remedy = "a program that was cut off between record and row leaves that; nothing needs to be done"
+        found.append(Finding(where, what, remedy, damage=False))
+    return found
+
+
+def _check_structure(catalogue: Catalogue) -> list[Finding]:
+    """What SQLite says about its own file; PostgreSQL looks after its files itself."""
+    found: list[Finding] = []
+    with _noted(f"database {catalogue.address}", found), catalogue.reading() as session:
+        if session.get_bind().dialect.name == "sqlite":
+            said = session.scalars(text("PRAGMA integrity_check(20)")).all()
+            found += [Finding(f"database {catalogue.address}", line, RESTORE) for line in said if line != "ok"]
+    return found
+
+
+def _check_references(catalogue: Catalogue) -> list[Finding]:
+    found: list[Finding] = []
+    for table in models.Base.metadata.sorted_tables:
+        for key in table.foreign_key_constraints:
+            with _noted(f"table {table.name}", found), catalogue.reading() as session:
+                astray = session.scalar(_rows_astray(table, key)) or 0
+                if astray:
+                    what = f"{astray} rows refer to {key.referred_table.name} that are not there"
+                    found.append(Finding(f"table {table.name}, {', '.join(key.column_keys)}", what, RESTORE))
+    return found
+
+
+def _rows_astray(table: Table, key: ForeignKeyConstraint) -> Select[int]:
+    target = key.referred_table.alias()
+    pairs = [(element.parent, target.c[element.column.name]) for element in key.elements]
+    there = select(1).select_from(target).where(and_(*(one == other for one, other in pairs))).exists()
+    return select(func.count()).select_from(table).where(*(one.is_not(None) for one, _ in pairs), ~there)
+
+
+def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
+    """Every binary column holds arrays (`store.arrays`)."""
+    found: list[Finding] = []
+    tables = [(table, columns) for table in models.Base.metadata.sorted_tables if (columns := _arrays_of(table))]
+    with progress("tables with arrays", len(tables)) as advance:
+        for table, columns in tables:
+            with _noted(f"table {table.name}", found), catalogue.reading() as session:
+                query = select(table.c.id, *columns).execution_options(yield_per=_ROWS_AT_ONCE)
+                for number, *values in session.execute(query):
+                    named = zip(columns, values, strict=True)
+                    found += _damaged(
+                        (f"table {table.name}, row {number}, {column.name}", value) for column, value in named
+                    )
+            advance(1)
+    return found
+
+
+def _arrays_of(table: Table) -> list[Column[bytes]]:
+    return [column for column in table.columns if isinstance(column.type, LargeBinary)]
+
+
+def _damaged(values: Iterable[tuple[str, bytes | None]]) -> Iterator[Finding]:
+    for where, value in values:
+        if value is not None:
+            try:
+                decode_array(value, where)
+            except DamagedError as error:
+                yield Finding(error.where, error.what, RESTORE)
+
+
+def _listed(numbers: list[int]) -> str:
+    shown = ", ".join(map(str, numbers[:5]))
+    return f"record {shown}" if len(numbers) == 1 else f"{len(numbers)} records ({shown}{', ...' * (len(numbers) > 5)})"
+
+
+@contextmanager
+def _noted(where: str, found: list[Finding]) -> Iterator[None]:
+    """Note that something cannot be read, and go on with the next check."""
+    try:
+        yield
+    except StoreError as error:
+        found.append(Finding(where, f"cannot be read ({error})", RESTORE))

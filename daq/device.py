@@ -17,7 +17,7 @@ from daq.grpc_link import open_line
 from daq.nidaqmx_errors import translated
 from daq.task import EdgeTrigger, Recorder, TriggeredTask, add_channels
 
-CONNECT_TIMEOUT = 5.0  # s
+TIMEOUT = 5.0  # s
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class Device:
     inputs: tuple[str, ...]
 
 
-def connect(address: str, timeout: float = CONNECT_TIMEOUT) -> Chassis:
+def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
     """Connect to the instrument.
 
     Args:
         address: "local" for the NI-DAQmx driver of this computer, or "grpc://host:port" of an NI gRPC device server.
-        timeout: seconds that a server has to answer.
+        timeout: seconds that a server has to answer each call, beyond what the call is meant to wait.
 
     Raises:
         DaqError: the address is neither.

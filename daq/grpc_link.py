@@ -10,7 +10,14 @@ import grpc
 
 from daq.errors import InstrumentAbsentError
 
-MARGIN = 10.0  # s, for the server to answer, beyond what the call itself is meant to wait
+DOUBTFUL = 0.1  # s, for a server to answer that has just failed to
+OPTIONS = (
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_send_message_length", -1),
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+    ("grpc.use_local_subchannel_pool", 1),  # a connection of its own, not one that has failed elsewhere
+)
 
 
 @dataclass(frozen=True)
@@ -24,29 +31,34 @@ class _CallDetails(grpc.ClientCallDetails):  # type: ignore[misc]  # grpc ships 
 
 
 class _Deadline(grpc.UnaryUnaryClientInterceptor):  # type: ignore[misc]  # grpc ships no types
-    """Gives each call the time that it asks the server to wait, and a margin.
+    """Gives each call the time that it asks the server to wait, and `timeout` s for the answer.
 
-    nidaqmx sets no deadline, so without this a server that hangs would hang its clients for ever.
+    nidaqmx sets no deadline, so without this a server that hangs would hang its clients for ever. After a call that was
+    not answered the next get little time, until one is: what clears up after a failure shall not wait as long again.
     """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._doubtful = False
 
     def intercept_unary_unary(self, continuation: Callable[[Any, Any], Any], details: Any, request: Any) -> Any:
         wait = getattr(request, "timeout", None) or getattr(request, "time_to_wait", None) or 0.0
+        deadline = wait + (min(DOUBTFUL, self._timeout) if self._doubtful else self._timeout)
         limited = _CallDetails(
-            details.method, wait + MARGIN, details.metadata, details.credentials, details.wait_for_ready, None
+            details.method, deadline, details.metadata, details.credentials, details.wait_for_ready, None
         )
-        return continuation(limited, request)
+        call = continuation(limited, request)
+        self._doubtful = call.code() in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE)
+        return call
 
 
 def open_line(target: str, timeout: float) -> tuple[grpc.Channel, Callable[[], None]]:
-    """A channel to the server at `target` ("host:port"), and what closes it.
+    """A channel to the server at `target` ("host:port"), and what closes it; `timeout` s for every answer.
 
     Raises:
         InstrumentAbsentError: nobody answers within `timeout` s.
     """
-    bare = grpc.insecure_channel(
-        target,
-        options=[("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)],
-    )
+    bare = grpc.insecure_channel(target, options=OPTIONS)
     ask = bare.unary_unary("/nidaqmx_grpc.NiDAQmx/GetErrorString")
     try:
         ask(b"", timeout=timeout, wait_for_ready=True)  # an empty request: the meaning of status 0
@@ -57,4 +69,4 @@ def open_line(target: str, timeout: float) -> tuple[grpc.Channel, Callable[[], N
         else:
             reason = f"{target} is no NI gRPC device server with NI-DAQmx ({error.code().name}: {error.details()})"
         raise InstrumentAbsentError(reason) from None
-    return grpc.intercept_channel(bare, _Deadline()), bare.close
+    return grpc.intercept_channel(bare, _Deadline(timeout)), bare.close

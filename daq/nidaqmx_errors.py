@@ -37,6 +37,9 @@ ADVICE: dict[int, tuple[type[DaqError], str]] = {
     DAQmxErrors.INVALID_TASK: (DaqError, "the server has forgotten the task, perhaps it was restarted; reconnect"),
 }
 
+# what nidaqmx trips over when a reply was changed on the way: too many samples, no known code, a text that is none
+NONSENSE = (AssertionError, ValueError, TypeError, UnboundLocalError)
+
 
 @contextmanager
 def translated(where: str) -> Iterator[None]:
@@ -60,3 +63,5 @@ def translated(where: str) -> Iterator[None]:
             f"{where}: this computer has no NI-DAQmx driver; install it, or give the address of an NI gRPC device "
             "server (grpc://host:port)"
         ) from error
+    except NONSENSE as error:
+        raise DaqError(f"{where}: the reply makes no sense ({error}); check the network to the instrument") from error

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from types import TracebackType
 
 import nidaqmx
@@ -20,16 +21,20 @@ from nidaqmx.constants import (
     ExcitationSource,
     ForceIEPESensorSensitivityUnits,
     ForceUnits,
+    ReadRelativeTo,
     TaskMode,
 )
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.stream_readers import AnalogUnscaledReader
+from nidaqmx.task.channels import AIChannel
 from numpy.polynomial import polynomial
 
+from daq.agreement import agreed, check_channels, check_samples, check_trigger
 from daq.block import Block
 from daq.channels import Channel, ChannelKind, checked_table
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
 from daq.nidaqmx_errors import translated
+from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665
 RATE_TOLERANCE = 1e-6  # relative difference of the rate from the one asked for, above which it is reported
@@ -95,6 +100,14 @@ def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: 
             )
 
 
+def _scaling_of(channel: AIChannel) -> tuple[float, ...]:
+    return tuple(float(coefficient) for coefficient in channel.ai_dev_scaling_coeff)
+
+
+def _range_of(channel: AIChannel) -> tuple[float, float]:
+    return float(channel.ai_rng_low), float(channel.ai_rng_high)
+
+
 class _FiniteTask:
     """A finite acquisition of several channels on one clock, set up once.
 
@@ -119,8 +132,9 @@ class _FiniteTask:
         self.requested_rate = sample_rate
         self._overload_attribute = True
         self._open = True
+        self._is_remote = options is not None
         with translated("new task"):
-            self._task = nidaqmx.Task(grpc_options=options)
+            self._task, self._session = open_task(options, self.channels)
         try:
             add_channels(self._task, self.channels)
             with translated(f"{self._names} at {sample_rate:g} Hz"):
@@ -132,27 +146,34 @@ class _FiniteTask:
     def _set_up(self, sample_rate: float, duration: float, trigger: EdgeTrigger | None) -> None:
         timing = self._task.timing
         timing.cfg_samp_clk_timing(sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=2)
-        self.sample_rate = float(timing.samp_clk_rate)
+        self.sample_rate = agreed("sample rate", lambda: float(timing.samp_clk_rate))
         self.samples = max(2, round(duration * self.sample_rate))
         timing.samp_quant_samp_per_chan = self.samples
         self._pre_trigger = 0
         if trigger is not None:
-            self._pre_trigger = max(2, round(trigger.pre_trigger * self.sample_rate))
-            source = next((c for c in self.channels if c.name == trigger.channel), None)
-            if source is None:
-                raise ChannelError(f"trigger on {trigger.channel!r}: not one of {self._names}")
-            volts = source.kind is ChannelKind.VOLTAGE
-            self._task.triggers.reference_trigger.cfg_anlg_edge_ref_trig(
-                source.name,
-                pretrigger_samples=self._pre_trigger,
-                trigger_level=trigger.level * source.sensitivity if volts else trigger.level,
-            )
+            self._set_trigger(trigger)
         inputs = [self._task.ai_channels[channel.name] for channel in self.channels]
-        self._scaling = tuple(tuple(float(c) for c in i.ai_dev_scaling_coeff) for i in inputs)
-        self._range = tuple((float(i.ai_rng_low), float(i.ai_rng_high)) for i in inputs)
+        self._scaling = tuple(agreed("scaling", partial(_scaling_of, i)) for i in inputs)
+        self._range = tuple(agreed("range", partial(_range_of, i)) for i in inputs)
+        check_channels(self._task, self.channels)
+        check_samples(self._task, self.samples)
+        if self._is_remote:  # so that a record can be read twice
+            first = ReadRelativeTo.FIRST_PRETRIGGER_SAMPLE if self._pre_trigger else ReadRelativeTo.FIRST_SAMPLE
+            self._task.in_stream.relative_to = first
         self._reader = AnalogUnscaledReader(self._task.in_stream)
         self._reader.verify_array_shape = False  # the array is ours; spares a call a block
         self._task.control(TaskMode.TASK_COMMIT)  # so that each start is quick
+
+    def _set_trigger(self, trigger: EdgeTrigger) -> None:
+        self._pre_trigger = max(2, round(trigger.pre_trigger * self.sample_rate))
+        source = next((c for c in self.channels if c.name == trigger.channel), None)
+        if source is None:
+            raise ChannelError(f"trigger on {trigger.channel!r}: not one of {self._names}")
+        level = trigger.level * source.sensitivity if source.kind is ChannelKind.VOLTAGE else trigger.level
+        self._task.triggers.reference_trigger.cfg_anlg_edge_ref_trig(
+            source.name, pretrigger_samples=self._pre_trigger, trigger_level=level
+        )
+        check_trigger(self._task, source.name, level, self._pre_trigger)
 
     @property
     def _names(self) -> str:
@@ -183,6 +204,7 @@ class _FiniteTask:
         """
         if self._open:
             self._open = False
+            forget(self._session)
             with translated(f"clear task of {self._names}"):
                 self._task.close()
 
@@ -220,11 +242,10 @@ class _FiniteTask:
 
     def _block(self, timeout: float, cancelled: Callable[[], bool] | None) -> Block:
         """Wait for the record and stop."""
-        counts = np.empty((len(self.channels), self.samples), dtype=np.int32)
         with self._cleared_on_error("read"):
             if cancelled is not None:
                 timeout = self._wait_unless(cancelled, timeout)
-            self._reader.read_int32(counts, self.samples, timeout=timeout)
+            counts = self._counts(timeout)
             complete_at = datetime.now(UTC)
             overloaded = self._flagged() | self._at_the_rail(counts)
             self._task.stop()
@@ -238,6 +259,17 @@ class _FiniteTask:
             trigger_index=self._pre_trigger or None,
             overloaded=tuple(channel.name for channel in self.channels if channel.name in overloaded),
         )
+
+    def _counts(self, timeout: float) -> npt.NDArray[np.int32]:
+        """The record, (channels, samples); over a network as two readings of it agree."""
+
+        def read() -> npt.NDArray[np.int32]:
+            counts = np.empty((len(self.channels), self.samples), dtype=np.int32)
+            if (came := self._reader.read_int32(counts, self.samples, timeout=timeout)) != self.samples:
+                raise DaqError(f"{self._names}: {came} samples came of {self.samples}; try again")
+            return counts
+
+        return agreed(f"record of {self._names}", read) if self._is_remote else read()
 
     def _wait_unless(self, cancelled: Callable[[], bool], timeout: float) -> float:
         """Wait until the record is complete or `timeout` s have passed; how much of `timeout` is left.

@@ -127,7 +127,20 @@ def read_attributes(task: Task) -> Attributes:
         pb.READ_ATTRIBUTE_OVERLOADED_CHANS: lambda: ", ".join(
             c.name for c in task.channels if c.name in task.reported_overloads
         ),
+        pb.READ_ATTRIBUTE_RELATIVE_TO: lambda: task.relative_to,
         DEFAULT_NUMBER_OF_SAMPLES_TO_READ: samples_to_read,
+    }
+
+
+def trigger_attributes(task: Task) -> Attributes:
+    """Of the analog edge reference trigger of a task; none where it has no such trigger."""
+    trigger = task.trigger
+    if trigger is None or trigger.pretrigger is None:
+        return {}
+    return {
+        pb.TRIGGER_ATTRIBUTE_ANLG_EDGE_REF_TRIG_SRC: lambda: trigger.channel.name,
+        pb.TRIGGER_ATTRIBUTE_ANLG_EDGE_REF_TRIG_LVL: lambda: trigger.level,
+        pb.TRIGGER_ATTRIBUTE_REF_TRIG_PRETRIG_SAMPLES: lambda: trigger.pretrigger,
     }
 
 

@@ -29,10 +29,12 @@ class DaqServer:
     Attributes:
         address: ``grpc://host:port`` for a client to connect to.
         faults: what is to go wrong.
+        given: the latest records, counts (channels, samples), for tests that compare.
     """
 
-    def __init__(self, server: grpc.Server, address: str, faults: DaqFaults) -> None:
+    def __init__(self, server: grpc.Server, address: str, service: NiDaqmx, faults: DaqFaults) -> None:
         self._server = server
+        self.given = service.given
         self.address = address
         self.faults = faults
 
@@ -60,7 +62,7 @@ def start_daq_server(bench: Bench, address: str = "127.0.0.1:0", chassis: Chassi
     except RuntimeError as error:
         raise OSError(f"cannot serve at {address}: {error}") from error
     server.start()
-    return DaqServer(server, f"grpc://{address.rpartition(':')[0]}:{port}", faults)
+    return DaqServer(server, f"grpc://{address.rpartition(':')[0]}:{port}", service, faults)
 
 
 def _handler(method: Any, service: NiDaqmx, faults: DaqFaults) -> grpc.RpcMethodHandler:

@@ -7,6 +7,7 @@ puts them on the wire.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -25,15 +26,17 @@ from simlab.daq_attributes import (
     system_attributes,
     task_attributes,
     timing_attributes,
+    trigger_attributes,
 )
 from simlab.daq_bench import Bench
 from simlab.daq_channels import accelerometer_channel, force_channel, voltage_channel
 from simlab.daq_codes import Code, StatusError, meaning
 from simlab.daq_faults import DaqFaults
-from simlab.daq_modules import Chassis
+from simlab.daq_modules import Chassis, Counts
 from simlab.daq_tasks import Task, Trigger
 
 EVENT_POLL = 2e-3  # wall seconds
+GIVEN = 16  # records
 
 Message = Any  # protobuf messages carry no types
 Method = Callable[["NiDaqmx", Message, grpc.ServicerContext], Message]
@@ -51,12 +54,17 @@ def _attribute(name: str, find: Callable[[NiDaqmx, Message], Value]) -> Method:
 
 
 class NiDaqmx:
-    """NI-DAQmx on one chassis in front of a bench; methods may be called from any thread."""
+    """NI-DAQmx on one chassis in front of a bench; methods may be called from any thread.
+
+    Attributes:
+        given: the latest records, counts (channels, samples) as they left the converters, for tests that compare.
+    """
 
     def __init__(self, chassis: Chassis, bench: Bench, faults: DaqFaults) -> None:
         self._chassis = chassis
         self._bench = bench
         self._faults = faults
+        self.given: deque[Counts] = deque(maxlen=GIVEN)
         self._tasks: dict[str, Task] = {}
         self._lock = threading.RLock()
         self._unnamed = 0
@@ -83,6 +91,9 @@ class NiDaqmx:
     def _timing(self, request: Message) -> Value:
         return lookup(timing_attributes(self._task(request)), request.attribute_raw)
 
+    def _trigger(self, request: Message) -> Value:
+        return lookup(trigger_attributes(self._task(request)), request.attribute_raw)
+
     def _buffer(self, request: Message) -> Value:
         return lookup(buffer_attributes(self._task(request)), request.attribute_raw)
 
@@ -101,11 +112,15 @@ class NiDaqmx:
     GetChanAttributeDoubleArray = _attribute("GetChanAttributeDoubleArray", _channel)
     GetReadAttributeString = _attribute("GetReadAttributeString", _read)
     GetReadAttributeBool = _attribute("GetReadAttributeBool", _read)
+    GetReadAttributeInt32 = _attribute("GetReadAttributeInt32", _read)
     GetReadAttributeUInt32 = _attribute("GetReadAttributeUInt32", _read)
     GetReadAttributeUInt64 = _attribute("GetReadAttributeUInt64", _read)
     GetTimingAttributeDouble = _attribute("GetTimingAttributeDouble", _timing)
     GetTimingAttributeInt32 = _attribute("GetTimingAttributeInt32", _timing)
     GetTimingAttributeUInt64 = _attribute("GetTimingAttributeUInt64", _timing)
+    GetTrigAttributeString = _attribute("GetTrigAttributeString", _trigger)
+    GetTrigAttributeDouble = _attribute("GetTrigAttributeDouble", _trigger)
+    GetTrigAttributeUInt32 = _attribute("GetTrigAttributeUInt32", _trigger)
     GetBufferAttributeUInt32 = _attribute("GetBufferAttributeUInt32", _buffer)
 
     def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
@@ -180,6 +195,13 @@ class NiDaqmx:
         task = self._task(request)
         task.set_timing(task.rate, task.finite, request.value)
         return pb.SetTimingAttributeUInt64Response()
+
+    def SetReadAttributeInt32(self, request: Message, _: grpc.ServicerContext) -> Message:
+        """Say from where reading counts."""
+        if request.attribute_raw != pb.READ_ATTRIBUTE_RELATIVE_TO:
+            raise StatusError(Code.ATTR_NOT_SUPPORTED, f"Attribute: {request.attribute_raw:#x}, not simulated.")
+        self._task(request).read_relative_to(request.value_raw)
+        return pb.SetReadAttributeInt32Response()
 
     def CfgInputBuffer(self, request: Message, _: grpc.ServicerContext) -> Message:
         """Set the size of the buffer."""
@@ -305,7 +327,9 @@ class NiDaqmx:
         wanted = task.samples if samples < 0 else samples
         if wanted * len(task.channels) > request.array_size_in_samps:
             raise StatusError(Code.READ_BUFFER_TOO_SMALL, f"Room for {request.array_size_in_samps} samples.")
-        return task.read(samples, request.timeout, context.is_active)
+        counts, in_time = task.read(samples, request.timeout, context.is_active)
+        self.given.append(counts)
+        return counts, in_time
 
     # -- events
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from nidaqmx.constants import ReadRelativeTo
 from numpy.typing import NDArray
 
 from simlab.daq_bench import Bench, rising_sample
@@ -18,6 +19,7 @@ from simlab.daq_modules import Chassis, Counts, Module, Real, Sensor, input_volt
 
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
+FROM_THE_BEGINNING = (ReadRelativeTo.FIRST_SAMPLE.value, ReadRelativeTo.FIRST_PRETRIGGER_SAMPLE.value)
 BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # NI's default by rate
 
 
@@ -76,6 +78,8 @@ class Task:
         self.new_overloads: frozenset[str] = frozenset()
         self.reported_overloads: frozenset[str] = frozenset()
         self.position = 0  # samples of the record that were read
+        self.relative_to = ReadRelativeTo.CURRENT_READ_POSITION.value
+        self._converted: tuple[int, Counts] | None = None  # what was read last, and from which sample on
         self._buffer: int | None = None
         self._changed = threading.Condition(threading.RLock())
         self._started: float | None = None  # bench time
@@ -137,6 +141,16 @@ class Task:
         with self._changed:
             self._check_stopped()
             self.trigger = trigger
+
+    def read_relative_to(self, place: int) -> None:
+        """Let each reading begin at `place`, NI's number: where the last one ended, or the beginning of the record.
+
+        Raises:
+            StatusError: -200077, anywhere else.
+        """
+        if place not in (ReadRelativeTo.CURRENT_READ_POSITION.value, *FROM_THE_BEGINNING):
+            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"Property: RelativeTo. Requested: {place}.")
+        self.relative_to = place
 
     def set_buffer(self, samples: int) -> None:
         """Set how many samples per channel may wait to be read.
@@ -200,7 +214,7 @@ class Task:
             self.verify()
             self._started = self.bench.clock.now()
             self._origin = None if self.trigger else self._started
-            self.position = 0
+            self.position, self._converted = 0, None
             self.new_overloads = frozenset()
             try:
                 self._find_origin()  # finds a trigger level that makes no sense
@@ -318,6 +332,8 @@ class Task:
         with self._changed:
             if not self.running:
                 self.start()
+            if self.relative_to in FROM_THE_BEGINNING:
+                self.position = 0
             if samples < 0:
                 samples = self.samples - self.position if self.finite else self.available
             if self.finite and self.position + samples > self.samples:
@@ -326,7 +342,7 @@ class Task:
             self.faults.check_overrun()
             if not self.finite and self.available > self.buffer_size:
                 raise StatusError(Code.SAMPLES_NO_LONGER_AVAILABLE, f"Task: {self.name}.")
-            counts = self._convert(self.position, samples if in_time else min(samples, self.available))
+            counts = self._again(self.position, samples if in_time else min(samples, self.available))
             self.position += counts.shape[1]
             return counts, in_time
 
@@ -337,6 +353,12 @@ class Task:
         if self.faults.present("cable_open", channel.physical):
             return None
         return self.chassis.wiring.get(channel.physical)
+
+    def _again(self, first: int, samples: int) -> Counts:
+        """Counts as `_convert` gives them, of the converter's memory where they were read before."""
+        if self._converted is None or self._converted[0] != first or self._converted[1].shape[1] != samples:
+            self._converted = first, self._convert(first, samples)
+        return self._converted[1]
 
     def _convert(self, first: int, samples: int) -> Counts:
         """Counts (channels, samples) of the record from its sample `first` on; notes overloads."""

@@ -1,0 +1,73 @@
+"""Trust in what comes over a wire: settings are read back, and what is read is read until two readings agree.
+
+An NI gRPC device server answers without a checksum of its own, so a bit that changes on the way would pass for a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+import nidaqmx
+import numpy as np
+
+from daq.channels import Channel
+from daq.errors import DaqError
+
+READINGS = 4  # at most
+
+_Value = TypeVar("_Value")
+
+
+def agreed(what: str, read: Callable[[], _Value]) -> _Value:
+    """What `read` gives twice running, a number, an array, a text or a tuple of them.
+
+    Raises:
+        DaqError: no two readings in a row agree, `what` they are of.
+    """
+    last = read()
+    for _ in range(READINGS - 1):
+        before, last = last, read()
+        if np.array_equal(before, last):  # type: ignore[arg-type]  # takes whatever can be made an array
+            return last
+    raise DaqError(f"{what}: {READINGS} readings, and no two alike in a row; check the network to the instrument")
+
+
+def check_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
+    """Read back which inputs the channels of `task` are on, and how they are fed.
+
+    Raises:
+        DaqError: the instrument has something else than `channels` say.
+    """
+    for channel in channels:
+        found = task.ai_channels[channel.name]
+        _compare(f"input of channel {channel.name!r}", found.physical_channel.name, channel.physical)
+        if channel.excitation_current:
+            _compare(f"excitation current of {channel.name!r}", found.ai_excit_val, channel.excitation_current)
+
+
+def check_trigger(task: nidaqmx.Task, source: str, level: float, pre_trigger: int) -> None:
+    """Read back the analog edge trigger of `task`.
+
+    Raises:
+        DaqError: the instrument has another one.
+    """
+    trigger = task.triggers.reference_trigger
+    _compare("source of the trigger", trigger.anlg_edge_src, source)
+    _compare("level of the trigger", trigger.anlg_edge_lvl, level)
+    _compare("samples before the trigger", trigger.pretrig_samples, pre_trigger)
+
+
+def check_samples(task: nidaqmx.Task, samples: int) -> None:
+    """Read back the length of the record of `task`.
+
+    Raises:
+        DaqError: it is not `samples`.
+    """
+    _compare("samples of a record", task.timing.samp_quant_samp_per_chan, samples)
+
+
+def _compare(what: str, found: object, asked: object) -> None:
+    same = np.isclose(found, asked) if isinstance(found, float) and isinstance(asked, float) else found == asked
+    if not same:
+        raise DaqError(f"{what}: {asked} was asked for, the instrument has {found}; check the network to it, try again")

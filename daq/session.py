@@ -1,0 +1,67 @@
+"""Tasks on an NI gRPC device server, by names that outlive who made them.
+
+The server keeps a task, and the modules it holds, when its client dies. So tasks are named after this computer and
+their modules: who comes next clears what a predecessor has left, and nobody else's.
+"""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Sequence
+from contextlib import suppress
+
+import nidaqmx
+import nidaqmx.errors
+from nidaqmx import GrpcSessionOptions
+from nidaqmx.grpc_session_options import SessionInitializationBehavior
+
+from daq.channels import Channel
+
+_open_here: set[str] = set()  # names in use in this process
+
+
+def open_task(options: GrpcSessionOptions | None, channels: Sequence[Channel]) -> tuple[nidaqmx.Task, str]:
+    """A new task for `channels`, with the name to give `forget` when it is cleared.
+
+    Over a network, what a process of this computer that is gone has left on the same modules is cleared first.
+
+    Raises:
+        nidaqmx.errors.Error: the instrument cannot be reached, or says no.
+    """
+    name = _name(channels)
+    if options is None or name in _open_here:
+        # a second one on the same modules: the instrument says whether it may be
+        return nidaqmx.Task(grpc_options=options), ""
+    try:
+        task = nidaqmx.Task(name, grpc_options=_named(options, name, new=True))
+    except nidaqmx.errors.Error:
+        _clear_left_over(options, name)
+        task = nidaqmx.Task(name, grpc_options=_named(options, name, new=True))
+    _open_here.add(name)
+    return task, name
+
+
+def forget(name: str) -> None:
+    """The task called `name` is no longer used here, whether it could be cleared or not."""
+    _open_here.discard(name)
+
+
+def _clear_left_over(options: GrpcSessionOptions, name: str) -> None:
+    # where there was none, what made the first attempt fail shows again at the second
+    with suppress(nidaqmx.errors.Error):
+        nidaqmx.Task(name, grpc_options=_named(options, name, new=False)).close()
+
+
+def _named(options: GrpcSessionOptions, name: str, *, new: bool) -> GrpcSessionOptions:
+    behaviour = SessionInitializationBehavior
+    return GrpcSessionOptions(
+        options.grpc_channel,
+        name,
+        initialization_behavior=behaviour.INITIALIZE_SERVER_SESSION if new else behaviour.ATTACH_TO_SERVER_SESSION,
+    )
+
+
+def _name(channels: Sequence[Channel]) -> str:
+    modules = sorted({channel.physical.partition("/")[0] for channel in channels})
+    return re.sub(r"\W+", "_", f"jointlab {socket.gethostname()} {' '.join(modules)}")

@@ -2,9 +2,11 @@
 
 A mode has two parameters for its pole and two for each row's modal constant. It is kept if it lowers chi-square by
 more than the logarithm of the number of data for each of them (G. Schwarz, Annals of Statistics 6, 1978): a mode that
-is not there must not be reported. A residual term has two parameters for each row and is added if it lowers chi-square
-by more than two for each (H. Akaike, IEEE Trans. Automatic Control 19, 1974): one too many costs little, one too few
-biases all modes. Both prices rise with the noise scale, so that what no mode can explain does not call for more modes.
+is not there must not be reported. A residual term has two parameters for each row and is wanted if it lowers chi-square
+by more than two for each (H. Akaike, IEEE Trans. Automatic Control 19, 1974); the first that is not wanted is added
+too. One too many costs half a per cent of every standard deviation, while what one too few leaves, hidden in noise,
+biases loss factors by a sixth of theirs. Both prices rise with the noise scale, so that what no mode can explain does
+not call for more modes.
 
 Two poles closer than a quarter of their half bandwidth are one mode that moved between the blows at different points,
 with temperature or load: one of them is dropped, and what it explained stays in the noise scale.
@@ -103,7 +105,7 @@ def _with_enough_terms(data: ModalData, fit: ModalFit) -> ModalFit:
     while fit.residual_terms.shape[0] < _MOST_TERMS:
         richer = refine(data, fit.poles, fit.residual_terms.shape[0] + 1)
         if fit.chi_square - richer.chi_square < 2 * 2 * fit.accelerance.shape[0] * noise_scale(richer):
-            return fit
+            return richer
         fit = richer
     return fit
 

@@ -105,7 +105,7 @@ def estimate_modes(
     if lines.frequency.size == 0:
         raise AnalysisError(f"there are no lines between {lowest:g} and {highest:g} Hz")
     chart = read_chart(
-        lscf_poles(lines.frequency, lines.accelerance, np.ones(lines.accelerance.shape), highest_order),
+        lscf_poles(lines.frequency, lines.accelerance, highest_order),
         lowest=float(lines.frequency[0]),
         highest=float(lines.frequency[-1]),
         line_spacing=float(lines.frequency[1] - lines.frequency[0]),

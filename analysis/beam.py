@@ -151,6 +151,7 @@ class FreeBeam:
     """
 
     beam: Beam
+    theory: Theory
     mesh: Mesh
     mass: Real
     damping: Real
@@ -224,6 +225,7 @@ def assemble(
     weighted = mass @ shapes
     return FreeBeam(
         beam=beam,
+        theory=theory,
         mesh=mesh,
         mass=mass,
         damping=np.asarray((weighted * rate) @ weighted.T),

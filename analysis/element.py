@@ -59,3 +59,35 @@ def rotary_mass(rotary_inertia: float, length: float, phi: float) -> Real:
     c = (5 * phi**2 - 5 * phi - 1) * length**2
     shape = np.array([[36, -a, -36, -a], [-a, b, a, c], [-36, a, 36, a], [-a, c, a, b]])
     return np.asarray(rotary_inertia / (30 * (1 + phi) ** 2 * length) * shape)
+
+
+def rod_shape(place: float, length: float) -> Real:
+    """(2, 2) shape functions of x at `place` in 0..1 of the element, and their derivatives along it, 1/m."""
+    return np.array([[1 - place, place], [-1 / length, 1 / length]])
+
+
+def transverse_shape(place: float, length: float, phi: float) -> Real:
+    """(2, 4) shape functions of y at `place` in 0..1, and their derivatives, 1/m: those of Eq. (6)."""
+    s = place
+    values = [
+        1 + phi - phi * s - 3 * s**2 + 2 * s**3,
+        length * ((1 + phi / 2) * s - (2 + phi / 2) * s**2 + s**3),
+        phi * s + 3 * s**2 - 2 * s**3,
+        length * (-phi / 2 * s + (phi / 2 - 1) * s**2 + s**3),
+    ]
+    slopes = [
+        (-phi - 6 * s + 6 * s**2) / length,
+        1 + phi / 2 - (4 + phi) * s + 3 * s**2,
+        (phi + 6 * s - 6 * s**2) / length,
+        -phi / 2 + (phi - 2) * s + 3 * s**2,
+    ]
+    return np.array([values, slopes]) / (1 + phi)
+
+
+def rotation_shape(place: float, length: float, phi: float) -> Real:
+    """(2, 4) shape functions of the rotation at `place` in 0..1, and their derivatives, 1/m: those of Eq. (7)."""
+    s = place
+    bump, bump_slope = 6 * (s**2 - s) / length, 6 * (2 * s - 1) / length**2
+    values = [bump, 1 + phi - (4 + phi) * s + 3 * s**2, -bump, 3 * s**2 - (2 - phi) * s]
+    slopes = [bump_slope, (-(4 + phi) + 6 * s) / length, -bump_slope, (6 * s - (2 - phi)) / length]
+    return np.array([values, slopes]) / (1 + phi)

@@ -22,22 +22,18 @@ Scalar = TypeVar("Scalar", np.float64, np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
-class JointEstimate:
-    """A joint as identified from modes. Rows and columns: x, y, rotation; N/m, N, N m.
+class IdentifiedJoint:
+    """A joint as identified, by whatever method. Rows and columns: x, y, rotation; N/m, N, N m.
 
     Attributes:
         name, node: of the joint.
         stiffness, damping: (3, 3) k and h.
-        covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...] by the paper's regression, Section 7:
-            residual scatter alone, every equation counted three times, which makes it too small.
-        propagated_covariance: (12, 12) what the covariance of the measured modes leads to; None where they have none.
-        k_ci95, h_ci95: (3, 3, 2) the wider of two 95 % intervals: Student's from the residual scatter, every
-            equation counted once, and the normal one from `propagated_covariance`.
+        covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...].
+        k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
         loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
-        loss_factor_ci95: (3, 3, 2) by Fieller's theorem, again the wider; nan with `loss_factor`.
-        observable: (3, 3) whether the stiffness can be told from zero, and would be determined on its own by the modes
-            with nothing assumed about the longitudinal motion: see `analysis.observability.determined`.
-        regression: residuals of Fig. 5, s^2 and R^2.
+        loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
+        observable: (3, 3) whether the stiffness can be told from zero and is determined on its own by the data, with
+            nothing assumed: see `analysis.observability.determined`.
     """
 
     name: str
@@ -45,23 +41,48 @@ class JointEstimate:
     stiffness: Real
     damping: Real
     covariance: Real
-    propagated_covariance: Real | None
     k_ci95: Real
     h_ci95: Real
     loss_factor: Real
     loss_factor_ci95: Real
     observable: NDArray[np.bool_]
-    regression: Regression
 
     @property
     def joint(self) -> Joint:
         """The joint for a forward prediction."""
-        return joint_of(self.name, self.node, self.regression)
+        return Joint(self.name, self.node, np.asarray(self.stiffness + 1j * self.damping))
+
+    @property
+    def best_covariance(self) -> Real:
+        """(12, 12) the one to keep: of all that is known of the errors."""
+        return self.covariance
+
+
+@dataclass(frozen=True, eq=False)
+class JointEstimate(IdentifiedJoint):
+    """A joint as identified from modes, Section 5.
+
+    `covariance` is that of the paper's regression, Section 7: residual scatter alone, every equation counted three
+    times, which makes it too small. Each interval is the wider of two: Student's from the residual scatter, every
+    equation counted once, and the normal one from `propagated_covariance`.
+
+    Attributes:
+        propagated_covariance: (12, 12) what the covariance of the measured modes leads to; None where they have none.
+        regression: residuals of Fig. 5, s^2 and R^2.
+    """
+
+    propagated_covariance: Real | None
+    regression: Regression
+
+    @property
+    def best_covariance(self) -> Real:
+        """(12, 12) the propagated one where there is one."""
+        return self.covariance if self.propagated_covariance is None else self.propagated_covariance
 
     @property
     def paper_k_ci95(self) -> Real:
         """(3, 3, 2) intervals as the paper makes them for Table 2: normal, from `covariance`."""
-        terms, half = self.regression.terms, _quantile(np.inf) * np.sqrt(np.diag(self.covariance))
+        terms, half = self.regression.terms, quantile(np.inf) * np.sqrt(np.diag(self.covariance))
         return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
 
 
@@ -90,32 +111,51 @@ def estimate(
         propagated: (12, 12) covariance from that of the modes, or None.
         determined: (12,) which terms the modes determine whatever is assumed.
     """
-    terms = regression.terms
-    covariances = [(regression.honest_covariance, _quantile(regression.freedom))]
+    covariances = [(regression.honest_covariance, quantile(regression.freedom))]
     if propagated is not None:
-        covariances.append((propagated, _quantile(np.inf)))
-    half = np.max([t * np.sqrt(np.diag(c)) for c, t in covariances], axis=0)
+        covariances.append((propagated, quantile(np.inf)))
+    common = identified(name, node, regression.terms, regression.covariance, covariances, determined)
+    return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
+
+
+def identified(
+    name: str,
+    node: int,
+    terms: Real,
+    covariance: Real,
+    widths: Sequence[tuple[Real, float]],
+    determined: NDArray[np.bool_],
+) -> IdentifiedJoint:
+    """Matrices and intervals of one joint.
+
+    Args:
+        name: of the joint.
+        node: of the joint.
+        terms: (12,) k's and h's upper triangle.
+        covariance: (12, 12) to state.
+        widths: covariances (12, 12) and quantiles that intervals are made of; the widest counts.
+        determined: (6,) or more: which stiffnesses the data determine whatever is assumed.
+    """
+    half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
     limits = np.stack([terms - half, terms + half], axis=-1)
 
     diagonal = np.sqrt(np.abs(np.diag(square(terms[:HALF]))))
     floor = ROUNDING * np.array([diagonal[p] * diagonal[q] for p, q in UPPER])
     real = np.abs(terms[:HALF]) > np.maximum(half[:HALF], floor)
-    ratio, ratio_limits = _loss_factors(terms, covariances)
+    ratio, ratio_limits = _loss_factors(terms, widths)
     ratio, ratio_limits = np.where(real, ratio, np.nan), np.where(real[:, None], ratio_limits, np.nan)
 
-    return JointEstimate(
+    return IdentifiedJoint(
         name=name,
         node=node,
         stiffness=square(terms[:HALF]),
         damping=square(terms[HALF:]),
-        covariance=regression.covariance,
-        propagated_covariance=propagated,
+        covariance=covariance,
         k_ci95=square(limits[:HALF]),
         h_ci95=square(limits[HALF:]),
         loss_factor=square(ratio),
         loss_factor_ci95=square(ratio_limits),
         observable=square(real & determined[:HALF]),
-        regression=regression,
     )
 
 
@@ -157,6 +197,6 @@ def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, float]]) -> tup
     return ratio, limits
 
 
-def _quantile(freedom: float) -> float:
+def quantile(freedom: float) -> float:
     """Of the two-sided interval, for Student's distribution or, at infinite freedom, the normal one."""
     return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))

@@ -158,8 +158,18 @@ def is_passive(dynamic_stiffness: Complex, tolerance: float = 1e-9) -> bool:
         dynamic_stiffness: (3, 3) k + i h.
         tolerance: largest negative loss, as a share of stiffness, that is taken for rounding.
     """
+    return least_loss(dynamic_stiffness)[0] >= -tolerance
+
+
+def least_loss(dynamic_stiffness: Complex) -> tuple[float, Complex]:
+    """The least eigenvalue of (z - z^H) / 2i as a share of stiffness, and the motion u (3,) that loses so little.
+
+    Negative says that u draws energy from the joint: its loss is u^H (z - z^H) / 2i u.
+    """
     lost = (dynamic_stiffness - dynamic_stiffness.conj().T) / 2j
-    return bool(np.linalg.eigvalsh(_dimensionless(lost, dynamic_stiffness))[0] >= -tolerance)
+    losses, motions = np.linalg.eigh(_dimensionless(lost, dynamic_stiffness))
+    scale = np.real(np.diag(_dimensionless(np.eye(3, dtype=complex), dynamic_stiffness)))
+    return float(losses[0]), np.asarray(motions[:, 0] * np.sqrt(scale))
 
 
 def _dimensionless(matrix: Complex, stiffness: Complex) -> Complex:

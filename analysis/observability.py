@@ -69,7 +69,16 @@ def modal_bound(
         seen = columns[:, :-2] - free @ (free.T @ columns[:, :-2])
         information += seen.T @ seen
 
-    unit = np.tile([free_beam.beam.stiffness_unit[place] for place in UPPER], 2 * len(nodes))
+    return bounded_inverse(information, term_units(free_beam, len(joints)))
+
+
+def term_units(free_beam: FreeBeam, joints: int) -> Real:
+    """(12 joints,) what the terms of all joints are divided by: EI/L^3, EI/L^2 and EI/L."""
+    return np.tile([free_beam.beam.stiffness_unit[place] for place in UPPER], 2 * joints)
+
+
+def bounded_inverse(information: Real, unit: Real) -> Real:
+    """Inverse of a Fisher information (terms, terms); what nothing determines is known to `UNKNOWN` units (terms,)."""
     scaled = information * np.outer(unit, unit) + np.eye(unit.size) / UNKNOWN**2
     balance = 1 / np.sqrt(np.diag(scaled))
     inverse = np.linalg.inv(scaled * np.outer(balance, balance))

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.observability import SUM_ONLY
 from analysis.regression import TERMS, UPPER
+from analysis.term_information import TermBound
 
 LEADING = 0.3  # weights below this share of the largest are left out of the words
 
@@ -63,11 +64,35 @@ def weak_directions(
     return tuple(sorted(found, key=lambda direction: -direction.standard_deviation))
 
 
+def scale_direction(tolerances: Sequence[float] | Real, bound: TermBound, values: Real) -> WeakDirection | None:
+    """The common factor of all terms, which accelerances leave open: k, E, rho and the gain may grow together.
+
+    Args:
+        tolerances: relative ones of gain, E and rho; with one of them exact, so is the factor.
+        bound: of the terms, for comparison.
+        values: (terms,).
+
+    Returns:
+        The factor, relative, or None where it is known.
+    """
+    if not np.all(np.asarray(tolerances) > 0):
+        return None
+    deviation = float(1 / np.sqrt(np.sum(1 / np.square(tolerances))))
+    best = np.min(np.sqrt(np.diag(bound.as_drawn)) / np.maximum(np.abs(values), np.finfo(float).tiny))
+    if best >= deviation:
+        return None
+    text = (
+        f"a common factor of all terms is known to {_short(100 * deviation)} % (one standard deviation), as well as "
+        f"gain, density and Young's modulus are; without it the best known term to {_short(100 * float(best))} %"
+    )
+    return WeakDirection(text, (("all terms", 1.0),), deviation)
+
+
 def _split(covariance: Real, variance: float) -> bool:
     """Whether terms of this covariance are known in a sum only, and a direction of this variance is not that sum."""
     deviation = np.sqrt(np.diag(covariance))
     correlation = np.abs(covariance / np.outer(deviation, deviation)) - np.eye(len(covariance))
-    return bool(np.max(correlation) >= SUM_ONLY and variance > np.min(np.diag(covariance)))
+    return bool(np.max(correlation) >= SUM_ONLY and variance > np.max(np.diag(covariance)) / 2)
 
 
 def _in_words(vector: Real, names: Sequence[str], block: Real) -> WeakDirection:

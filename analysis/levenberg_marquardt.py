@@ -1,0 +1,107 @@
+"""Levenberg's and Marquardt's method for sums of squares given by their normal equations.
+
+D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431-441, with the columns scaled to one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from analysis.frequency_response import Real
+
+FIRST_DAMPING = 1e-3
+RELIEF = 0.02  # directions a million times weaker than others need the damping gone before they move
+LEAST_DAMPING = 1e-14
+MOST_DAMPING = 1e8
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """A sum of squares about a point: half of its gradient, negative, and half of its second derivative.
+
+    Attributes:
+        cost: the sum of squares.
+        descent: (parameters,) J^t r.
+        normal: (parameters, parameters) J^t J.
+    """
+
+    cost: float
+    descent: Real
+    normal: Real
+
+
+class SumOfSquares(Protocol):
+    """What is minimised."""
+
+    def cost(self, values: Real) -> float:
+        """The sum of squares; infinite where there is none."""
+
+    def linearised(self, values: Real) -> Linearised:
+        """The normal equations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where the search ended.
+
+    Attributes:
+        values: (parameters,).
+        at: the normal equations there.
+        expected: by how much one more step would lower the sum of squares, to first order.
+        steps: how many were taken.
+        converged: whether `expected` is below what was asked for.
+    """
+
+    values: Real
+    at: Linearised
+    expected: float
+    steps: int
+    converged: bool
+
+
+def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_steps: int = 50) -> Minimum:
+    """Lower a sum of squares until a step would gain less than `tolerance`.
+
+    For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation.
+    """
+    values, damping = start, FIRST_DAMPING
+    at = target.linearised(values)
+    for steps in range(most_steps):
+        step, expected = _step(at, 0.0)
+        if expected < tolerance:
+            return Minimum(values, at, expected, steps, converged=True)
+        while True:
+            step, predicted = _step(at, damping)
+            cost = target.cost(values + step)
+            gain = (at.cost - cost) / predicted
+            if gain > 1e-3:
+                break
+            damping = max(8 * damping, 1e-6)
+            if damping > MOST_DAMPING:
+                return Minimum(values, at, expected, steps, converged=False)
+        values = values + step
+        damping = max(damping * (RELIEF if gain > 0.7 else 1.0 if gain > 0.25 else 4.0), LEAST_DAMPING)
+        at = target.linearised(values)
+    _, expected = _step(at, 0.0)
+    return Minimum(values, at, expected, most_steps, converged=expected < tolerance)
+
+
+def inverse(normal: Real) -> Real:
+    """Inverse of a symmetric positive matrix, its columns scaled to one first.
+
+    In SI units a normal matrix of joint terms has a condition number of 1e15, scaled of 1e9.
+    """
+    scale = 1 / np.sqrt(np.diag(normal))
+    found = np.linalg.inv(normal * np.outer(scale, scale))
+    return np.asarray((found + found.T) / 2 * np.outer(scale, scale))
+
+
+def _step(at: Linearised, damping: float) -> tuple[Real, float]:
+    """The step for this damping, and by how much it lowers the linearised sum of squares."""
+    scale = 1 / np.sqrt(np.diag(at.normal))
+    scaled = at.normal * np.outer(scale, scale)
+    step = scale * np.linalg.solve(scaled + damping * np.eye(scale.size), scale * at.descent)
+    return step, float(step @ (2 * at.descent - at.normal @ step))

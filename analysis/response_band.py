@@ -1,0 +1,66 @@
+"""Predicted accelerances with their uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.interval import CONFIDENCE, Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseBand:
+    """Accelerances and how far the model behind them is uncertain, to first order; noise of a measurement is not in it.
+
+    Attributes:
+        responses: the prediction, (m/s^2)/N.
+        real_deviation, imaginary_deviation, magnitude_deviation: (rows, lines) standard deviations, (m/s^2)/N.
+    """
+
+    responses: FrequencyResponses
+    real_deviation: Real
+    imaginary_deviation: Real
+    magnitude_deviation: Real
+
+    @property
+    def real_ci95(self) -> Real:
+        """(rows, lines, 2) 95 % interval of the real part."""
+        return _interval(self.responses.accelerance.real, self.real_deviation)
+
+    @property
+    def imaginary_ci95(self) -> Real:
+        """(rows, lines, 2) 95 % interval of the imaginary part."""
+        return _interval(self.responses.accelerance.imag, self.imaginary_deviation)
+
+    @property
+    def magnitude_ci95(self) -> Real:
+        """(rows, lines, 2) 95 % interval of the magnitude, not below zero."""
+        return np.maximum(_interval(np.abs(self.responses.accelerance), self.magnitude_deviation), 0.0)
+
+
+def propagated_band(responses: FrequencyResponses, columns: Complex, covariance: Real) -> ResponseBand:
+    """The band that a covariance leads to.
+
+    Args:
+        responses: the prediction.
+        columns: (parameters, rows, lines) derivatives of its accelerances.
+        covariance: (parameters, parameters).
+    """
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    factor = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    accelerance = responses.accelerance
+    size = np.maximum(np.abs(accelerance), np.finfo(float).tiny)
+    towards = accelerance.conj() / size
+    variances = np.zeros((3, *accelerance.shape))
+    for direction in factor.T:
+        change = np.tensordot(direction, columns, axes=1)
+        variances += np.square([change.real, change.imag, (towards * change).real])
+    return ResponseBand(responses, *np.sqrt(variances))
+
+
+def _interval(value: Real, deviation: Real) -> Real:
+    half = Estimate(0.0, 1.0).half_width(CONFIDENCE) * deviation
+    return np.stack([value - half, value + half], axis=-1)

@@ -1,0 +1,126 @@
+"""How far the bench may be from the drawing: the tolerances stated, and the deviations that they allow.
+
+A tolerance is one standard deviation of a Gaussian prior with mean zero; one of zero says that the drawing is exact,
+and the deviation is then no parameter at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+
+COMMON = ("gain", "Young's modulus", "density", "sensor position")
+"""Deviations of the bench as a whole; those of each joint's and of each blow's position follow."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Standard deviations of what the laboratory admits not to know.
+
+    Attributes:
+        sensor_gain: relative, of hammer and accelerometer together.
+        youngs_modulus: relative.
+        density: relative; known point masses share it.
+        sensor_position: of the accelerometer along the beam, m.
+        joint_position: of each joint along the beam, m.
+        blow_position: of each transverse row's blows along the beam, m.
+        inclination: of each cylinder, rad; used by the cylinder parameters only.
+    """
+
+    sensor_gain: float = 0.0
+    youngs_modulus: float = 0.0
+    density: float = 0.0
+    sensor_position: float = 0.0
+    joint_position: float = 0.0
+    blow_position: float = 0.0
+    inclination: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value >= 0):
+                raise AnalysisError(f"the tolerance {name} is {value}; it must be zero or a positive number")
+
+    def deviations(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
+        """(4 + joints + rows,) standard deviations in the order of `Deviations`.
+
+        Along the beam a blow on the end face has no position, nor has an accelerometer that measures along it.
+        """
+        transverse = [float(point.direction is Direction.Y) for point in inputs]
+        sensor = self.sensor_position if response.direction is Direction.Y else 0.0
+        return np.array(
+            [self.sensor_gain, self.youngs_modulus, self.density, sensor]
+            + joints * [self.joint_position]
+            + [self.blow_position * each for each in transverse]
+        )
+
+
+EXACT = Tolerances()
+"""A bench that is as drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deviations:
+    """How one bench and its measurement differ from the drawing.
+
+    Attributes:
+        values: (4 + joints + rows,) relative gain, Young's modulus and density; positions of the accelerometer, of
+            each joint and of each row's blows, m.
+        joints: number of joints.
+    """
+
+    values: Real
+    joints: int
+
+    @classmethod
+    def none(cls, joints: int, rows: int) -> Deviations:
+        """A bench as drawn."""
+        return cls(np.zeros(len(COMMON) + joints + rows), joints)
+
+    @property
+    def gain(self) -> float:
+        """What hammer and accelerometer read over what they should, less one."""
+        return float(self.values[0])
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Relative."""
+        return float(self.values[1])
+
+    @property
+    def density(self) -> float:
+        """Relative."""
+        return float(self.values[2])
+
+    @property
+    def sensor_position(self) -> float:
+        """Of the accelerometer, m."""
+        return float(self.values[3])
+
+    @property
+    def joint_positions(self) -> Real:
+        """(joints,) m."""
+        return self.values[len(COMMON) : len(COMMON) + self.joints]
+
+    @property
+    def blow_positions(self) -> Real:
+        """(rows,) m."""
+        return self.values[len(COMMON) + self.joints :]
+
+
+def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]) -> tuple[str, ...]:
+    """(4 + joints + rows,) names of the deviations, in the order of `Deviations`."""
+    gain, modulus, density, sensor = COMMON
+    return (
+        f"{gain} of {response}",
+        modulus,
+        density,
+        f"{sensor} of {response}",
+        *(f"position of joint {name}" for name in joint_names),
+        *(f"blow position of {point}" for point in inputs),
+    )

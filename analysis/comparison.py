@@ -1,9 +1,11 @@
 """Direct against inverse: one verdict per element of each joint's matrix (Figs. 13, 14).
 
 The inverse test gives one k + i h per joint for its whole band; the tester gives them frequency by frequency, up to
-200 Hz, at an amplitude. They are compared at one amplitude (the smallest measured unless told) and at the frequencies
-of those modes that lie within the tester's band, or, where none does, with the mean over 50 to 200 Hz, above the range
-in which the paper finds the stiffness to depend on frequency most. What was done is said in each result.
+200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
+the direct method hands over a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
+(`analysis.blow_amplitude`). Where it hands over points, those of one amplitude are taken (the smallest measured unless
+told), and where no mode lies in the band, their mean over 50 to 200 Hz, above the range in which the paper finds the
+stiffness to depend on frequency most. What was done is said in each result.
 
 Two elements agree when zero lies within the 95 % interval of their difference. They are not comparable when that
 interval is so wide that even a joint without the element would have agreed.
@@ -24,8 +26,10 @@ from analysis.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
+from analysis.joint_law import JointLaw
 
 FLAT_BAND = (50.0, 200.0)  # Hz
+NEAR_BAND = 1.05  # a law is asked at modes this factor outside of the tester's band
 ELEMENTS = ("k11", "k22", "k12", "gamma11", "gamma22", "gamma12")
 
 
@@ -101,28 +105,30 @@ class ElementComparison:
 
 
 def compare(
-    direct: Mapping[str, Sequence[JointTerms]],
+    direct: Mapping[str, Sequence[JointTerms] | JointLaw],
     inverse: Mapping[str, InverseJoint],
     *,
     mode_frequencies: Sequence[float] = (),
-    amplitude_pp: float | None = None,
+    amplitude_pp: float | Mapping[str, Sequence[float]] | None = None,
     sums: Mapping[str, Bounds] | None = None,
     relative_uncertainty: float = 0.0,
 ) -> tuple[ElementComparison, ...]:
     """Compare k11, k22, k12 and their loss factors, joint by joint, and the sum of those not observable singly.
 
     Args:
-        direct: terms of each joint from the tester, by the joint's name, at any frequencies and amplitudes.
+        direct: of each joint by its name, either terms from the tester at any frequencies and amplitudes, or a law.
         inverse: what the inverse test identified, by the same names.
         mode_frequencies: of the modes it was identified from, Hz.
-        amplitude_pp: where to compare, m; the measured amplitude nearest to it is taken, the smallest if None.
+        amplitude_pp: where to compare, m: one for all, or by the joint's name one for each of `mode_frequencies`. A law
+            is asked there; of points, the measured amplitude nearest to its mean is taken, the smallest if None.
         sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), where it
             knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
             added, which holds for any correlation.
         relative_uncertainty: standard deviation of what scales all direct values alike (tester gain, specimens).
 
     Raises:
-        AnalysisError: the two do not name the same joints, or a joint has no direct points.
+        AnalysisError: the two do not name the same joints, a joint has no direct points, or amplitudes do not fit what
+            is asked.
     """
     if not inverse or set(direct) != set(inverse):
         raise AnalysisError(
@@ -130,7 +136,8 @@ def compare(
             f"({', '.join(sorted(inverse))}); they have to name the same ones, at least one"
         )
     sums = sums or {}
-    series = {name: _series(name, direct[name], mode_frequencies, amplitude_pp) for name in inverse}
+    modes = np.asarray(mode_frequencies, dtype=np.float64)
+    series = {name: _series(name, direct[name], modes, _amplitudes(name, amplitude_pp, modes)) for name in inverse}
     result = []
     for element in ELEMENTS:
         p, q = int(element[-2]) - 1, int(element[-1]) - 1
@@ -182,23 +189,34 @@ class _Series:
         )
 
 
-def _series(
-    name: str, points: Sequence[JointTerms], mode_frequencies: Sequence[float], amplitude_pp: float | None
-) -> _Series:
+def _amplitudes(name: str, amplitude_pp: float | Mapping[str, Sequence[float]] | None, modes: Real) -> Real | None:
+    """(modes,) amplitude at which each mode sees the joint, m, or (1,) one for all, or None where none was told."""
+    if amplitude_pp is None:
+        return None
+    wanted = amplitude_pp.get(name, ()) if isinstance(amplitude_pp, Mapping) else amplitude_pp
+    found = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
+    if isinstance(amplitude_pp, Mapping) and found.size != modes.size:
+        raise AnalysisError(f"joint {name} has {found.size} amplitudes for {modes.size} modes; give one for each")
+    if found.size == 0 or not np.all(found > 0):
+        raise AnalysisError(f"the amplitude to compare joint {name} at is {wanted} m; it has to be positive")
+    return found
+
+
+def _series(name: str, direct: Sequence[JointTerms] | JointLaw, modes: Real, amplitudes_pp: Real | None) -> _Series:
     """Pick amplitude and frequencies."""
-    if not points:
+    if isinstance(direct, JointLaw):
+        return _series_of_law(name, direct, modes, amplitudes_pp)
+    if not direct:
         raise AnalysisError(f"joint {name} has no point from the direct test")
-    amplitudes = [point.amplitude_pp for point in points]
-    wanted = min(amplitudes) if amplitude_pp is None else amplitude_pp
-    if not wanted > 0:
-        raise AnalysisError(f"the amplitude to compare at is {wanted} m; it has to be positive")
+    amplitudes = [point.amplitude_pp for point in direct]
+    wanted = min(amplitudes) if amplitudes_pp is None else float(np.exp(np.mean(np.log(amplitudes_pp))))
     nearest = min(amplitudes, key=lambda amplitude: abs(math.log(amplitude / wanted)))
-    near = [point for point in points if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
+    near = [point for point in direct if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
     near.sort(key=lambda point: point.frequency)
     frequency = np.array([point.frequency for point in near])
-    at_modes = np.array([mode for mode in mode_frequencies if frequency[0] <= mode <= frequency[-1]])
+    at_modes = modes[(modes >= frequency[0]) & (modes <= frequency[-1])]
     if at_modes.size:
-        return _Series(tuple(near), at_modes, "at the modes " + ", ".join(f"{mode:.1f}" for mode in at_modes) + " Hz")
+        return _Series(tuple(near), at_modes, f"at the modes {_listed(at_modes)} Hz")
     low, high = FLAT_BAND
     inside = frequency[(frequency >= low) & (frequency <= high)]
     if inside.size == 0:
@@ -207,6 +225,33 @@ def _series(
             f"its points lie between {frequency[0]:g} and {frequency[-1]:g} Hz"
         )
     return _Series(tuple(near), inside, f"mean of {inside.size} points over {inside[0]:g}-{inside[-1]:g} Hz")
+
+
+def _series_of_law(name: str, law: JointLaw, modes: Real, amplitudes_pp: Real | None) -> _Series:
+    """The law at the modes near the tester's band, or at all where there are none, at the blows' amplitude."""
+    if amplitudes_pp is None or modes.size == 0:
+        raise AnalysisError(
+            f"joint {name}: a law has to be told mode_frequencies and amplitude_pp, to be asked there; "
+            "analysis.blow_amplitude computes the amplitude"
+        )
+    order = np.argsort(modes)
+    frequency, amplitude = modes[order], np.broadcast_to(amplitudes_pp, modes.shape)[order]
+    low, high = law.frequencies
+    near = (frequency > low / NEAR_BAND) & (frequency < high * NEAR_BAND)
+    if np.any(near):
+        frequency, amplitude = frequency[near], amplitude[near]
+    asked = list(zip(amplitude.tolist(), frequency.tolist(), strict=True))
+    beyond = sorted({phrase for question in asked for phrase in law.beyond(*question)})
+    return _Series(
+        tuple(law.at(*question) for question in asked),
+        frequency,
+        f"by the fitted law at the modes {_listed(frequency)} Hz and {_listed(1e3 * amplitude, '.2g')} mm"
+        + "".join(f"; {phrase}" for phrase in beyond),
+    )
+
+
+def _listed(numbers: Real, style: str = ".1f") -> str:
+    return ", ".join(format(number, style) for number in numbers)
 
 
 def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: float) -> Estimate:

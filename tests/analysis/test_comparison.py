@@ -14,6 +14,7 @@ from analysis.cylinder_terms import JointTerms, cylinder_terms, joint_terms
 from analysis.direct import DynamicStiffness, from_polar
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.joint_law import JointLaw, fit_cylinder_law
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 LEANING = {"I": -math.pi / 4, "II": math.pi / 4}
@@ -230,3 +231,69 @@ def test_what_cannot_be_compared_is_refused_with_the_reason() -> None:
         compare({"I": sweep("I", highest=30.0)}, {"I": inverse["I"]})
     with pytest.raises(AnalysisError, match="amplitude"):
         compare(direct, inverse, amplitude_pp=-1.0)
+
+
+@pytest.fixture(scope="module")
+def law() -> JointLaw:
+    """Stiffness falls by 15 % for each doubling of amplitude, at every frequency."""
+    points = [
+        [
+            point(softness * share, 0.002, frequency, amplitude_pp)
+            for amplitude_pp, softness in ((1e-5, 1.0), (2e-5, 0.85), (5e-5, 0.69), (1e-4, 0.58))
+            for frequency in (10.0, 30.0, 80.0, 200.0)
+        ]
+        for share in (B, 2 * A, A + B)
+    ]
+    return JointLaw(fit_cylinder_law(cylinder_terms(*points)), LEANING["I"])
+
+
+def test_a_law_is_asked_at_each_mode_and_at_the_amplitude_of_the_blows(law: JointLaw) -> None:
+    amplitudes = {"I": (1e-5, 2e-5, 1.5e-5)}
+    result = compare(
+        {"I": law}, {"I": identified("I", 0.92)}, mode_frequencies=(79.0, 204.0, 469.0), amplitude_pp=amplitudes
+    )
+    found = pick(result, "I", "k22")
+    assert found.direct.value == pytest.approx((1 + 0.85) / 2 * (A + B).real, rel=0.02)
+    assert found.basis == (
+        "by the fitted law at the modes 79.0, 204.0 Hz and 0.01, 0.02 mm; 204 Hz is above the measured 200 Hz"
+    )
+    assert found.amplitude_pp == pytest.approx(1.5e-5)
+    assert found.verdict is Agreement.AGREE
+
+
+def test_the_amplitude_decides_whether_a_softening_joint_agrees(law: JointLaw) -> None:
+    def verdict(amplitude_pp: float) -> Agreement:
+        known = replace(identified("I", 0.69), error=0.005)
+        return pick(
+            compare({"I": law}, {"I": known}, mode_frequencies=(79.0,), amplitude_pp=amplitude_pp), "I", "k22"
+        ).verdict
+
+    assert verdict(5e-5) is Agreement.AGREE
+    assert verdict(1e-5) is Agreement.DIFFER
+
+
+def test_an_amplitude_below_the_measured_ones_is_said_and_has_a_wider_interval(law: JointLaw) -> None:
+    def found(amplitude_pp: float) -> ElementComparison:
+        known = {"I": identified("I")}
+        return pick(compare({"I": law}, known, mode_frequencies=(79.0,), amplitude_pp=amplitude_pp), "I", "k22")
+
+    inside, below = found(1e-5), found(3e-6)
+    assert "0.003 mm is below the measured 0.01 mm" in below.basis
+    assert below.direct.high - below.direct.low > 3 * (inside.direct.high - inside.direct.low)
+
+
+def test_points_are_taken_at_the_amplitude_nearest_to_the_blows() -> None:
+    direct, inverse = both(scale=0.5)
+    blows = {"I": (8e-5, 6e-5), "II": (9e-5, 9e-5)}
+    found = compare(direct, inverse, mode_frequencies=(78.0, 80.0), amplitude_pp=blows)
+    assert pick(found, "I", "k22").amplitude_pp == pytest.approx(1e-4)
+
+
+def test_a_law_without_amplitude_or_modes_is_refused(law: JointLaw) -> None:
+    inverse = {"I": identified("I")}
+    with pytest.raises(AnalysisError, match="has to be told"):
+        compare({"I": law}, inverse, mode_frequencies=(79.0,))
+    with pytest.raises(AnalysisError, match="has to be told"):
+        compare({"I": law}, inverse, amplitude_pp=1e-5)
+    with pytest.raises(AnalysisError, match="2 amplitudes for 1 modes"):
+        compare({"I": law}, inverse, mode_frequencies=(79.0,), amplitude_pp={"I": (1e-5, 2e-5)})

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store import models
@@ -20,7 +20,7 @@ from store.waveforms import SUFFIX
 
 
 class RunState(StrEnum):
-    """Where a run stands; finished, stopped and failed are for good."""
+    """Where a run stands; finished is for good, a stopped or failed run may be resumed."""
 
     RUNNING = "running"
     FINISHED = "finished"
@@ -35,7 +35,7 @@ class Run:
     Attributes:
         kind: hammer, sweep, import, ...
         article: the test article that was measured; its joints are the specimens.
-        reason: why it was stopped or failed.
+        reason: why it was stopped or failed, lately; `list_run_events` has the older reasons too.
         setup: what was built and how it was measured, in the form of a bundle's setup.json.
         sequence: what was asked for.
         configuration_hash: SHA-256 over setup, sequence, channels and instruments.
@@ -57,6 +57,22 @@ class Run:
     software_version: str
 
 
+@dataclass(frozen=True)
+class RunEvent:
+    """A run came into `state`: it was started, ended or resumed.
+
+    Attributes:
+        reason: why, where that was said.
+        who: did it: person, computer and process.
+        happened_at: UTC.
+    """
+
+    state: RunState
+    reason: str | None
+    who: str | None
+    happened_at: datetime
+
+
 def start_run(
     session: Session,
     *,
@@ -68,8 +84,9 @@ def start_run(
     channels: Sequence[Channel] = (),
     instruments: Sequence[Instrument] = (),
     started_at: datetime | None = None,
+    who: str | None = None,
 ) -> Run:
-    """Begin a run now, or at `started_at` (UTC).
+    """Begin a run now, or at `started_at` (UTC), and note who did.
 
     Raises:
         StoreError: setup or sequence have no JSON form, or a channel's name comes twice.
@@ -97,7 +114,7 @@ def start_run(
     add_channels(session, row.id, tuple(channels))
     calibrations = {calibration_id(session, instrument) for instrument in instruments}
     session.add_all(models.RunInstrument(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
-    session.flush()
+    _note(session, row, None, who, started_at)
     return _run(row)
 
 
@@ -107,8 +124,9 @@ def finish_run(
     state: RunState,
     reason: str | None = None,
     finished_at: datetime | None = None,
+    who: str | None = None,
 ) -> Run:
-    """End a run now, or at `finished_at` (UTC).
+    """End a run now, or at `finished_at` (UTC), and note who did.
 
     Raises:
         NotFoundError: there is no such run.
@@ -122,8 +140,34 @@ def finish_run(
     if state is not RunState.FINISHED and not reason:
         raise StoreError(f"run {run_id} is {state}: say why")
     row.state, row.reason, row.finished_at = state, reason, finished_at or datetime.now(UTC)
-    session.flush()
+    _note(session, row, reason, who, row.finished_at)
     return _run(row)
+
+
+def reopen_run(session: Session, run_id: int, reason: str, who: str | None = None) -> Run:
+    """Let a run that was stopped, failed or cut off go on; how it ended stays among its events.
+
+    Raises:
+        NotFoundError: there is no such run.
+        StoreError: the run is finished.
+    """
+    row = _row(session, run_id)
+    if row.state == RunState.FINISHED:
+        raise StoreError(f"run {run_id} is finished; nothing of it is left to do")
+    row.state, row.reason, row.finished_at = RunState.RUNNING, None, None
+    _note(session, row, reason, who, datetime.now(UTC))
+    return _run(row)
+
+
+def list_run_events(session: Session, run_id: int) -> list[RunEvent]:
+    """The history of a run, oldest first; it begins with its start.
+
+    Raises:
+        NotFoundError: there is no such run.
+    """
+    _row(session, run_id)
+    rows = session.scalars(select(models.RunEvent).filter_by(run_id=run_id).order_by(models.RunEvent.id))
+    return [RunEvent(RunState(row.state), row.reason, row.who, row.happened_at) for row in rows]
 
 
 def get_run(session: Session, run_id: int) -> Run:
@@ -144,11 +188,17 @@ def list_runs(
     limit: int = 100,
     offset: int = 0,
 ) -> list[Run]:
-    """Runs, newest first, optionally of one kind, state or article."""
-    query = select(models.Run).order_by(models.Run.started_at.desc(), models.Run.id.desc())
-    wanted = {"kind": kind, "state": state, "article": article}
-    query = query.filter_by(**{name: value for name, value in wanted.items() if value is not None})
+    """Runs, last stored first whatever the clock said, optionally of one kind, state or article."""
+    query = select(models.Run).filter_by(**_wanted(kind, state, article)).order_by(models.Run.id.desc())
     return [_run(row) for row in session.scalars(query.limit(limit).offset(offset))]
+
+
+def count_runs(
+    session: Session, *, kind: str | None = None, state: RunState | None = None, article: str | None = None
+) -> int:
+    """How many runs there are, optionally of one kind, state or article."""
+    query = select(func.count()).select_from(models.Run).filter_by(**_wanted(kind, state, article))
+    return session.scalar(query) or 0
 
 
 def specimen_id(session: Session, article: str, name: str) -> int:
@@ -160,6 +210,16 @@ def specimen_id(session: Session, article: str, name: str) -> int:
     session.add(row)
     session.flush()
     return row.id
+
+
+def _note(session: Session, row: models.Run, reason: str | None, who: str | None, happened_at: datetime) -> None:
+    session.add(models.RunEvent(run_id=row.id, state=row.state, reason=reason, who=who, happened_at=happened_at))
+    session.flush()
+
+
+def _wanted(kind: str | None, state: RunState | None, article: str | None) -> dict[str, str]:
+    wanted = {"kind": kind, "state": state, "article": article}
+    return {name: value for name, value in wanted.items() if value is not None}
 
 
 def _plain(value: Channel | Instrument) -> dict[str, Any]:

@@ -66,6 +66,19 @@ class Run(Recorded, Base):
     waveform_file: Mapped[str] = mapped_column(unique=True)
 
 
+class RunEvent(Recorded, Base):
+    """A run came into a state: it was started, ended or resumed; nothing of its history is ever overwritten."""
+
+    __tablename__ = "run_events"
+    __table_args__ = (Index(None, "run_id"),)
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    state: Mapped[str]
+    reason: Mapped[str | None]
+    who: Mapped[str | None]
+    happened_at: Mapped[datetime]
+
+
 class RunInstrument(Base):
     """Which instruments, under which calibration, a run used."""
 

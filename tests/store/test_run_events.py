@@ -1,0 +1,120 @@
+"""The history of a run, and that one process at a time carries it out."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from alembic import command
+from sqlalchemy import text
+
+from store.catalogue import Catalogue
+from store.errors import NotFoundError, StoreError
+from store.migrate import configuration
+from store.run_lock import RunBusyError, discard_lock, holding
+from store.runs import Run, RunState, finish_run, get_run, list_run_events, reopen_run, start_run
+
+
+@pytest.fixture
+def run(catalogue: Catalogue) -> Run:
+    with catalogue.writing() as session:
+        return start_run(session, kind="sequence", title="t", article="a", setup={}, who="ann@rig, process 7")
+
+
+def test_a_run_that_is_resumed_keeps_every_reason_why_it_ended(catalogue: Catalogue, run: Run) -> None:
+    with catalogue.writing() as session:
+        finish_run(session, run.id, RunState.FAILED, "the tester tripped")
+        again = reopen_run(session, run.id, "resumed", who="bob@rig, process 9")
+        assert (again.state, again.reason, again.finished_at) == (RunState.RUNNING, None, None)
+        assert again.started_at == run.started_at
+        finish_run(session, run.id, RunState.STOPPED, "stopped by hand")
+        reopen_run(session, run.id, "resumed")
+        finish_run(session, run.id, RunState.FINISHED)
+    with catalogue.reading() as session:
+        events = list_run_events(session, run.id)
+    assert [(event.state.value, event.reason, event.who) for event in events] == [
+        ("running", None, "ann@rig, process 7"),
+        ("failed", "the tester tripped", None),
+        ("running", "resumed", "bob@rig, process 9"),
+        ("stopped", "stopped by hand", None),
+        ("running", "resumed", None),
+        ("finished", None, None),
+    ]
+    assert events[0].happened_at == run.started_at
+    assert all(event.happened_at <= datetime.now(UTC) for event in events)
+
+
+def test_a_finished_run_is_not_opened_again(catalogue: Catalogue, run: Run) -> None:
+    with catalogue.writing() as session:
+        finish_run(session, run.id, RunState.FINISHED)
+    with pytest.raises(StoreError, match=f"run {run.id} is finished"), catalogue.writing() as session:
+        reopen_run(session, run.id, "resumed")
+    with pytest.raises(NotFoundError), catalogue.writing() as session:
+        reopen_run(session, 999, "resumed")
+    with pytest.raises(NotFoundError), catalogue.reading() as session:
+        list_run_events(session, 999)
+
+
+@pytest.mark.parametrize("statement", ["UPDATE run_events SET reason = 'never was'", "DELETE FROM run_events"])
+def test_history_is_never_changed(catalogue: Catalogue, run: Run, statement: str) -> None:
+    with pytest.raises(StoreError, match="never changed or deleted"), catalogue.writing() as session:
+        session.execute(text(statement))
+    with catalogue.reading() as session:
+        assert len(list_run_events(session, run.id)) == 1
+
+
+def test_a_run_of_an_older_database_has_its_start_and_end_for_history(catalogue: Catalogue, filled: int) -> None:
+    for migrate, revision in ((command.downgrade, "0003"), (command.upgrade, "0004")):
+        with catalogue.writing() as session:
+            migrate(configuration(session.connection()), revision)
+    with catalogue.reading() as session:
+        before = get_run(session, filled)
+        first, last = list_run_events(session, filled)
+    assert (first.state, first.happened_at) == (RunState.RUNNING, before.started_at)
+    assert (last.state, last.reason) == (before.state, before.reason)
+
+
+def test_a_run_is_held_by_one_at_a_time_who_is_named(catalogue: Catalogue, run: Run) -> None:
+    refused = pytest.raises(RunBusyError, match="carried out by ann@rig, process 7")
+    with holding(catalogue, run), refused, holding(catalogue, run):
+        pass
+    with holding(catalogue, run):
+        pass
+    discard_lock(catalogue, run)
+    assert list(catalogue.waveforms.folder.glob("*.lock")) == []
+
+
+def test_a_lock_ends_with_the_process_that_held_it(catalogue: Catalogue, run: Run) -> None:
+    path = catalogue.waveforms.folder / f"{run.waveform_file}.lock"
+    path.parent.mkdir(exist_ok=True)
+    script = (
+        "import sqlite3, sys\n"
+        f"held = sqlite3.connect({str(path)!r}, isolation_level=None)\n"
+        "held.execute('BEGIN EXCLUSIVE'); print('held', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(RunBusyError), holding(catalogue, run):
+            pass
+        holder.kill()
+        holder.wait()
+        with holding(catalogue, run):
+            pass
+
+
+def test_a_folder_that_cannot_be_written_is_named(catalogue: Catalogue, run: Run) -> None:
+    (catalogue.waveforms.folder / f"{run.waveform_file}.lock").mkdir(parents=True)
+    with pytest.raises(StoreError, match=r"\.lock cannot be"), holding(catalogue, run):
+        pass
+
+
+def test_holding_is_of_one_run_not_of_all(catalogue: Catalogue, run: Run) -> None:
+    with catalogue.writing() as session:
+        other = start_run(session, kind="sequence", title="t", article="a", setup={})
+    with holding(catalogue, run), holding(catalogue, other):
+        held = sorted(Path(path).name for path in catalogue.waveforms.folder.glob("*.lock"))
+    assert held == sorted(f"{each.waveform_file}.lock" for each in (run, other))

@@ -77,8 +77,8 @@ def _iso_10846_2(points: Sequence[DynamicStiffness]) -> str:
         )
     return (
         f"ISO 10846-2: the test for linearity (7.7) is failed, levels at amplitudes {LINEARITY_INPUTS_DB:g} dB apart "
-        f"differ by {difference:.1f} dB, more than {LINEARITY_LEVELS_DB:g} dB: a stiffness holds at its own amplitude only."
-        + below
+        f"differ by {difference:.1f} dB, more than {LINEARITY_LEVELS_DB:g} dB: a stiffness holds at its own amplitude "
+        "only." + below
     )
 
 

@@ -33,7 +33,7 @@ def upgrade(connection: Connection) -> None:
     """
     if connection.dialect.name == "postgresql":
         connection.execute(text(f"SELECT pg_advisory_xact_lock({_POSTGRESQL_LOCK})"))
-    known = _revisions()
+    known = known_revisions()
     present = set(MigrationContext.configure(connection).get_current_heads())
     if present == {known[0]}:
         return
@@ -50,7 +50,12 @@ def upgrade(connection: Connection) -> None:
     command.upgrade(configuration(connection), "head")
 
 
+def current_revision(connection: Connection) -> str | None:
+    """The revision of the schema, None where there is none."""
+    return MigrationContext.configure(connection).get_current_revision()
+
+
 @cache
-def _revisions() -> tuple[str, ...]:
+def known_revisions() -> tuple[str, ...]:
     """The revisions of this version, newest first."""
     return tuple(revision.revision for revision in ScriptDirectory.from_config(configuration()).walk_revisions())

@@ -127,7 +127,7 @@ class WaveformFolder:
             DamagedError: the file's own structure is damaged.
             StoreError: the file cannot be read or the copy not written.
         """
-        with self._reader(file, file) as reader, closing(sqlite3.connect(target)) as copy:
+        with self._reader(file, file, "copied") as reader, closing(sqlite3.connect(target)) as copy:
             # All pages in one step: one read transaction, for which a writer does not wait.
             reader.backup(copy)
             copy.execute("PRAGMA journal_mode = DELETE")
@@ -166,11 +166,11 @@ class WaveformFolder:
         return self._writers[file]
 
     @contextmanager
-    def _reader(self, file: str, what: str) -> Iterator[sqlite3.Connection]:
+    def _reader(self, file: str, what: str, done: str = "read") -> Iterator[sqlite3.Connection]:
         path = self._path(file)
         if not path.is_file():
             raise NotFoundError(f"waveform file {file} is not in {self._folder}; was the folder moved?")
-        with _explained(path.with_name(what), "read"):
+        with _explained(path.with_name(what), done):
             reader = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=write_ahead.PATIENCE)
             # Damaged text is for the checksum to find: without this, reading it would fail for the whole file.
             reader.text_factory = lambda text: text.decode(errors="replace")

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from api.commands import configuration, demo, exchange, identification, reporting, sequences, service, simulate
+from api.commands import configuration, demo, exchange, identification, reporting, sequences, service, simulate, store
 from api.errors import EXPECTED, exit_code
 
 INTERRUPTED = 130
@@ -21,7 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for module in (demo, simulate, sequences, exchange, identification, reporting, service, configuration):
+for module in (demo, simulate, sequences, exchange, identification, reporting, service, store, configuration):
     module.register(app)
 
 

@@ -1,0 +1,66 @@
+"""`jointlab store`: check, back up and restore the catalogue and its waveforms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from api.commands.terminal import open_catalogue, out, progress_console
+from api.errors import BAD_INPUT
+from api.progress import on_terminal
+from api.settings import load_settings
+from store.backup import back_up
+from store.check import Finding
+from store.check import check as check_catalogue
+from store.restore import restore as restore_backup
+from store.runs import count_runs
+
+commands = typer.Typer(name="store", help="Check, back up and restore what is stored.", no_args_is_help=True)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.add_typer(commands)
+
+
+@commands.command()
+def check() -> None:
+    """Verify every waveform, every array and every reference; exit code 3 where something is damaged or lost."""
+    with open_catalogue() as catalogue:
+        with catalogue.reading() as session:
+            out.print(f"{catalogue.address}: {count_runs(session)} runs")
+        _report(check_catalogue(catalogue, on_terminal(progress_console)))
+
+
+@commands.command()
+def backup(
+    path: Annotated[Path, typer.Argument(help="A new folder, or a new file that ends in .zip.")],
+) -> None:
+    """Copy the catalogue and its waveforms, also while a run is on; exit code 3 where what is copied is damaged."""
+    with open_catalogue() as catalogue:
+        made = back_up(catalogue, path, on_terminal(progress_console))
+    out.print(f"{path} written: {made.runs} runs, {made.waveform_files} waveform files, {made.size / 1e6:.1f} MB")
+    _report(made.findings)
+
+
+@commands.command()
+def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store backup` made.")]) -> None:
+    """Restore a backup into the configured database, which is empty, and check it; exit code 3 where it is damaged."""
+    settings = load_settings()
+    restored = restore_backup(path, settings.database_url, settings.waveform_folder, on_terminal(progress_console))
+    manifest = restored.manifest
+    out.print(f"{path} restored, made {manifest.made_at} by jointlab {manifest.software_version}")
+    _report(restored.findings)
+
+
+def _report(findings: Sequence[Finding]) -> None:
+    for finding in findings:
+        out.print(str(finding), style="red" if finding.damage else "yellow")
+    damage = sum(finding.damage for finding in findings)
+    if damage:
+        out.print(f"{damage} damaged or missing", style="red")
+        raise typer.Exit(BAD_INPUT)
+    out.print("no damage found")

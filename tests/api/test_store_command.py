@@ -1,0 +1,92 @@
+"""`jointlab store`: check, backup and restore as a person types them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import numpy as np
+import pytest
+
+from store.blows import add_blow, add_point
+from store.catalogue import Catalogue
+from store.dof import Dof
+from store.runs import RunState, finish_run, start_run
+from store.waveform import Waveform, WaveformChannel
+
+Command = Callable[..., CompletedProcess[str]]
+
+
+@pytest.fixture
+def waveform_file(tmp_path: Path) -> Path:
+    """The waveform file of one run with one blow in jointlab.db."""
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        with opened.writing() as session:
+            run = start_run(session, kind="hammer", title="t", article="a", setup={})
+            point = add_point(session, run.id, Dof(1, "y"))
+        samples = np.random.default_rng(1).integers(-(2**23), 2**23, (1, 10_000), dtype=np.int32)
+        record = opened.waveforms.append(run.waveform_file, Waveform((WaveformChannel("a", "N"),), samples, 1000.0))
+        with opened.writing() as session:
+            add_blow(session, point, 1, accepted=True, waveform=record)
+            finish_run(session, run.id, RunState.FINISHED)
+        return opened.waveforms.folder / run.waveform_file
+
+
+def damage(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2 + 7] ^= 1
+    path.write_bytes(content)
+
+
+def test_a_check_says_what_it_looked_at_and_that_all_is_well(jointlab: Command, waveform_file: Path) -> None:
+    done = jointlab("store", "check")
+    assert (done.returncode, done.stderr.count("waveform files: 1")) == (0, 1)
+    assert done.stdout == "sqlite:///jointlab.db: 1 runs\nno damage found\n"
+
+
+def test_a_check_names_damage_and_ends_with_3(jointlab: Command, waveform_file: Path) -> None:
+    damage(waveform_file)
+    done = jointlab("store", "check")
+    assert done.returncode == 3
+    assert f"waveform file {waveform_file.name} record 1: the waveform is damaged" in done.stdout
+    assert done.stdout.endswith("restore it from a backup\n1 damaged or missing\n")
+
+
+def test_what_is_left_over_is_told_but_is_no_damage(jointlab: Command, waveform_file: Path) -> None:
+    (waveform_file.parent / "stray.waveforms").write_bytes(waveform_file.read_bytes())
+    done = jointlab("store", "check")
+    assert done.returncode == 0
+    assert "stray.waveforms: no run refers to it" in done.stdout
+
+
+@pytest.mark.parametrize("name", ["backup", "backup.zip"])
+def test_a_backup_is_restored_where_the_database_is_lost(
+    jointlab: Command, waveform_file: Path, tmp_path: Path, name: str
+) -> None:
+    done = jointlab("store", "backup", name)
+    assert done.returncode == 0, done.stderr
+    assert f"{name} written: 1 runs, 1 waveform files" in done.stdout
+    for path in (*tmp_path.glob("jointlab.db*"), *waveform_file.parent.iterdir()):
+        path.unlink()
+    done = jointlab("store", "restore", name)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("no damage found\n")
+    assert waveform_file.is_file()
+
+
+def test_a_restore_into_a_database_that_is_there_ends_with_3(jointlab: Command, waveform_file: Path) -> None:
+    jointlab("store", "backup", "backup")
+    done = jointlab("store", "restore", "backup")
+    assert done.returncode == 3
+    assert "jointlab.db exists already; move it away" in done.stderr
+
+
+def test_a_backup_of_damaged_data_is_made_and_ends_with_3(
+    jointlab: Command, waveform_file: Path, tmp_path: Path
+) -> None:
+    damage(waveform_file)
+    done = jointlab("store", "backup", "backup")
+    assert done.returncode == 3
+    assert "record 1: the waveform is damaged" in done.stdout
+    assert (tmp_path / "backup").is_dir()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import datetime
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import Depends, FastAPI, Path, Query, Request
+from fastapi import FastAPI, Path, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
@@ -115,43 +114,38 @@ def create_service(catalogue: Catalogue) -> FastAPI:
         },
     )
 
-    def opened() -> Iterator[Catalogue]:
-        yield catalogue
-
-    lab = Annotated[Catalogue, Depends(opened)]
     service.add_exception_handler(NotFoundError, _not_found)
     service.add_exception_handler(StoreError, _store_failed)
     service.add_exception_handler(HTTPException, _no_such_route)
     service.add_exception_handler(RequestValidationError, _unfit)
 
     @service.get("/api/health")
-    def health(store: lab) -> Health:
+    def health() -> Health:
         """Say whether the database answers."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             list_runs(session, limit=1)
-        return Health(status="ok", version=software_version(), database=store.address)
+        return Health(status="ok", version=software_version(), database=catalogue.address)
 
     @service.get("/api/runs")
     def runs(
-        store: lab,
         state: RunState | None = None,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
         offset: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
     ) -> list[RunSummary]:
         """List runs, newest first."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             return [RunSummary.of(run) for run in list_runs(session, state=state, limit=limit, offset=offset)]
 
     @service.get("/api/runs/{run_id}")
-    def run(store: lab, run_id: RunNumber) -> RunSummary:
+    def run(run_id: RunNumber) -> RunSummary:
         """One run."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             return RunSummary.of(get_run(session, run_id))
 
     @service.get("/api/runs/{run_id}/modes")
-    def modes(store: lab, run_id: RunNumber) -> ModesResult:
+    def modes(run_id: RunNumber) -> ModesResult:
         """The newest modes of a run."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             found = get_modes(session, latest_analysis(session, run_id, AnalysisKind.MODES).id)
         return ModesResult(
             frequency_hz=plain(found.frequency),
@@ -162,9 +156,9 @@ def create_service(catalogue: Catalogue) -> FastAPI:
         )
 
     @service.get("/api/runs/{run_id}/joints")
-    def joints(store: lab, run_id: RunNumber) -> dict[str, JointResult]:
+    def joints(run_id: RunNumber) -> dict[str, JointResult]:
         """The newest joint matrices of a run, by joint."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             found = list_joint_matrices(session, latest_analysis(session, run_id, AnalysisKind.JOINT_MATRICES).id)
         return {
             joint.joint: JointResult(
@@ -180,10 +174,10 @@ def create_service(catalogue: Catalogue) -> FastAPI:
 
     @service.get("/api/runs/{run_id}/dynamic-stiffness")
     def dynamic_stiffness(
-        store: lab, run_id: RunNumber, specimen: str | None = None, configuration: str | None = None
+        run_id: RunNumber, specimen: str | None = None, configuration: str | None = None
     ) -> list[StiffnessPoint]:
         """The newest sine points of a run in the order of measuring."""
-        with store.reading() as session:
+        with catalogue.reading() as session:
             analysis = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
             found = list_dynamic_stiffness(session, analysis.id)
         return [

@@ -20,7 +20,7 @@ _Value = TypeVar("_Value")
 
 
 def agreed(what: str, read: Callable[[], _Value]) -> _Value:
-    """What `read` gives twice running, a number, an array, a text or a tuple of them.
+    """What `read` gives twice running.
 
     Raises:
         DaqError: no two readings in a row agree, `what` they are of.
@@ -28,7 +28,7 @@ def agreed(what: str, read: Callable[[], _Value]) -> _Value:
     last = read()
     for _ in range(READINGS - 1):
         before, last = last, read()
-        if np.array_equal(before, last):  # type: ignore[arg-type]  # takes whatever can be made an array
+        if bool(np.all(before == last)):  # numbers, tuples and arrays alike
             return last
     raise DaqError(f"{what}: {READINGS} readings, and no two alike in a row; check the network to the instrument")
 

@@ -11,6 +11,7 @@ import nidaqmx
 from nidaqmx.constants import TaskMode
 from nidaqmx.system import System
 
+from daq.agreement import agreed
 from daq.channels import Channel, checked_table
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from daq.grpc_link import open_line
@@ -55,6 +56,18 @@ def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
         raise
 
 
+def _devices_of(system: System) -> tuple[Device, ...]:
+    return tuple(
+        Device(
+            device.name,
+            device.product_type,
+            f"{device.serial_num:08X}",
+            tuple(device.ai_physical_chans.channel_names),
+        )
+        for device in system.devices
+    )
+
+
 class Chassis:
     """The devices at one address. A context manager: leaving it closes the connection.
 
@@ -74,15 +87,7 @@ class Chassis:
         self._close_line = close_line
         with translated(f"instrument at {address}"):
             system = System.local() if options is None else System.remote(options)
-            self.devices = tuple(
-                Device(
-                    device.name,
-                    device.product_type,
-                    f"{device.serial_num:08X}",
-                    tuple(device.ai_physical_chans.channel_names),
-                )
-                for device in system.devices
-            )
+            self.devices = agreed(f"devices at {address}", lambda: _devices_of(system))
         if not self.devices:
             raise InstrumentAbsentError(f"instrument at {address}: no device; check power and cable of the chassis")
 

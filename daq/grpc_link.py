@@ -48,6 +48,8 @@ class _Deadline(grpc.UnaryUnaryClientInterceptor):  # type: ignore[misc]  # grpc
             details.method, deadline, details.metadata, details.credentials, details.wait_for_ready, None
         )
         call = continuation(limited, request)
+        if call.code() is grpc.StatusCode.OK and call.result() is None:
+            raise ValueError("it is empty")  # was damaged on the way; gRPC gives None for it
         self._doubtful = call.code() in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE)
         return call
 

@@ -39,6 +39,7 @@ class Impairment:
         lost: which way pieces vanish while the connection stays; both is a black hole.
         flipped: which way every piece has one bit changed.
         reset: which way a piece makes the line reset the connection.
+        pieces: how many pieces it befalls before the line is sound again; 0 for all.
     """
 
     latency: float = 0.0
@@ -47,6 +48,12 @@ class Impairment:
     lost: Way = Way.NONE
     flipped: Way = Way.NONE
     reset: Way = Way.NONE
+    pieces: int = 0
+
+    def befalls(self, way: Way) -> bool:
+        """Whether a piece that passes `way` suffers."""
+        both = self.latency or self.jitter or self.slices
+        return bool(both) or way in self.lost | self.flipped | self.reset
 
 
 SOUND = Impairment()
@@ -66,6 +73,7 @@ class FaultProxy:
         self._target = (host, int(port))
         self._random = random.Random(seed)
         self._impairment = SOUND
+        self._left = 0
         self._refusing = False
         self._ends: set[asyncio.StreamWriter] = set()
         self._lines: set[asyncio.Task[None]] = set()
@@ -76,7 +84,7 @@ class FaultProxy:
 
     def impair(self, impairment: Impairment) -> None:
         """Let the line be as bad as `impairment` from the next piece on."""
-        self._impairment = impairment
+        self._impairment, self._left = impairment, impairment.pieces
 
     def mend(self) -> None:
         """Let the line be sound and take connections again; what is lost stays lost."""
@@ -143,7 +151,7 @@ class FaultProxy:
         """Carry pieces one way until an end closes; then tell the other end."""
         try:
             while piece := await reader.read(LARGEST_PIECE):
-                bad = self._impairment
+                bad = self._what_befalls(way)
                 if way in bad.reset:
                     for end in ends:
                         _abort(end)
@@ -160,6 +168,15 @@ class FaultProxy:
         except OSError:
             for end in ends:  # one end is gone; so is the other
                 _abort(end)
+
+    def _what_befalls(self, way: Way) -> Impairment:
+        """The impairment that a piece passing `way` suffers; the last one that does makes the line sound."""
+        bad = self._impairment
+        if bad.pieces and bad.befalls(way):
+            self._left -= 1
+            if self._left <= 0:
+                self._impairment = SOUND
+        return bad
 
     def _with_one_bit_flipped(self, piece: bytes) -> bytes:
         self.flips += 1

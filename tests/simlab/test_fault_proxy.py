@@ -116,6 +116,13 @@ def test_one_bit_of_each_piece_flips_the_same_for_the_same_seed(target: str) -> 
     assert sum(byte.bit_count() for byte in seen[0]) == 1
 
 
+def test_a_fault_of_so_many_pieces_is_over_after_them(proxy: FaultProxy) -> None:
+    proxy.impair(Impairment(flipped=Way.REPLIES, pieces=2))
+    with dial(proxy) as line:
+        flipped = [echo(line, b"\0" * 8) for _ in range(4)]
+    assert [sum(byte.bit_count() for byte in got) for got in flipped] == [1, 1, 0, 0]
+
+
 @pytest.mark.parametrize("way", [Way.REQUESTS, Way.REPLIES])
 def test_a_reset_breaks_the_connection_and_a_new_one_works_after_mending(proxy: FaultProxy, way: Way) -> None:
     proxy.impair(Impairment(reset=way))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -49,6 +49,21 @@ class BlowSink(Protocol):
 
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Take blow `number` (from 1, refused ones counted) at `point`, as it was recorded and judged."""
+
+
+@dataclass(frozen=True)
+class PointSoFar:
+    """What a point has already, from a session that was interrupted.
+
+    Attributes:
+        accepted: blows that count.
+        refused: blows that do not.
+        last_blow: number of the last one; the next gets the number after it.
+    """
+
+    accepted: int = 0
+    refused: int = 0
+    last_blow: int = 0
 
 
 @dataclass(frozen=True)
@@ -99,6 +114,7 @@ def run_hammer_session(
     sink: BlowSink,
     observer: Observer = unobserved,
     control: RunControl | None = None,
+    so_far: Mapping[Dof, PointSoFar] | None = None,
 ) -> None:
     """Strike every point of the settings until each has its accepted blows.
 
@@ -110,6 +126,7 @@ def run_hammer_session(
         sink: where every blow goes, accepted or refused, before the next is armed.
         observer: who is told.
         control: who may pause, resume and stop the session; None for nobody.
+        so_far: what points have already, of which only the rest is struck; None for nothing.
 
     Raises:
         RunStoppedError: `control` asked for it; every blow before is in the sink.
@@ -125,8 +142,10 @@ def run_hammer_session(
             observer(RateCoerced(task.requested_rate, task.sample_rate))
         session = _Session(task, accelerometers, settings, operator, sink, observer, control or RunControl())
         for index, point in enumerate(settings.points, start=1):
-            observer(PointStarted(point, index, len(settings.points)))
-            session.measure(point)
+            already = (so_far or {}).get(point, PointSoFar())
+            if already.accepted < settings.blows:
+                observer(PointStarted(point, index, len(settings.points)))
+                session.measure(point, already)
 
 
 def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]:
@@ -150,13 +169,14 @@ class _Session:
     observer: Observer
     control: RunControl
 
-    def measure(self, point: Dof) -> None:
+    def measure(self, point: Dof, already: PointSoFar) -> None:
         """Take blows at `point` until enough count.
 
         Raises:
             PointGivenUpError: too many in a row did not.
         """
-        accepted = refused = in_a_row = blow = 0
+        accepted, refused, blow = already.accepted, already.refused, already.last_blow
+        in_a_row = 0
         while accepted < self.settings.blows:
             blow += 1
             reason = self._refusal(point, blow, accepted)

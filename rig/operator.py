@@ -57,6 +57,39 @@ class RunStarted(Event):
 
 
 @dataclass(frozen=True)
+class RunContinued(Event):
+    """Run `run_id` goes on where it ended before; so many accepted blows and sine points are there already."""
+
+    run_id: int
+    blows: int
+    sine_points: int
+
+
+@dataclass(frozen=True)
+class WaitStarted(Event):
+    """The sequence waits for `seconds`."""
+
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SoakStarted(Event):
+    """The sequence waits until the temperature has stayed within `band_celsius` for `seconds`, `limit` s at most."""
+
+    band_celsius: float
+    seconds: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class SoakEnded(Event):
+    """The temperature, now `celsius`, has stayed within the band; that took `waited` seconds."""
+
+    celsius: float
+    waited: float
+
+
+@dataclass(frozen=True)
 class PointStarted(Event):
     """The hammer session moved on to `point`, the `index`-th (from 1) of `points`."""
 

@@ -8,7 +8,7 @@ handed to a sink with what was asked, what was reached and the temperature. A sw
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -20,6 +20,7 @@ from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
+from rig.sweep_order import Mounting, Order, Sine, in_order
 from rig.tester import Tester
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
@@ -37,8 +38,8 @@ class SweepPlan:
     """What to measure; the defaults are the paper's direct test, 720 points. SI units.
 
     Attributes:
-        frequencies: Hz, in the order of measuring.
-        amplitudes_pp: peak-to-peak displacements, m, in the order of measuring.
+        frequencies: Hz.
+        amplitudes_pp: peak-to-peak displacements, m.
         preset: mean displacement, m.
         configurations: compression, shear, angled.
         specimens: joints whose cylinders are measured.
@@ -48,6 +49,8 @@ class SweepPlan:
         fewest_cycles: in a record.
         most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
         shortest_record: s.
+        order: what is shuffled; everything else is measured as it is given above.
+        seed: of the shuffling.
 
     Raises:
         PlanError: there is nothing to measure, or a figure makes no sense.
@@ -64,6 +67,8 @@ class SweepPlan:
     fewest_cycles: int = 10
     most_cycles: int = 60
     shortest_record: float = 0.5
+    order: Order = Order.SEQUENTIAL
+    seed: int = 0
 
     def __post_init__(self) -> None:
         for name in ("frequencies", "amplitudes_pp", "configurations", "specimens"):
@@ -94,8 +99,14 @@ class SweepPlan:
             limits.check_cycle(amplitude_pp, frequency)
 
     def sines(self) -> Iterator[tuple[float, float]]:
-        """Amplitude (m peak to peak) and frequency (Hz) of each point, in the order of measuring."""
+        """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, as they are given."""
         return product(self.amplitudes_pp, self.frequencies)
+
+    def mountings(self) -> tuple[Mounting, ...]:
+        """What to measure, in the order of measuring; the same whenever it is asked."""
+        return in_order(
+            self.specimens, self.configurations, self.amplitudes_pp, self.frequencies, self.order, self.seed
+        )
 
     def tolerance_at(self, amplitude_pp: float) -> float:
         """Relative tolerance of the amplitude reached when `amplitude_pp` m is asked for."""
@@ -167,10 +178,12 @@ def run_sweep(
     sink: SineSink,
     observer: Observer = unobserved,
     control: RunControl | None = None,
+    measured: Collection[int] = (),
 ) -> None:
     """Measure every point of `plan`; whatever happens, the actuator is at rest and hydraulics are off afterwards.
 
-    A point whose amplitude cannot be reached is recorded with the amplitude that was, and the observer is told.
+    A point whose amplitude cannot be reached is recorded with the amplitude that was, and the observer is told. Points
+    whose order numbers are in `measured` are left out, and specimens of which nothing is left are not mounted.
 
     Raises:
         LimitExceededError: the plan is beyond the rig's limits; nothing moved.
@@ -179,32 +192,19 @@ def run_sweep(
     """
     plan.check(tester.limits)
     control = control or RunControl()
-    sweep = _Sweep(plan, tester, recorder, control)
-    order_number = 0
+    sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
     with tester.telling(observer), tester.at_rest_afterwards(), control.driving(tester):
-        for specimen, configuration in product(plan.specimens, plan.configurations):
+        for mounting in plan.mountings():
+            sines = [sine for sine in mounting.sines if sine.order_number not in measured]
+            if not sines:
+                continue
             tester.shut_down()  # hands go in
-            operator.mount(specimen, configuration)
-            observer(SpecimenMounted(specimen, configuration))
+            operator.mount(mounting.specimen, mounting.configuration)
+            observer(SpecimenMounted(mounting.specimen, mounting.configuration))
             control.carry_out(sweep.begin, observer)
             amplitudes = AmplitudeControl(tester)
-            for amplitude_pp, frequency in plan.sines():
-                order_number += 1
-                measure = partial(sweep.measure, amplitudes, amplitude_pp, frequency)
-                reached, reached_pp, block = control.carry_out(measure, observer, sweep.go_to_preset)
-                point = SinePoint(
-                    order_number,
-                    specimen,
-                    configuration,
-                    amplitude_pp,
-                    frequency,
-                    plan.preset,
-                    reached.commanded_pp,
-                    reached_pp,
-                    _is_reached(plan, amplitude_pp, reached_pp),
-                    thermometer.celsius(),
-                    block,
-                )
+            for sine in sines:
+                point = sweep.point(mounting, sine, amplitudes)
                 sink.add_sine(point)
                 _tell(observer, point, plan.points)
 
@@ -216,7 +216,9 @@ class _Sweep:
     plan: SweepPlan
     tester: Tester
     recorder: Recorder
+    thermometer: Thermometer
     control: RunControl
+    observer: Observer
 
     def begin(self) -> None:
         """Hydraulics on, and to the preset."""
@@ -226,6 +228,24 @@ class _Sweep:
     def go_to_preset(self) -> None:
         """To the preset, from wherever an interruption left the actuator."""
         self.tester.preset(self.plan.preset)
+
+    def point(self, mounting: Mounting, sine: Sine, amplitudes: AmplitudeControl) -> SinePoint:
+        """Measure one point, again where a pause interrupts it."""
+        measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.frequency)
+        reached, reached_pp, block = self.control.carry_out(measure, self.observer, self.go_to_preset)
+        return SinePoint(
+            sine.order_number,
+            mounting.specimen,
+            mounting.configuration,
+            sine.amplitude_pp,
+            sine.frequency,
+            self.plan.preset,
+            reached.commanded_pp,
+            reached_pp,
+            _is_reached(self.plan, sine.amplitude_pp, reached_pp),
+            self.thermometer.celsius(),
+            block,
+        )
 
     def measure(
         self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float

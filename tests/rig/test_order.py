@@ -1,0 +1,94 @@
+"""The order of a sweep: whatever is shuffled, every point is measured once, and the seed says in which order."""
+
+from __future__ import annotations
+
+from itertools import groupby, product
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rig.sweep import SweepPlan
+from rig.sweep_order import Mounting, Order, in_order
+
+names = st.lists(st.text(min_size=1, max_size=3), min_size=1, max_size=4, unique=True).map(tuple)
+values = st.lists(st.floats(1e-6, 200.0), min_size=1, max_size=6, unique=True).map(tuple)
+seeds = st.integers(0, 2**53 - 1)
+
+
+def flat(mountings: tuple[Mounting, ...]) -> list[tuple[str, str, float, float]]:
+    return [
+        (mounting.specimen, mounting.configuration, sine.amplitude_pp, sine.frequency)
+        for mounting in mountings
+        for sine in mounting.sines
+    ]
+
+
+@given(names, names, values, values, st.sampled_from(Order), seeds)
+def test_an_order_is_a_permutation_numbered_from_one_and_the_same_each_time(
+    specimens: tuple[str, ...],
+    configurations: tuple[str, ...],
+    amplitudes: tuple[float, ...],
+    frequencies: tuple[float, ...],
+    order: Order,
+    seed: int,
+) -> None:
+    asked = (specimens, configurations, amplitudes, frequencies, order, seed)
+    mountings = in_order(*asked)
+    assert sorted(flat(mountings)) == sorted(product(specimens, configurations, amplitudes, frequencies))
+    numbers = [sine.order_number for mounting in mountings for sine in mounting.sines]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert in_order(*asked) == mountings
+
+
+@given(st.sampled_from(Order), seeds)
+def test_specimens_are_mounted_once_and_amplitudes_measured_as_series(order: Order, seed: int) -> None:
+    plan = SweepPlan(order=order, seed=seed)
+    mountings = plan.mountings()
+    assert len({(mounting.specimen, mounting.configuration) for mounting in mountings}) == len(mountings) == 6
+    for mounting in mountings:
+        series = [key for key, _ in groupby(sine.amplitude_pp for sine in mounting.sines)]
+        assert sorted(series) == sorted(plan.amplitudes_pp)
+
+
+def sequential_levels(mountings: tuple[Mounting, ...], plan: SweepPlan) -> tuple[bool, bool, bool]:
+    """Whether mountings, amplitudes and frequencies come as the plan gives them."""
+    mounted = [(mounting.specimen, mounting.configuration) for mounting in mountings]
+    series = [
+        (amplitude, [sine.frequency for sine in sines])
+        for mounting in mountings
+        for amplitude, sines in groupby(mounting.sines, key=lambda sine: sine.amplitude_pp)
+    ]
+    return (
+        mounted == list(product(plan.specimens, plan.configurations)),
+        [amplitude for amplitude, _ in series] == list(plan.amplitudes_pp) * len(mountings),
+        all(frequencies == list(plan.frequencies) for _, frequencies in series),
+    )
+
+
+def test_each_order_shuffles_what_it_names_and_no_more() -> None:
+    found = {}
+    for order in Order:
+        plan = SweepPlan(order=order, seed=11)
+        found[order] = sequential_levels(plan.mountings(), plan)
+    assert found == {
+        Order.SEQUENTIAL: (True, True, True),
+        Order.AMPLITUDES: (True, False, True),
+        Order.MOUNTINGS: (False, False, True),
+        Order.ALL: (False, False, False),
+    }
+
+
+def test_another_seed_is_another_order() -> None:
+    orders = {tuple(flat(SweepPlan(order=Order.ALL, seed=seed).mountings())) for seed in range(20)}
+    assert len(orders) == 20
+
+
+def test_an_order_once_drawn_stays_whatever_python_resumes_it() -> None:
+    drawn = in_order(("I", "II"), ("shear", "angled"), (1e-4, 5e-5, 1e-5), (5.0, 10.0, 15.0), Order.ALL, 7)
+    mounted = [(each.specimen, each.configuration) for each in drawn]
+    assert mounted == [("II", "angled"), ("I", "angled"), ("I", "shear"), ("II", "shear")]
+    series = {
+        amplitude: [sine.frequency for sine in sines]
+        for amplitude, sines in groupby(drawn[0].sines, key=lambda sine: sine.amplitude_pp)
+    }
+    assert series == {1e-5: [10.0, 15.0, 5.0], 5e-5: [5.0, 10.0, 15.0], 1e-4: [10.0, 15.0, 5.0]}

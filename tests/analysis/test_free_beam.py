@@ -56,9 +56,11 @@ def estimate(hanging: tuple[FreeBeam, list[Joint]]) -> ModalEstimate:
     clean = accelerance(free, springs, np.linspace(20.0, 1024.0, 2009), Dof.parse("3y"), POINTS)
     rng = np.random.default_rng(7)
     sigma = 0.003
-    noise = sigma / np.sqrt(2) * (rng.standard_normal((2, *clean.accelerance.shape)) * np.array([1, 1j])[:, None, None])
+    parts = sigma * rng.standard_normal((2, *clean.accelerance.shape))
     noisy = replace(
-        clean, accelerance=clean.accelerance + noise.sum(axis=0), variance=np.full(clean.accelerance.shape, sigma**2)
+        clean,
+        accelerance=clean.accelerance + parts[0] + 1j * parts[1],
+        variance=np.full(clean.accelerance.shape, sigma**2),
     )
     return estimate_modes(noisy, band=(20.0, 1024.0), damping=DampingKind.VISCOUS)
 

@@ -9,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from analysis.dof import Dof
 from api.errors import ApiError
+from api.interrupts import raising_on_interrupt
 from rig.operator import (
     BlowAccepted,
     BlowMissed,
@@ -16,10 +17,14 @@ from rig.operator import (
     Event,
     PointStarted,
     RateCoerced,
+    RunContinued,
     RunStarted,
     SinePointMeasured,
     SinePointRefused,
+    SoakEnded,
+    SoakStarted,
     SpecimenMounted,
+    WaitStarted,
 )
 from rig.sequence import Sequence
 
@@ -45,19 +50,23 @@ class TerminalOperator:
                 f"mount joint {specimen} in {configuration}: there is no terminal to confirm it on; "
                 "run the sequence from a terminal"
             )
+        question = f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter "
         try:
-            self._console.input(
-                f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter ",
-                markup=False,
-            )
+            with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
+                self._console.input(question, markup=False)
         except EOFError as error:
             raise ApiError(f"mount joint {specimen} in {configuration}: the terminal was closed") from error
 
 
 class SequenceProgress:
-    """An observer that shows a sequence as two bars, and what went otherwise than asked as lines. A context manager."""
+    """An observer that shows a sequence as two bars, and what went otherwise than asked as lines. A context manager.
 
-    def __init__(self, sequence: Sequence, console: Console) -> None:
+    Attributes:
+        run_id: number of the run, None before it has begun.
+    """
+
+    def __init__(self, sequence: Sequence | None, console: Console) -> None:
+        self.run_id: int | None = None
         self._console = console
         self._bars = Progress(
             TextColumn("{task.description:<34}"),
@@ -67,9 +76,10 @@ class SequenceProgress:
             console=console,
             disable=not console.is_terminal,
         )
-        blows = sum(len(step.points) * step.blows for step in sequence.hammer_steps)
+        blows = sum(len(step.points) * step.blows for step in sequence.hammer_steps) if sequence else 0
+        sines = sequence.sweep.points if sequence and sequence.sweep else 0
         self._blows = self._bars.add_task("blows", total=blows) if blows else None
-        self._sines = self._bars.add_task("sine points", total=sequence.sweep.points) if sequence.sweep else None
+        self._sines = self._bars.add_task("sine points", total=sines) if sines else None
 
     def __enter__(self) -> SequenceProgress:
         self._bars.start()
@@ -82,7 +92,19 @@ class SequenceProgress:
         """Show `event`."""
         match event:
             case RunStarted(run_id):
+                self.run_id = run_id
                 self._say(f"run {run_id}")
+            case RunContinued(run_id, blows, sines):
+                self.run_id = run_id
+                self._say(f"run {run_id} goes on after {blows} blows and {sines} sine points")
+                self._advance(self._blows, blows)
+                self._advance(self._sines, sines)
+            case WaitStarted(seconds):
+                self._say(f"waiting for {seconds:g} s")
+            case SoakStarted(band, seconds, limit):
+                self._say(f"waiting for {seconds:g} s within {band:g} K, at most {limit:g} s")
+            case SoakEnded(celsius, waited):
+                self._say(f"the temperature settled at {celsius:.2f} C after {waited:.0f} s")
             case PointStarted(point, index, points):
                 self._describe(self._blows, f"blows at {point} ({index} of {points})")
             case BlowAccepted():
@@ -109,6 +131,6 @@ class SequenceProgress:
         if task is not None:
             self._bars.update(task, description=text)
 
-    def _advance(self, task: TaskID | None) -> None:
+    def _advance(self, task: TaskID | None, steps: int = 1) -> None:
         if task is not None:
-            self._bars.advance(task)
+            self._bars.advance(task, steps)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from datetime import UTC, datetime
 
 from analysis.blow_check import BlowVerdict
 from analysis.dof import Dof
 from daq.block import Block
 from rig.sweep import SinePoint
 from rig.thermometer import Thermometer
-from store.blows import Point, add_blow, add_point
+from store.blows import add_blow, add_point, list_points
 from store.catalogue import Catalogue
 from store.dof import Dof as StoredDof
 from store.runs import Run
@@ -18,14 +19,20 @@ from store.waveform import Waveform, WaveformChannel, WaveformReference
 
 
 class BlowRecorder:
-    """Keeps the blows of one hammer step, accepted and refused, as set `set_number` of a run."""
+    """Keeps the blows of one hammer step, accepted and refused, as set `set_number` of a run.
+
+    Raises:
+        StoreError: the catalogue cannot be read.
+    """
 
     def __init__(self, catalogue: Catalogue, run: Run, set_number: int, thermometer: Thermometer) -> None:
         self._catalogue = catalogue
         self._run = run
         self._set_number = set_number
         self._thermometer = thermometer
-        self._points: dict[Dof, Point] = {}
+        with catalogue.reading() as session:  # points that an earlier part of the run has begun
+            begun = [point for point in list_points(session, run.id) if point.set_number == set_number]
+        self._points = {Dof.parse(str(point.dof)): point for point in begun}
 
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Keep blow `number` (from 1) at `point` with its record and verdict.
@@ -54,12 +61,14 @@ class BlowRecorder:
 
 
 class SineRecorder:
-    """Keeps the sine points of a sweep."""
+    """Keeps the sine points of a sweep; `elapsed` is that of the latest one stored, where a run is resumed."""
 
-    def __init__(self, catalogue: Catalogue, run: Run) -> None:
+    def __init__(self, catalogue: Catalogue, run: Run, elapsed: float = 0.0) -> None:
         self._catalogue = catalogue
         self._run = run
-        self._started = time.monotonic()
+        # on from the run's start, and forwards even where somebody has set the clock back
+        already = max((datetime.now(UTC) - run.started_at).total_seconds(), elapsed)
+        self._started = time.monotonic() - already
 
     def add_sine(self, point: SinePoint) -> None:
         """Keep a sine point with its record.

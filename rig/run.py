@@ -1,25 +1,43 @@
-"""Running a sequence: its steps one after the other, each on the instruments that it needs, into one run."""
+"""Running a sequence: its steps one after the other, each on the instruments that it needs, into one run.
+
+A run that was stopped, failed or lost its process goes on as the same run with what is left of its sequence: whatever
+was acknowledged is in the store, and the store says what is left.
+"""
 
 from __future__ import annotations
 
-from analysis.blow_check import BlowLimits
-from analysis.dof import Dof
-from daq.channels import Channel
-from daq.errors import ChannelError
-from rig.hammer import HammerSettings, run_hammer_session
+import getpass
+import os
+import socket
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from rig.control import RunControl, RunStoppedError
+from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
-from rig.operator import Observer, Operator, RunStarted, unobserved
+from rig.measured import Measured, ResumeError, measured_of
+from rig.operator import Observer, Operator, RunContinued, RunStarted, unobserved
 from rig.recording import BlowRecorder, SineRecorder
-from rig.registers import MAP_VERSION, State
-from rig.sequence import DISPLACEMENT, FORCE, HammerStep, Sequence, SweepStep
-from rig.sweep import SweepPlan, run_sweep
-from rig.tester_limits import TesterLimits
-from rig.tester_status import TesterTrippedError, names_of
+from rig.sequence import HammerStep, Sequence, SoakStep, Step, SweepStep, sequence_from
+from rig.steps import (
+    channel_names,
+    channels_of,
+    check_instruments,
+    check_plan,
+    hammer_settings,
+    soak_settings,
+    sweep_plan,
+)
+from rig.sweep import run_sweep
+from rig.tester_status import names_of
+from rig.waiting import soak, wait
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.instruments import Instrument
-from store.runs import Run, RunState, finish_run, start_run
+from store.instruments import Instrument, list_channels, list_instruments
+from store.run_lock import discard_lock, holding
+from store.runs import Run, RunState, finish_run, get_run, reopen_run, start_run
 
+KIND = "sequence"
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each one says how long it really is
 
 
@@ -29,185 +47,235 @@ def run_sequence(
     catalogue: Catalogue,
     operator: Operator,
     observer: Observer = unobserved,
+    control: RunControl | None = None,
 ) -> int:
     """Run every step of `sequence` and return the number of the run that holds what was measured.
 
     The plan and the instruments are looked at before a run is stored: where a step asks for too much or an instrument
-    is absent, nothing is. A run that fails or is stopped keeps what was measured until then, and says why it ended.
+    is absent, nothing is. A run that fails or is stopped keeps what was measured until then, says why it ended, and can
+    be resumed.
 
     Raises:
+        RunStoppedError: `control` asked for it.
         RigError, DaqError: a step asks for what cannot be, or an instrument is absent, refuses or fails.
         StoreError: the measurement cannot be stored.
     """
+    control = control or RunControl()
+    sequence = sequence.with_seed()
     check_plan(sequence, instruments.limits)
     identities = check_instruments(sequence, instruments)
-    run = _start(sequence, instruments, catalogue, identities)
-    observer(RunStarted(run.id))
-    set_number = 0
-    try:
-        for step in sequence.steps:
-            if isinstance(step, HammerStep):
-                set_number += 1
-                _hammer(step, set_number, run, instruments, catalogue, operator, observer)
-            else:
-                _sweep(step, run, instruments, catalogue, operator, observer)
-    except KeyboardInterrupt:
-        _end(catalogue, run, RunState.STOPPED, "stopped by hand")
-        raise
-    except Exception as error:
-        _end(catalogue, run, RunState.FAILED, f"{type(error).__name__}: {error}")
-        raise
-    _end(catalogue, run, RunState.FINISHED)
+    control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
+    with ExitStack() as held:
+        with catalogue.writing() as session:
+            run = start_run(
+                session,
+                kind=KIND,
+                title=sequence.title,
+                article=sequence.article_name,
+                setup=_setup(sequence),
+                sequence=sequence.model_dump(mode="json"),
+                channels=[stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)],
+                instruments=identities,
+                who=_who(),
+            )
+            held.enter_context(holding(catalogue, run))  # before anybody else can see it
+        observer(RunStarted(run.id))
+        steps = Measured().left_of(sequence)
+        _carry_out(_Work(run, Measured(), instruments, catalogue, operator, observer, control), steps)
     return run.id
 
 
-def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
-    """Let `sequence` pass if every step of it can be asked for.
+def resume_run(
+    run_id: int,
+    instruments: Instruments,
+    catalogue: Catalogue,
+    operator: Operator,
+    observer: Observer = unobserved,
+    control: RunControl | None = None,
+    *,
+    reset: bool = False,
+) -> None:
+    """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured.
+
+    Blow and order numbers go on, and so does the time. That it was resumed, when and by whom, is recorded beside how it
+    ended before.
+
+    Args:
+        run_id: number of the run.
+        instruments: the same that the run began with.
+        catalogue: where the run is.
+        operator: who strikes and mounts; specimens are mounted again.
+        observer: who is told.
+        control: who may pause and stop the run.
+        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is recorded.
 
     Raises:
-        HammerError, PlanError: a step makes no sense.
-        LimitExceededError: the sweep is beyond `limits`.
+        RunBusyError: another living process carries out the run.
+        ResumeError: the run is finished or was not measured here, or other instruments are connected; nothing moved.
+        RunStoppedError: `control` asked for it.
+        RigError, DaqError: an instrument is absent, refuses or fails.
+        StoreError: there is no such run, or the measurement cannot be stored.
     """
-    for step in sequence.steps:
-        if isinstance(step, HammerStep):
-            hammer_settings(step)
-        else:
-            sweep_plan(step).check(limits)
+    control = control or RunControl()
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+    with holding(catalogue, run):
+        with catalogue.reading() as session:
+            run = get_run(session, run_id)  # as it is now that nobody else can change it
+        if run.kind != KIND or run.state is RunState.FINISHED:
+            why = "is finished" if run.kind == KIND else "was not measured from a sequence here"
+            raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
+        sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
+        check_plan(sequence, instruments.limits)
+        measured = measured_of(catalogue, run, sequence)
+        steps = measured.left_of(sequence)
+        left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
+        reason = f"resumed after it was {run.state}" if run.reason else "resumed after its process was lost"
+        if reset and left.sweep is not None:
+            reason += _reset(instruments, observer)
+        if steps:
+            _check_same(catalogue, run, left, instruments, check_instruments(left, instruments))
+        control.carry_out(lambda: None, observer)
+        with catalogue.writing() as session:
+            run = reopen_run(session, run_id, reason, _who())
+        observer(RunContinued(run.id, measured.blows, len(measured.sines)))
+        _carry_out(_Work(run, measured, instruments, catalogue, operator, observer, control), steps)
 
 
-def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Instrument, ...]:
-    """Connect to everything that `sequence` needs, move nothing, and say what is there.
+@dataclass(frozen=True)
+class _Work:
+    """The steps of one run."""
 
-    Raises:
-        RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
-    """
-    found = []
-    with instruments.acquisition() as (chassis, thermometer):
-        for step in sequence.steps:
-            chassis.verify(_channels(step, instruments))
-        thermometer.celsius()
-        found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
-    found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
-    if sequence.sweep is not None:
-        with instruments.tester() as tester:
-            tester.stop()  # it is at rest: what counts is that it obeys
-            if tester.state() is State.TRIPPED:
-                raise TesterTrippedError(
-                    f"{instruments.tester_url} is stopped by {names_of(tester.status().interlocks)}; see to the cause, "
-                    "then reset",
-                    tester.status().interlocks,
-                )
-            details = {"map_version": MAP_VERSION, "limits": dict(tester.identity.limits)}
-            found.append(Instrument("tester", "elastomer tester", tester.identity.serial, details=details))
-    return tuple(found)
+    run: Run
+    measured: Measured
+    instruments: Instruments
+    catalogue: Catalogue
+    operator: Operator
+    observer: Observer
+    control: RunControl
+
+    def do(self, step: Step, set_number: int) -> None:
+        """Carry out what is left of a step."""
+        match step:
+            case HammerStep():
+                self._hammer(step, set_number)
+            case SweepStep():
+                self._sweep(step)
+            case SoakStep():
+                with self.instruments.acquisition() as (_, thermometer):
+                    soak(soak_settings(step), thermometer, self.observer, self.control)
+            case _:
+                wait(step.seconds, self.observer, self.control)
+
+    def _hammer(self, step: HammerStep, set_number: int) -> None:
+        channels = channels_of(step, self.instruments)
+        with self.instruments.acquisition() as (chassis, thermometer):
+            recorder = BlowRecorder(self.catalogue, self.run, set_number, thermometer)
+            run_hammer_session(
+                chassis,
+                channels,
+                hammer_settings(step),
+                self.operator,
+                recorder,
+                self.observer,
+                self.control,
+                self.measured.points_of(set_number),
+            )
+
+    def _sweep(self, step: SweepStep) -> None:
+        channels = channels_of(step, self.instruments)
+        with (
+            self.instruments.acquisition() as (chassis, thermometer),
+            self.instruments.tester() as tester,
+            chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
+        ):
+            run_sweep(
+                sweep_plan(step),
+                tester,
+                recorder,
+                thermometer,
+                self.operator,
+                SineRecorder(self.catalogue, self.run, self.measured.elapsed),
+                self.observer,
+                self.control,
+                self.measured.sines,
+            )
 
 
-def hammer_settings(step: HammerStep) -> HammerSettings:
-    """The session that a hammer step asks for."""
-    return HammerSettings(
-        points=tuple(Dof.parse(point) for point in step.points),
-        blows=step.blows,
-        block_duration=step.block_seconds,
-        sample_rate=step.sample_rate,
-        pre_trigger=step.pretrigger_seconds,
-        trigger_level=step.trigger_level,
-        limits=BlowLimits(lowest_peak_force=step.weakest_peak, highest_frequency=step.highest_frequency),
-        hammer=step.hammer,
-    )
+def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
+    """Do `steps` and store how that ended."""
+    try:
+        for step, set_number in steps:
+            work.do(step, set_number)
+    except (KeyboardInterrupt, RunStoppedError):
+        _end(work, RunState.STOPPED, "stopped by hand")
+        raise
+    except Exception as error:
+        _end(work, RunState.FAILED, f"{type(error).__name__}: {error}")
+        raise
+    _end(work, RunState.FINISHED)
+    discard_lock(work.catalogue, work.run)
 
 
-def sweep_plan(step: SweepStep) -> SweepPlan:
-    """The plan that a sweep step asks for."""
-    return SweepPlan(
-        frequencies=step.frequencies.values,
-        amplitudes_pp=tuple(amplitude * 1e-3 for amplitude in step.amplitudes_pp_mm),
-        preset=step.preset_mm * 1e-3,
-        configurations=step.configurations,
-        specimens=step.specimens,
-    )
+def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
+    work.catalogue.waveforms.finish(work.run.waveform_file)
+    try:
+        with work.catalogue.writing() as session:
+            finish_run(session, work.run.id, state, reason, who=_who())
+    except StoreError as error:
+        # what stopped the run matters more than that the catalogue cannot say so
+        raise StoreError(
+            f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
+        ) from error
 
 
-def _start(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, identities: tuple[Instrument, ...]
-) -> Run:
-    names = {name for step in sequence.steps for name in _channel_names(step)}
+def _setup(sequence: Sequence) -> dict[str, object]:
     setup = sequence.article.model_dump(mode="json")
     if sequence.sweep is not None:
         setup["direct"] = {"file": "direct.csv", "preset_mm": sequence.sweep.preset_mm}
-    with catalogue.writing() as session:
-        return start_run(
-            session,
-            kind="sequence",
-            title=sequence.title,
-            article=sequence.article_name,
-            setup=setup,
-            sequence=sequence.model_dump(mode="json"),
-            channels=[stored_channel(channel) for channel in instruments.channels if channel.name in names],
-            instruments=identities,
-        )
+    return setup
 
 
-def _end(catalogue: Catalogue, run: Run, state: RunState, reason: str | None = None) -> None:
-    catalogue.waveforms.finish(run.waveform_file)
-    try:
-        with catalogue.writing() as session:
-            finish_run(session, run.id, state, reason)
-    except StoreError as error:
-        # what stopped the run matters more than that the catalogue cannot say so
-        raise StoreError(f"run {run.id} ended as {state} ({reason}), which could not be stored: {error}") from error
-
-
-def _hammer(
-    step: HammerStep,
-    set_number: int,
-    run: Run,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    operator: Operator,
-    observer: Observer,
+def _check_same(
+    catalogue: Catalogue, run: Run, left: Sequence, instruments: Instruments, found: tuple[Instrument, ...]
 ) -> None:
-    channels = _channels(step, instruments)
-    with instruments.acquisition() as (chassis, thermometer):
-        recorder = BlowRecorder(catalogue, run, set_number, thermometer)
-        run_hammer_session(chassis, channels, hammer_settings(step), operator, recorder, observer)
-
-
-def _sweep(
-    step: SweepStep,
-    run: Run,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    operator: Operator,
-    observer: Observer,
-) -> None:
-    channels = _channels(step, instruments)
-    with (
-        instruments.acquisition() as (chassis, thermometer),
-        instruments.tester() as tester,
-        chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
-    ):
-        sink = SineRecorder(catalogue, run)
-        run_sweep(sweep_plan(step), tester, recorder, thermometer, operator, sink, observer)
-
-
-def _channels(step: HammerStep | SweepStep, instruments: Instruments) -> tuple[Channel, ...]:
-    """The channels of a step.
+    """Let instruments pass that are those the run began with: what it holds was measured by one setup.
 
     Raises:
-        ChannelError: one is missing, or measures something else.
+        ResumeError: a channel or an instrument is another.
     """
-    channels = instruments.channels_named(*_channel_names(step))
-    units = ("N", "m/s^2") if isinstance(step, HammerStep) else ("m", "N")
-    for channel, unit in zip(channels, units, strict=True):
-        if channel.unit != unit:
-            raise ChannelError(
-                f"channel {channel.name!r} on {channel.physical} measures {channel.unit}, but the {step.step} step "
-                f"takes it for {unit}; correct the channel table, or name another channel"
+    with catalogue.reading() as session:
+        channels = {channel.name: channel for channel in list_channels(session, run.id)}
+        known = {(each.kind, each.serial) for each in list_instruments(session, run.id)}
+    for name in sorted(channel_names(left.steps)):
+        now = stored_channel(instruments.channels_named(name)[0])
+        if now != channels.get(name):
+            raise ResumeError(
+                f"run {run.id} began with another setting or sensor on channel {name!r} than the table has now; "
+                "connect what it began with, or begin a new run"
             )
-    return channels
+    for each in found:
+        if each.kind != "thermometer" and (each.kind, each.serial) not in known:
+            raise ResumeError(
+                f"run {run.id} did not begin with {each.kind} {each.serial}; connect the one it began with, or begin a "
+                "new run"
+            )
 
 
-def _channel_names(step: HammerStep | SweepStep) -> tuple[str, str]:
-    if isinstance(step, HammerStep):
-        return step.hammer, step.accelerometer
-    return DISPLACEMENT, FORCE
+def _reset(instruments: Instruments, observer: Observer) -> str:
+    """Reset the tester where it tripped, and say so."""
+    with instruments.tester() as tester, tester.telling(observer):
+        tripped = tester.status().interlocks
+        if not tripped:
+            return ""
+        tester.reset()
+    return f", tester reset after {names_of(tripped)}"
+
+
+def _who() -> str:
+    """Person, computer and process, for the history of a run."""
+    try:
+        person = getpass.getuser()
+    except (KeyError, OSError):  # a computer without names for its users
+        person = "somebody"
+    return f"{person}@{socket.gethostname()}, process {os.getpid()}"

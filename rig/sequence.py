@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,12 +13,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.errors import RigError
+from rig.sweep_order import Order
 from store.bundle_setup import Article
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
 PAPER_POINTS = ("1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x")
 MOST_FREQUENCIES = 10_000
+LARGEST_SEED = 2**53 - 1  # the largest whole number that every reader of JSON keeps
 SAMPLES_A_CYCLE = 10  # so that five harmonics are below Nyquist
 _YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
 """What PyYAML lets out: its own errors, and those of Python's constructors for a date such as 2026-13-45."""
@@ -102,7 +105,7 @@ Configuration = Literal["compression", "shear", "angled"]
 
 
 class SweepStep(_Document):
-    """Swept sine in the tester: every specimen in every configuration at every amplitude and frequency."""
+    """Swept sine in the tester: every specimen in every configuration at every amplitude and frequency, once."""
 
     step: Literal["sweep"]
     specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1)
@@ -111,6 +114,19 @@ class SweepStep(_Document):
     preset_mm: float = Field(default=0.5, ge=0)
     frequencies: Frequencies = Frequencies()
     sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+    order: Order = Field(
+        default=Order.SEQUENTIAL,
+        description="what is shuffled: nothing; amplitudes; mountings and amplitudes; all, frequencies too",
+    )
+    seed: int | None = Field(
+        default=None, ge=0, le=LARGEST_SEED, description="of the shuffling; drawn and recorded where it is not given"
+    )
+
+    @model_validator(mode="after")
+    def _has_a_seed_for_something(self) -> SweepStep:
+        if self.order is Order.SEQUENTIAL and self.seed is not None:
+            raise ValueError("a seed shuffles nothing in sequential order; leave it out, or name another order")
+        return self
 
     @model_validator(mode="after")
     def _resolves_harmonics(self) -> SweepStep:
@@ -128,7 +144,30 @@ class SweepStep(_Document):
         return series * len(self.frequencies.values)
 
 
-Step = Annotated[HammerStep | SweepStep, Field(discriminator="step")]
+class WaitStep(_Document):
+    """Wait, for the specimens to recover, say."""
+
+    step: Literal["wait"]
+    seconds: float = Field(gt=0, description="s")
+
+
+class SoakStep(_Document):
+    """Wait until the temperature has stayed within a band for a time."""
+
+    step: Literal["soak"]
+    seconds: float = Field(default=1800.0, gt=0, description="so long within the band, s")
+    band_celsius: float = Field(default=0.5, gt=0, description="highest less lowest reading")
+    celsius: float | None = Field(default=None, description="middle of the band; wherever it settles if not given")
+    limit_seconds: float = Field(default=14400.0, gt=0, description="the run fails when this is not enough, s")
+
+    @model_validator(mode="after")
+    def _can_end(self) -> SoakStep:
+        if self.limit_seconds < self.seconds:
+            raise ValueError(f"limit_seconds {self.limit_seconds:g} are over before seconds {self.seconds:g} are")
+        return self
+
+
+Step = Annotated[HammerStep | SweepStep | WaitStep | SoakStep, Field(discriminator="step")]
 
 
 class Sequence(_Document):
@@ -150,6 +189,16 @@ class Sequence(_Document):
         """The sweep, if there is one."""
         return next((step for step in self.steps if isinstance(step, SweepStep)), None)
 
+    def with_seed(self) -> Sequence:
+        """The sequence with a seed drawn for a sweep that is to be shuffled and has none; that is what is stored."""
+        drawn = tuple(
+            step.model_copy(update={"seed": secrets.randbelow(LARGEST_SEED + 1)})
+            if isinstance(step, SweepStep) and step.order is not Order.SEQUENTIAL and step.seed is None
+            else step
+            for step in self.steps
+        )
+        return self.model_copy(update={"steps": drawn})
+
     @model_validator(mode="after")
     def _fits_the_article(self) -> Sequence:
         nodes = len(self.article.node_positions)
@@ -159,9 +208,9 @@ class Sequence(_Document):
                 beyond = [point for point in step.points if Dof.parse(point).node > nodes]
                 if beyond:
                     raise ValueError(f"hammer step: no node for {', '.join(beyond)}; the article has {nodes} nodes")
-            elif unknown := set(step.specimens) - joints:
+            elif isinstance(step, SweepStep) and (unknown := set(step.specimens) - joints):
                 raise ValueError(f"sweep step: no joint {', '.join(sorted(unknown))} in the article")
-        if len(self.steps) - len(self.hammer_steps) > 1:
+        if sum(isinstance(step, SweepStep) for step in self.steps) > 1:
             raise ValueError("steps: more than one sweep; put all specimens and amplitudes into one")
         return self
 

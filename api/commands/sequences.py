@@ -1,34 +1,56 @@
-"""`jointlab run`: a sequence, on the configured instruments."""
+"""`jointlab run` and `jointlab resume`: a sequence, on the configured instruments."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from api.commands.terminal import instruments_of, open_catalogue, out, progress_console
+from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, out, progress_console
+from api.interrupts import INTERRUPTED, stopping_on_interrupt
 from api.operator import SequenceProgress, TerminalOperator
 from api.settings import load_settings
-from rig.run import check_plan, run_sequence, sweep_plan
-from rig.sequence import HammerStep, Sequence, load_sequence
+from rig.control import RunControl, RunStoppedError
+from rig.run import resume_run, run_sequence
+from rig.sequence import HammerStep, Sequence, SoakStep, SweepStep, WaitStep, load_sequence, sequence_from
+from rig.steps import check_plan, sweep_plan
+from rig.sweep_order import Order
 from rig.tester_limits import TesterLimits
+from store.runs import get_run
 
 BUILT_IN = "paper"
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 
 
 def register(app: typer.Typer) -> None:
-    """Add the command."""
+    """Add the commands."""
     app.command("run")(run)
+    app.command("resume")(resume)
+
+
+def show_schema(wanted: bool) -> None:
+    """Print the JSON schema of a sequence and leave."""
+    if wanted:
+        typer.echo(json.dumps(Sequence.model_json_schema(), indent=2))
+        raise typer.Exit
 
 
 def run(
     sequence: Annotated[str, typer.Argument(help=f"A sequence document (YAML), or {BUILT_IN!r} for the paper's.")],
-    dry_run: Annotated[bool, typer.Option(help="Check and list the steps; connect to nothing.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check and list the steps; connect to nothing.")] = False,
+    schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
+        bool,
+        typer.Option("--schema", is_eager=True, callback=show_schema, help="Print the JSON schema of a sequence."),
+    ] = False,
 ) -> None:
-    """Run a sequence on the configured instruments and store everything as one run."""
+    """Run a sequence on the configured instruments and store everything as one run.
+
+    Ctrl-C stops it with the actuator at rest; what was measured is kept, and jointlab resume goes on.
+    """
     document = named_sequence(sequence)
     if dry_run:
         list_steps(document)
@@ -37,8 +59,48 @@ def run(
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
     with open_catalogue(settings) as catalogue, SequenceProgress(document, progress_console) as progress:
-        number = run_sequence(document, instruments, catalogue, operator, progress)
-    out.print(f"run {number} finished; jointlab identify {number} evaluates it")
+        _watched(progress, lambda control: run_sequence(document, instruments, catalogue, operator, progress, control))
+
+
+def resume(
+    number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST_RUN, help="Number of the run.")],
+    reset: Annotated[
+        bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
+    ] = False,
+) -> None:
+    """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured."""
+    settings = load_settings()
+    instruments = instruments_of(settings)
+    operator = TerminalOperator(progress_console)
+    with open_catalogue(settings) as catalogue:
+        with catalogue.reading() as session:
+            stored = get_run(session, number)
+        document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
+        with SequenceProgress(document, progress_console) as progress:
+            _watched(
+                progress,
+                lambda control: resume_run(number, instruments, catalogue, operator, progress, control, reset=reset),
+            )
+
+
+def _watched(progress: SequenceProgress, carry_out: Callable[[RunControl], object]) -> None:
+    """Carry out a run that Ctrl-C stops, and say how to go on with it."""
+    control = RunControl()
+    try:
+        with stopping_on_interrupt(control, progress_console):
+            carry_out(control)
+    except (KeyboardInterrupt, RunStoppedError):
+        _say_how_to_go_on(progress, "stopped")
+        raise typer.Exit(INTERRUPTED) from None
+    except Exception:
+        _say_how_to_go_on(progress, "failed")
+        raise
+    out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
+
+
+def _say_how_to_go_on(progress: SequenceProgress, ended: str) -> None:
+    if progress.run_id is not None:
+        progress_console.print(f"run {progress.run_id} {ended}; jointlab resume {progress.run_id} goes on with it")
 
 
 def named_sequence(name: str) -> Sequence:
@@ -63,24 +125,48 @@ def list_steps(sequence: Sequence) -> None:
     check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
-        if isinstance(step, HammerStep):
-            blows = len(step.points) * step.blows
-            out.print(
-                f"{number}. hammer: {step.blows} blows at each of {', '.join(step.points)} "
-                f"({blows} blows, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
-            )
-            continue
-        plan = sweep_plan(step)
-        seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
-        seconds *= len(plan.specimens) * len(plan.configurations)
-        amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)
-        out.print(
-            f"{number}. sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
-            f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
-            f"{', '.join(step.configurations)} of {', '.join(step.specimens)} "
-            f"(records alone {seconds / 60:.0f} min)"
-        )
-        out.print(
-            f"   limits of the rig: {1e3 * limits.amplitude_pp:g} mm p-p, preset {1e3 * limits.lowest_preset:g} to "
-            f"{1e3 * limits.highest_preset:g} mm, {limits.lowest_frequency:g} to {limits.highest_frequency:g} Hz"
-        )
+        match step:
+            case HammerStep():
+                out.print(f"{number}. {_hammer_line(step)}")
+            case SweepStep():
+                out.print(f"{number}. {_sweep_line(step)}")
+                out.print(f"   {_limits_line(limits)}")
+            case WaitStep():
+                out.print(f"{number}. wait: {step.seconds:g} s")
+            case SoakStep():
+                about = "" if step.celsius is None else f" about {step.celsius:g} C"
+                out.print(
+                    f"{number}. soak: {step.seconds:g} s within {step.band_celsius:g} K{about}, at most "
+                    f"{step.limit_seconds:g} s"
+                )
+
+
+def _hammer_line(step: HammerStep) -> str:
+    blows = len(step.points) * step.blows
+    return (
+        f"hammer: {step.blows} blows at each of {', '.join(step.points)} "
+        f"({blows} blows, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
+    )
+
+
+def _sweep_line(step: SweepStep) -> str:
+    plan = sweep_plan(step)
+    seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
+    seconds *= len(plan.specimens) * len(plan.configurations)
+    amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)
+    order = "in sequence"
+    if step.order is not Order.SEQUENTIAL:
+        order = f"shuffled: {step.order}, seed {'drawn at the start' if step.seed is None else step.seed}"
+    return (
+        f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
+        f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
+        f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
+        f"(records alone {seconds / 60:.0f} min)"
+    )
+
+
+def _limits_line(limits: TesterLimits) -> str:
+    return (
+        f"limits of the rig: {1e3 * limits.amplitude_pp:g} mm p-p, preset {1e3 * limits.lowest_preset:g} to "
+        f"{1e3 * limits.highest_preset:g} mm, {limits.lowest_frequency:g} to {limits.highest_frequency:g} Hz"
+    )

@@ -136,7 +136,8 @@ def test_a_sine_point_is_kept_as_it_was_asked_for_and_as_it_was_reached(
         assert getattr(kept, name) == value, name
     assert kept.commanded_pp_mm == 0.01  # the series it belongs to: no rounding of 1e3 * 1e-5
     assert kept.reached_pp_mm == pytest.approx(0.0098)
-    assert 0 <= kept.elapsed < 60
+    since_start = (datetime.now(UTC) - STARTED).total_seconds()
+    assert kept.elapsed == pytest.approx(max(since_start, 0.0), abs=60)
     assert kept.recorded_at == STARTED
     assert kept.waveform is not None
     waveform = catalogue.waveforms.read(kept.waveform)

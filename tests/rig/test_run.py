@@ -17,8 +17,9 @@ from rig.hammer import PointGivenUpError
 from rig.instruments import Instruments
 from rig.operator import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
 from rig.registers import State
-from rig.run import check_instruments, run_sequence
+from rig.run import run_sequence
 from rig.sequence import Sequence, sequence_from
+from rig.steps import check_instruments
 from rig.tester_limits import LimitExceededError, TesterLimits
 from rig.tester_status import TesterMismatchError, TesterTrippedError
 from rig.thermometer import ThermometerError

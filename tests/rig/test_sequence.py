@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.hammer import PAPER_POINTS
-from rig.run import check_plan, hammer_settings, sweep_plan
 from rig.sequence import Frequencies, HammerStep, Sequence, SequenceError, SweepStep, load_sequence, sequence_from
+from rig.steps import check_plan, hammer_settings, sweep_plan
 from rig.sweep import PlanError
 from rig.tester_limits import LimitExceededError, TesterLimits
 

@@ -1,0 +1,110 @@
+"""What a run has already: read from the store before the run goes on, so that nothing is measured twice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from analysis.dof import Dof
+from rig.errors import RigError
+from rig.hammer import PointSoFar
+from rig.sequence import HammerStep, Sequence, Step, SweepStep
+from rig.steps import sweep_plan
+from rig.sweep import SweepPlan
+from store.blows import Blow, list_blows
+from store.catalogue import Catalogue
+from store.runs import Run
+from store.sine_records import SineRecord, list_sine_records
+
+
+class ResumeError(RigError):
+    """The run cannot go on with this sequence or these instruments; nothing moved."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is stored of a run.
+
+    Attributes:
+        points: by set number and point, what was struck.
+        sines: order numbers of the sine points.
+        elapsed: s from the start of the run to the latest sine point.
+    """
+
+    points: Mapping[tuple[int, Dof], PointSoFar] = field(default_factory=dict)
+    sines: frozenset[int] = frozenset()
+    elapsed: float = 0.0
+
+    @property
+    def blows(self) -> int:
+        """Accepted blows."""
+        return sum(point.accepted for point in self.points.values())
+
+    def points_of(self, set_number: int) -> dict[Dof, PointSoFar]:
+        """What was struck in a set."""
+        return {point: so_far for (number, point), so_far in self.points.items() if number == set_number}
+
+    def left_of(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
+        """The steps that are not done, each with its set number (0 where it is no hammer step).
+
+        A wait or a soak serves the step after it, and is done again where that has something left.
+        """
+        left = list[tuple[Step, int]]()
+        set_number = len(sequence.hammer_steps) + 1
+        needed = True  # whether what comes next has something left; at the end, waiting is a wish of its own
+        for step in reversed(sequence.steps):
+            if isinstance(step, HammerStep):
+                set_number -= 1
+                points = self.points_of(set_number)
+                needed = any(points.get(Dof.parse(p), PointSoFar()).accepted < step.blows for p in step.points)
+            elif isinstance(step, SweepStep):
+                needed = len(self.sines) < step.points
+            if needed:
+                left.append((step, set_number if isinstance(step, HammerStep) else 0))
+        return tuple(reversed(left))
+
+
+def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
+    """What is stored of `run`, which carries out `sequence`.
+
+    Raises:
+        ResumeError: what is stored is not what the sequence asks for.
+        StoreError: the catalogue cannot be read.
+    """
+    with catalogue.reading() as session:
+        blows, records = list_blows(session, run.id), list_sine_records(session, run.id)
+    if records and sequence.sweep is not None:
+        _check_order(run, records, sweep_plan(sequence.sweep))
+    points = dict[tuple[int, Dof], list[Blow]]()
+    for blow in blows:
+        points.setdefault((blow.set_number, Dof.parse(str(blow.point))), []).append(blow)
+    return Measured(
+        {place: _so_far(struck) for place, struck in points.items()},
+        frozenset(record.order_number for record in records),
+        max((record.elapsed for record in records), default=0.0),
+    )
+
+
+def _so_far(struck: list[Blow]) -> PointSoFar:
+    accepted = sum(blow.accepted for blow in struck)
+    return PointSoFar(accepted, len(struck) - accepted, max(blow.number for blow in struck))
+
+
+def _check_order(run: Run, records: list[SineRecord], plan: SweepPlan) -> None:
+    asked = {
+        sine.order_number: (mounting.specimen, mounting.configuration, sine.amplitude_pp, sine.frequency)
+        for mounting in plan.mountings()
+        for sine in mounting.sines
+    }
+    for record in records:
+        specimen, configuration, amplitude_pp, frequency = asked.get(record.order_number, ("", "", 0.0, 0.0))
+        if (specimen, configuration) != (record.specimen, record.configuration) or not (
+            math.isclose(1e3 * amplitude_pp, record.commanded_pp_mm, rel_tol=1e-6)
+            and math.isclose(frequency, record.frequency, rel_tol=1e-9)
+        ):
+            raise ResumeError(
+                f"run {run.id}: sine record {record.order_number} ({record.specimen}, {record.configuration}, "
+                f"{record.commanded_pp_mm:g} mm, {record.frequency:g} Hz) is not what its sequence asks for there; "
+                "resume it with the version that began it"
+            )

@@ -1,0 +1,119 @@
+"""What each step of a sequence asks for, and whether it can be had: checked before anything moves."""
+
+from __future__ import annotations
+
+from analysis.blow_check import BlowLimits
+from analysis.dof import Dof
+from daq.channels import Channel
+from daq.errors import ChannelError
+from rig.hammer import HammerSettings
+from rig.instruments import Instruments
+from rig.registers import MAP_VERSION, State
+from rig.sequence import DISPLACEMENT, FORCE, HammerStep, Sequence, SoakStep, Step, SweepStep
+from rig.sweep import SweepPlan
+from rig.tester_limits import TesterLimits
+from rig.tester_status import TesterTrippedError, names_of
+from rig.waiting import Soak
+from store.instruments import Instrument
+
+
+def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
+    """Let `sequence` pass if every step of it can be asked for.
+
+    Raises:
+        HammerError, PlanError: a step makes no sense.
+        LimitExceededError: the sweep is beyond `limits`.
+    """
+    for step in sequence.steps:
+        if isinstance(step, HammerStep):
+            hammer_settings(step)
+        elif isinstance(step, SweepStep):
+            sweep_plan(step).check(limits)
+
+
+def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Instrument, ...]:
+    """Connect to everything that `sequence` needs, move nothing, and say what is there.
+
+    Raises:
+        RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
+    """
+    found = []
+    with instruments.acquisition() as (chassis, thermometer):
+        for step in sequence.steps:
+            if isinstance(step, HammerStep | SweepStep):
+                chassis.verify(channels_of(step, instruments))
+        thermometer.celsius()
+        found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
+    found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
+    if sequence.sweep is not None:
+        with instruments.tester() as tester:
+            tester.stop()  # it is at rest: what counts is that it obeys
+            if tester.state() is State.TRIPPED:
+                raise TesterTrippedError(
+                    f"{instruments.tester_url} is stopped by {names_of(tester.status().interlocks)}; see to the cause, "
+                    "then reset",
+                    tester.status().interlocks,
+                )
+            details = {"map_version": MAP_VERSION, "limits": dict(tester.identity.limits)}
+            found.append(Instrument("tester", "elastomer tester", tester.identity.serial, details=details))
+    return tuple(found)
+
+
+def hammer_settings(step: HammerStep) -> HammerSettings:
+    """The session that a hammer step asks for."""
+    return HammerSettings(
+        points=tuple(Dof.parse(point) for point in step.points),
+        blows=step.blows,
+        block_duration=step.block_seconds,
+        sample_rate=step.sample_rate,
+        pre_trigger=step.pretrigger_seconds,
+        trigger_level=step.trigger_level,
+        limits=BlowLimits(lowest_peak_force=step.weakest_peak, highest_frequency=step.highest_frequency),
+        hammer=step.hammer,
+    )
+
+
+def sweep_plan(step: SweepStep) -> SweepPlan:
+    """The plan that a sweep step asks for; seed 0 stands for one that is drawn when a run begins."""
+    return SweepPlan(
+        frequencies=step.frequencies.values,
+        amplitudes_pp=tuple(amplitude * 1e-3 for amplitude in step.amplitudes_pp_mm),
+        preset=step.preset_mm * 1e-3,
+        configurations=step.configurations,
+        specimens=step.specimens,
+        order=step.order,
+        seed=step.seed or 0,
+    )
+
+
+def soak_settings(step: SoakStep) -> Soak:
+    """What a soak step counts as settled."""
+    return Soak(step.band_celsius, step.seconds, step.limit_seconds, step.celsius)
+
+
+def channels_of(step: HammerStep | SweepStep, instruments: Instruments) -> tuple[Channel, ...]:
+    """The channels of a step.
+
+    Raises:
+        ChannelError: one is missing, or measures something else.
+    """
+    channels = instruments.channels_named(*_channel_names(step))
+    units = ("N", "m/s^2") if isinstance(step, HammerStep) else ("m", "N")
+    for channel, unit in zip(channels, units, strict=True):
+        if channel.unit != unit:
+            raise ChannelError(
+                f"channel {channel.name!r} on {channel.physical} measures {channel.unit}, but the {step.step} step "
+                f"takes it for {unit}; correct the channel table, or name another channel"
+            )
+    return channels
+
+
+def channel_names(steps: tuple[Step, ...]) -> set[str]:
+    """Names of all channels that `steps` record."""
+    return {name for step in steps if isinstance(step, HammerStep | SweepStep) for name in _channel_names(step)}
+
+
+def _channel_names(step: HammerStep | SweepStep) -> tuple[str, str]:
+    if isinstance(step, HammerStep):
+        return step.hammer, step.accelerometer
+    return DISPLACEMENT, FORCE

@@ -1,0 +1,191 @@
+"""The command line in an empty folder, a simulated laboratory for it, and one demo that every test may look at."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import sqlite3
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from importlib import resources
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+import yaml
+
+from api.cli import main
+from api.simulated import SimulatedOperator, as_toml
+from rig import tester
+from rig.registers import State
+from simlab.bench import Conditions
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from store.bundle_exchange import export_bundle
+from store.catalogue import Catalogue
+
+SPEED = 200.0
+Command = Callable[..., CompletedProcess[str]]
+
+
+@pytest.fixture
+def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    """`jointlab` in this process, in a folder of its own and without any JOINTLAB_ variable."""
+    monkeypatch.chdir(tmp_path)
+    for name in [name for name in os.environ if name.startswith("JOINTLAB_")]:
+        monkeypatch.delenv(name)
+
+    def run(*arguments: object) -> CompletedProcess[str]:
+        command = ["jointlab", *map(str, arguments)]
+        monkeypatch.setattr(sys, "argv", command)
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        return CompletedProcess(command, int(ended.value.code or 0), said.out, said.err)
+
+    return run
+
+
+@pytest.fixture
+def contents(tmp_path: Path) -> Callable[[], dict[str, Any]]:
+    """Rows of every table of jointlab.db, and the waveform files beside it: to show that nothing was stored."""
+
+    def look() -> dict[str, Any]:
+        database = tmp_path / "jointlab.db"
+        Catalogue.open(f"sqlite:///{database}").close()
+        with closing(sqlite3.connect(database)) as connection:
+            tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")]
+            rows = {table: connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in tables}
+        return rows | {"waveforms": sorted(path.name for path in tmp_path.glob("*-waveforms/*"))}
+
+    return look
+
+
+@pytest.fixture
+def query(tmp_path: Path) -> Callable[[str], list[tuple[Any, ...]]]:
+    """Rows of a query to jointlab.db, as a person with a database client would ask."""
+
+    def ask(statement: str) -> list[tuple[Any, ...]]:
+        with closing(sqlite3.connect(f"file:{tmp_path / 'jointlab.db'}?mode=ro", uri=True)) as connection:
+            return connection.execute(statement).fetchall()
+
+    return ask
+
+
+@pytest.fixture(scope="module")
+def running_laboratory() -> Iterator[Laboratory]:
+    with Laboratory(3, SPEED, Conditions(double_hits=0.0)) as laboratory:
+        yield laboratory
+
+
+@pytest.fixture
+def laboratory(running_laboratory: Laboratory, tmp_path: Path) -> Iterator[Laboratory]:
+    """Simulated instruments that jointlab.toml points at; whole before and after each test."""
+    (tmp_path / "jointlab.toml").write_text(as_toml(running_laboratory.addresses), encoding="utf-8")
+    yield running_laboratory
+    running_laboratory.daq.faults.clear()
+    running_laboratory.tester.faults.clear()
+    running_laboratory.thermometer.faults.clear()
+    running_laboratory.tester.release_emergency_stop()
+    if running_laboratory.tester.device.status()["state"] == State.TRIPPED:
+        with tester.connect(running_laboratory.addresses.tester) as driver:
+            driver.reset()
+
+
+@pytest.fixture
+def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimulatedOperator]:
+    """Somebody at the terminal who strikes and mounts."""
+    hand = Hand(laboratory.addresses.hand)
+    person = SimulatedOperator(hand)
+    monkeypatch.setattr("api.commands.sequences.TerminalOperator", lambda console: person)
+    yield person
+    hand.close()
+
+
+def paper() -> dict[str, Any]:
+    document: dict[str, Any] = yaml.safe_load((resources.files("api.sequences") / "paper.yaml").read_text("utf-8"))
+    return document
+
+
+@pytest.fixture
+def sequence(tmp_path: Path) -> Callable[..., Path]:
+    """Write the paper's sequence with fewer blows and sine points; `hammer` and `sweep` say what is otherwise."""
+
+    def write(hammer: dict[str, Any] | None = None, sweep: dict[str, Any] | None = None) -> Path:
+        document = paper()
+        small_hammer = {"points": ["1y", "3y", "5y", "1x"], "blows": 2, "block_seconds": 1.0}
+        small_sweep = {
+            "specimens": ["I"],
+            "amplitudes_pp_mm": [0.1],
+            "frequencies": {"first": 40, "last": 120, "step": 80},
+        }
+        document["steps"][0] |= small_hammer | (hammer or {})
+        document["steps"][1] |= small_sweep | (sweep or {})
+        path = tmp_path / "sequence.yaml"
+        path.write_text(yaml.safe_dump(document), encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `jointlab demo` left: the paper's hammer experiment whole, the sweep at 3 of 40 frequencies.
+
+    It is run once, also where several processes share the tests.
+    """
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    with (folder / "demo.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "demo").exists():
+            _run_demo(folder)
+    return folder / "demo"
+
+
+def _run_demo(folder: Path) -> None:
+    document = paper()
+    document["steps"][1] |= {"amplitudes_pp_mm": [0.1, 0.01], "frequencies": {"first": 20, "last": 180, "step": 80}}
+    (folder / "demo.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            sys,
+            "argv",
+            ["jointlab", "demo", f"--folder={folder}/demo", f"--sequence={folder}/demo.yaml", f"--speed={SPEED:g}"],
+        )
+        with pytest.raises(SystemExit) as ended:
+            main()
+    assert not ended.value.code
+
+
+@pytest.fixture
+def measured(demo: Path, tmp_path: Path) -> int:
+    """The demo's run in jointlab.db of this test's own folder; its number."""
+    shutil.copy(demo / "jointlab.db", tmp_path)
+    shutil.copytree(demo / "jointlab-waveforms", tmp_path / "jointlab-waveforms")
+    return 1
+
+
+@pytest.fixture(scope="session")
+def exported(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("exported") / "bundle"
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        export_bundle(catalogue, 1, folder, blows=False)
+    return folder
+
+
+@pytest.fixture
+def bundle(exported: Path, tmp_path: Path) -> Path:
+    """The demo's measurement as a bundle without checksums, to be damaged."""
+    folder = tmp_path / "bundle"
+    shutil.copytree(exported, folder)
+    setup = json.loads((folder / "setup.json").read_text(encoding="utf-8"))
+    del setup["checksums"]
+    (folder / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    return folder

@@ -1,0 +1,243 @@
+"""The demo: the whole job through the wires, and how near to the truth it comes."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+import pytest
+
+Command = Callable[..., CompletedProcess[str]]
+CONFIGURATIONS = ["angled", "compression", "shear"]
+FREQUENCIES = [20.0, 100.0, 180.0]
+
+
+@pytest.fixture(scope="session")
+def summary(demo: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads((demo / "summary.json").read_text(encoding="utf-8"))
+    return document
+
+
+def series(direct: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
+    return [
+        (joint, configuration, amplitude, points)
+        for joint, by_configuration in direct.items()
+        for configuration, by_amplitude in by_configuration.items()
+        for amplitude, points in by_amplitude.items()
+    ]
+
+
+def test_the_summary_has_the_form_of_an_identification(summary: dict[str, Any]) -> None:
+    assert summary["format"] == "jointlab-identification/1"
+    modes = summary["modes"]
+    count = len(modes["frequency_hz"])
+    assert count >= 6
+    for name in ("loss_factor", "predicted_hz"):
+        assert len(modes[name]) == count
+    for name in ("frequency_ci95", "loss_factor_ci95"):
+        assert np.shape(modes[name]) == (count, 2)
+    for value, (low, high) in zip(modes["frequency_hz"], modes["frequency_ci95"], strict=True):
+        assert low < value < high
+
+    assert set(summary["inverse"]) == {"I", "II", "weak_directions"}
+    assert all(isinstance(text, str) for text in summary["inverse"]["weak_directions"])
+    for joint in ("I", "II"):
+        found = summary["inverse"][joint]
+        for name, shape in {
+            "k": (3, 3),
+            "h": (3, 3),
+            "gamma": (3, 3),
+            "k_ci95": (3, 3, 2),
+            "h_ci95": (3, 3, 2),
+            "observable": (3, 3),
+        }.items():
+            assert np.shape(found[name]) == shape, name
+        assert np.allclose(found["k"], np.transpose(found["k"]))
+        limits = np.array(found["k_ci95"])
+        assert np.all((limits[..., 0] < found["k"]) & (found["k"] < limits[..., 1]))
+        assert all(type(flag) is bool for row in found["observable"] for flag in row)
+
+    assert [key[:3] for key in series(summary["direct"])] == [
+        (joint, configuration, amplitude)
+        for joint in ("I", "II")
+        for configuration in ("compression", "shear", "angled")
+        for amplitude in ("0.1", "0.01")
+    ]
+    for *_, points in series(summary["direct"]):
+        assert points["frequency_hz"] == pytest.approx(FREQUENCIES, rel=1e-3)
+        for name in ("k", "h", "gamma"):
+            assert len(points[name]) == len(FREQUENCIES)
+        for name in ("k_ci95", "gamma_ci95"):
+            assert np.shape(points[name]) == (len(FREQUENCIES), 2)
+
+    assert {(each["joint"], each["element"]) for each in summary["comparison"]} >= {
+        (joint, element) for joint in ("I", "II") for element in ("k22", "k12", "gamma22")
+    }
+    for each in summary["comparison"]:
+        assert len(each["direct"]) == 2
+        assert each["inverse"] is None or len(each["inverse"]) == 2
+        assert each["verdict"] in ("agree", "differ", "not comparable")
+
+
+def test_the_truth_has_the_same_shape_beside_the_result(summary: dict[str, Any]) -> None:
+    truth = summary["truth"]
+    for joint in ("I", "II"):
+        for name in ("k", "h", "gamma"):
+            assert np.shape(truth["inverse"][joint][name]) == (3, 3)
+    assert truth["modes"]
+    found, true = series(summary["direct"]), series(truth["direct"])
+    assert sorted(each[:3] for each in true) == sorted(each[:3] for each in found)
+    for *_, points in true:
+        assert points["frequency_hz"] == pytest.approx(FREQUENCIES, rel=1e-3)
+        assert all(len(points[name]) == len(FREQUENCIES) for name in ("k", "h", "gamma"))
+
+
+def test_seconds_are_told_for_every_stage(summary: dict[str, Any]) -> None:
+    seconds = summary["seconds"]
+    assert set(seconds) == {"start", "measure", "identify", "report", "total"}
+    stages = sum(value for stage, value in seconds.items() if stage != "total")
+    assert stages == pytest.approx(seconds["total"], abs=1.0)
+
+
+def test_direct_k_and_gamma_are_within_one_and_three_per_cent_of_the_truth(summary: dict[str, Any]) -> None:
+    truth = summary["truth"]["direct"]
+    for joint, configuration, amplitude, points in series(summary["direct"]):
+        allowed = {"0.1": 0.01, "0.01": 0.03}[amplitude]
+        for name in ("k", "gamma"):
+            expected = truth[joint][configuration][amplitude][name]
+            assert points[name] == pytest.approx(expected, rel=allowed), (joint, configuration, amplitude, name)
+
+
+def test_k22_by_the_papers_method_is_within_three_per_cent_of_the_truth(summary: dict[str, Any]) -> None:
+    for joint in ("I", "II"):
+        true = summary["truth"]["inverse"][joint]["k"][1][1]
+        assert summary["inverse"][joint]["k"][1][1] == pytest.approx(true, rel=0.03)
+
+
+def test_what_the_demo_found_is_in_the_views(demo: Path, summary: dict[str, Any]) -> None:
+    with closing(sqlite3.connect(f"file:{demo / 'jointlab.db'}?mode=ro", uri=True)) as connection:
+        runs = connection.execute("SELECT state, blows_accepted, sine_records, kind FROM v_runs").fetchall()
+        assert runs == [("finished", 110, 36, "sequence")]
+        modes = connection.execute("SELECT frequency, frequency_low FROM v_modes WHERE latest ORDER BY number")
+        rows = modes.fetchall()
+        assert [row[0] for row in rows] == summary["modes"]["frequency_hz"]
+        assert [row[1] for row in rows] == [low for low, _ in summary["modes"]["frequency_ci95"]]
+        stiffness = connection.execute(
+            "SELECT joint, matrix_row, matrix_column, stiffness, observable FROM v_joint_stiffness WHERE latest"
+        ).fetchall()
+        assert len(stiffness) == 18
+        for joint, row, column, value, observable in stiffness:
+            found = summary["inverse"][joint]
+            assert value == found["k"][row - 1][column - 1]
+            assert bool(observable) is found["observable"][row - 1][column - 1]
+        shear = connection.execute(
+            "SELECT stiffness, loss_factor FROM v_dynamic_stiffness WHERE latest AND specimen = 'II' "
+            "AND configuration = 'shear' AND amplitude_pp_mm = 0.01 ORDER BY frequency"
+        ).fetchall()
+        points = summary["direct"]["II"]["shear"]["0.01"]
+        assert shear == list(zip(points["k"], points["gamma"], strict=True))
+        verdicts = connection.execute("SELECT joint, element, verdict FROM v_comparison WHERE latest").fetchall()
+        assert set(verdicts) == {(each["joint"], each["element"], each["verdict"]) for each in summary["comparison"]}
+
+
+def test_every_row_knows_the_calibration_behind_it(demo: Path) -> None:
+    with closing(sqlite3.connect(demo / "jointlab.db")) as connection:
+        rows = connection.execute(
+            "SELECT channels.name, instruments.serial, calibrations.calibrated_on FROM channels "
+            "JOIN calibrations ON calibrations.id = channels.calibration_id "
+            "JOIN instruments ON instruments.id = calibrations.instrument_id"
+        ).fetchall()
+        tester = connection.execute("SELECT serial FROM instruments WHERE kind = 'tester'").fetchall()
+    assert {row[0] for row in rows} == {"hammer", "accelerometer", "displacement", "force"}
+    assert ("hammer", "SIM-H-01", "2026-03-02") in rows
+    assert tester == [("SIM-ET-0001",)]
+
+
+def test_a_demo_needs_nothing_of_the_laboratorys_own_configuration(jointlab: Command, tmp_path: Path) -> None:
+    (tmp_path / "jointlab.toml").write_text("broken =", encoding="utf-8")
+    (tmp_path / "not-a-folder").write_text("", encoding="utf-8")
+    answer = jointlab("demo", "--folder", tmp_path / "not-a-folder", "--speed", 1000)
+    assert answer.returncode == 3
+    assert answer.stderr == f"jointlab: {tmp_path / 'not-a-folder'} cannot be made: File exists\n"
+
+
+@pytest.mark.parametrize("arguments", [["--seed", "-1"], ["--speed", "0"], ["--speed", "nan"]])
+def test_a_bench_that_cannot_be_is_wrong_usage(jointlab: Command, arguments: list[str]) -> None:
+    answer = jointlab("demo", *arguments)
+    assert answer.returncode == 2
+    assert arguments[0] in answer.stderr
+
+
+def test_ctrl_c_in_a_demo_stores_what_was_measured_as_a_stopped_run(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "api.cli", "demo", "--folder", str(tmp_path)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    with process:
+        database, patience_ends = tmp_path / "jointlab.db", time.monotonic() + 60
+        while not (database.exists() and _blows(database) > 2):
+            assert process.poll() is None
+            assert time.monotonic() < patience_ends
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to everybody in the foreground
+        assert process.stderr is not None
+        said = process.stderr.read()
+        assert process.wait(30) == 130, said
+    assert said.splitlines()[-1] == "jointlab: interrupted"
+    assert "Traceback" not in said
+    with closing(sqlite3.connect(database)) as connection:
+        assert connection.execute("SELECT state, reason FROM runs").fetchall() == [("stopped", "stopped by hand")]
+    assert _blows(database) > 2
+
+
+def _blows(database: Path) -> int:
+    with closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
+        try:
+            return int(connection.execute("SELECT count(*) FROM blows").fetchone()[0])
+        except sqlite3.OperationalError:  # the tables are not there yet
+            return 0
+
+
+def test_nothing_in_the_report_is_loaded_from_elsewhere(demo: Path) -> None:
+    page = (demo / "report.html").read_text(encoding="utf-8")
+    references = re.findall(r"""(?:src|href|action|data|poster|srcset)\s*=\s*["']([^"']*)""", page)
+    references += re.findall(r"url\(\s*[\"']?([^)\"']*)", page)
+    assert references
+    assert {reference for reference in references if not reference.startswith(("#", "data:"))} == set()
+    assert not re.search(r"@import|<script|<link|<iframe|<object|<embed|<base|http-equiv", page)
+
+
+def test_the_report_has_the_papers_figures_and_tables(demo: Path) -> None:
+    page = (demo / "report.html").read_text(encoding="utf-8")
+    for figure in (5, 6, 7, 8, 9, 11, 12, 13, 14):
+        pictures = re.findall(rf'<svg[^>]*aria-label="Fig. {figure}\b[^"]*"', page)
+        assert len(pictures) == (2 if figure in (11, 12) else 1), figure
+    assert page.count("<svg") == page.count("</svg>") == 11
+    for table in (2, 3, 4):
+        assert re.search(rf"<caption>Table {table}: ", page), table
+    assert "Identified against true" in page
+
+
+def test_ids_in_the_report_are_unique_and_references_find_them(demo: Path) -> None:
+    page = (demo / "report.html").read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(set(ids)) == len(ids)
+    references = re.findall(r'href="#([^"]+)"|url\(#([^)]+)\)', page)
+    assert set(itertools.chain(*references)) - {""} <= set(ids)

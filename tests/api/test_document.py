@@ -1,0 +1,54 @@
+"""Results as documents for other people's programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from api.commands.terminal import write_json
+from api.errors import ApiError
+from api.identification.document import plain
+
+numbers = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
+values = st.recursive(
+    numbers
+    | st.floats(width=32).map(np.float32)
+    | st.integers(-(2**31), 2**31).map(np.int64)
+    | st.lists(st.floats(), max_size=4).map(np.array),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.lists(inner, max_size=3).map(tuple)
+        | st.dictionaries(st.text(max_size=3), inner, max_size=3)
+    ),
+)
+
+
+@given(values)
+def test_whatever_is_found_has_a_json_form(value: object) -> None:
+    text = json.dumps(plain(value), allow_nan=False)
+    assert json.loads(text) == plain(value)
+
+
+def test_what_is_not_known_is_null() -> None:
+    found = {"gamma": np.array([[0.1, np.nan], [np.inf, 2.0]]), "flags": np.array([True, False]), 0.1: np.float64(3)}
+    assert plain(found) == {"gamma": [[0.1, None], [None, 2.0]], "flags": [True, False], "0.1": 3.0}
+    assert type(plain(np.bool_(True))) is bool
+
+
+def test_a_document_is_whole_or_not_there(tmp_path: Path) -> None:
+    file = tmp_path / "found.json"
+    write_json({"k": 1.0}, file)
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json({"k": float("nan")}, file)
+    assert json.loads(file.read_text(encoding="utf-8")) == {"k": 1.0}
+    assert [path.name for path in tmp_path.iterdir()] == ["found.json"]
+
+
+def test_a_document_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ApiError, match=r"found\.json cannot be written: No such file"):
+        write_json({}, tmp_path / "no" / "found.json")

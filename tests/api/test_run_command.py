@@ -1,0 +1,246 @@
+"""`jointlab run` on simulated instruments, from a configuration file, and what it says when they are not there."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from analysis.dof import Dof
+from api.errors import ApiError
+from api.operator import TerminalOperator
+from api.simulated import SimulatedOperator
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+from store.frequency_responses import list_frequency_responses
+
+Command = Callable[..., CompletedProcess[str]]
+Contents = Callable[[], dict[str, Any]]
+Query = Callable[[str], list[tuple[Any, ...]]]
+Write = Callable[..., Path]
+BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
+
+
+@pytest.mark.usefixtures("operator")
+def test_a_sequence_is_measured_identified_exported_and_imported_back(
+    jointlab: Command, sequence: Write, query: Query, tmp_path: Path
+) -> None:
+    # the six components that identification needs, and both joints in the tester for the comparison
+    file = sequence(
+        {"points": ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"], "block_seconds": 2.0},
+        {"specimens": ["I", "II"]},
+    )
+    measured = jointlab("run", file)
+    assert (measured.returncode, measured.stderr.splitlines()[0]) == (0, "run 1")
+    assert measured.stdout == "run 1 finished; jointlab identify 1 evaluates it\n"
+    assert query("SELECT state, blows_accepted, sine_records FROM v_runs") == [("finished", 16, 12)]
+
+    identified = jointlab("identify", 1, "--json", "found.json")
+    assert identified.returncode == 0, identified.stderr
+    assert (tmp_path / "found.json").is_file()
+    ((modes,),) = query("SELECT count(*) FROM v_modes WHERE latest")
+    assert modes >= 6
+    assert query("SELECT count(*) FROM v_joint_stiffness WHERE latest") == [(18,)]
+    assert query("SELECT count(*) FROM v_dynamic_stiffness WHERE latest") == [(12,)]
+    assert query("SELECT count(*) > 0 FROM v_comparison WHERE latest") == [(1,)]
+
+    assert jointlab("export", 1, "bundle.zip").returncode == 0
+    assert jointlab("import", "bundle.zip", "--article", "again").returncode == 0
+    assert query("SELECT run_id, kind, article FROM v_runs ORDER BY run_id")[1] == (2, "import", "again")
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
+        (ours,), (theirs,) = list_frequency_responses(session, 1), list_frequency_responses(session, 2)
+    assert (theirs.response, theirs.inputs) == (ours.response, ours.inputs)
+    for name in ("frequency", "accelerance", "coherence"):
+        np.testing.assert_array_equal(getattr(theirs, name), getattr(ours, name))
+    points = "SELECT specimen, configuration, amplitude_pp_mm, frequency, magnitude, loss_angle_deg, temperature_c"
+    one, other = (query(f"{points} FROM v_dynamic_stiffness WHERE run_id = {run}") for run in (1, 2))
+    assert [row[:3] for row in one] == [row[:3] for row in other]
+    np.testing.assert_allclose([row[3:] for row in one], [row[3:] for row in other], rtol=1e-14)
+    blows = read_bundle(tmp_path / "bundle.zip").blows
+    assert len(blows) == 16
+
+    again = jointlab("identify", 1)
+    assert again.returncode == 0
+    assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE run_id = 1 AND kind = 'modes'") == [(2, 1)]
+
+
+def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, contents: Contents) -> None:
+    before = contents()
+    answer = jointlab("run", "paper", "--dry-run")
+    assert answer.returncode == 0
+    assert "10 blows at each of 1y, 3y, 4y, 5y, 6y, 7y, 8y, 9y, 11y, 1x, 11x (110 blows" in answer.stdout
+    assert "720 sine points, 5 to 200 Hz, 0.1, 0.05, 0.01 mm p-p, preset 0.5 mm" in answer.stdout
+    assert "limits of the rig: 0.3 mm p-p" in answer.stdout
+    assert contents() == before
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return int(server.getsockname()[1])
+
+
+def one_line(answer: CompletedProcess[str], *words: str) -> None:
+    (line,) = answer.stderr.splitlines()
+    assert line.startswith("jointlab: ")
+    for word in words:
+        assert word in line
+
+
+@pytest.mark.usefixtures("operator")
+@pytest.mark.parametrize(
+    ("variable", "address"),
+    [
+        ("JOINTLAB_DAQ_ADDRESS", "local"),
+        ("JOINTLAB_TESTER_URL", "tcp://127.0.0.1:{port}"),
+        ("JOINTLAB_THERMOMETER_URL", "socket://127.0.0.1:{port}"),
+    ],
+)
+def test_an_absent_instrument_is_exit_code_4_and_nothing_is_stored(
+    variable: str,
+    address: str,
+    jointlab: Command,
+    sequence: Write,
+    contents: Contents,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    address = address.format(port=free_port())
+    monkeypatch.setenv(variable, address)
+    before = contents()
+    answer = jointlab("run", sequence())
+    assert answer.returncode == INSTRUMENT
+    one_line(answer, address)
+    assert contents() == before
+
+
+@pytest.mark.usefixtures("operator")
+@pytest.mark.parametrize(
+    ("fault", "words"), [("wrong_map_version", "register map version"), ("refuse", "the tester refused")]
+)
+def test_a_tester_that_is_another_or_refuses_is_exit_code_4_and_nothing_is_stored(
+    fault: str, words: str, jointlab: Command, sequence: Write, contents: Contents, laboratory: Laboratory
+) -> None:
+    laboratory.tester.faults.set(fault)
+    before = contents()
+    answer = jointlab("run", sequence())
+    assert answer.returncode == INSTRUMENT
+    one_line(answer, words)
+    assert contents() == before
+
+
+@pytest.mark.usefixtures("operator")
+@pytest.mark.parametrize(
+    ("hammer", "sweep", "words"),
+    [
+        ({"hammer": "mallet"}, {}, "no channel mallet in the channel table; it has hammer, accelerometer"),
+        ({"accelerometer": "force"}, {}, "'force' on cDAQ1Mod2/ai1 measures N"),
+        ({"blows": 0}, {}, "steps.0.hammer.blows: Input should be greater than or equal to 2"),
+        ({"points": ["3y", "12y"]}, {}, "no node for 12y"),
+        ({}, {"amplitudes_pp_mm": [0.5]}, "outside the rig's limits"),
+        ({}, {"frequencies": {"first": 0.5}}, "frequency 0.5 Hz is outside the rig's limits"),
+        ({}, {"specimens": ["III"]}, "no joint III"),
+    ],
+)
+def test_a_sequence_that_cannot_be_run_is_bad_input_and_nothing_is_stored(
+    hammer: dict[str, Any],
+    sweep: dict[str, Any],
+    words: str,
+    jointlab: Command,
+    sequence: Write,
+    contents: Contents,
+) -> None:
+    before = contents()
+    answer = jointlab("run", sequence(hammer, sweep))
+    assert answer.returncode == BAD_INPUT
+    one_line(answer, words)
+    assert contents() == before
+
+
+@pytest.mark.usefixtures("operator")
+def test_a_channel_table_that_does_not_fit_the_chassis_is_bad_input(
+    jointlab: Command, sequence: Write, contents: Contents, tmp_path: Path
+) -> None:
+    config = tmp_path / "jointlab.toml"
+    config.write_text(config.read_text("utf-8").replace("cDAQ1Mod1/ai0", "cDAQ1Mod7/ai0"), encoding="utf-8")
+    before = contents()
+    answer = jointlab("run", sequence())
+    assert answer.returncode == BAD_INPUT
+    one_line(answer, "'hammer' is on cDAQ1Mod7/ai0", "there are cDAQ1")
+    assert contents() == before
+
+
+def test_without_a_channel_table_the_way_to_one_is_said(jointlab: Command, contents: Contents) -> None:
+    before = contents()
+    answer = jointlab("run", "paper")
+    assert answer.returncode == BAD_INPUT
+    one_line(answer, "the channel table is empty", "jointlab simulate --config jointlab.toml")
+    assert contents() == before
+
+
+def test_a_run_that_fails_keeps_what_it_has_and_says_why(
+    jointlab: Command, sequence: Write, query: Query, laboratory: Laboratory, operator: SimulatedOperator
+) -> None:
+    strikes = iter(range(1, 100))
+    plain_strike = operator.strike
+
+    def strike(point: Any, blow: int) -> None:
+        if next(strikes) == 4:
+            laboratory.daq.faults.set("device_gone")
+        plain_strike(point, blow)
+
+    operator.strike = strike  # type: ignore[method-assign]  # a person who pulls a plug
+    answer = jointlab("run", sequence())
+    assert answer.returncode == INSTRUMENT
+    assert "Traceback" not in answer.stderr
+    ((state, reason, blows),) = query("SELECT state, reason, blows_accepted FROM v_runs")
+    assert (state, blows) == ("failed", 3)
+    assert answer.stderr.splitlines()[-1] == f"jointlab: {reason.removeprefix('InstrumentAbsentError: ')}"
+
+    laboratory.daq.faults.clear()
+    assert jointlab("run", sequence()).returncode == 0
+    assert query("SELECT state FROM v_runs ORDER BY run_id") == [("failed",), ("finished",)]
+    # what the failed run has is not enough for the joints, and that is said
+    answer = jointlab("identify", 1)
+    assert answer.returncode == BAD_INPUT
+    assert "Traceback" not in answer.stderr
+
+
+def test_ctrl_c_is_130_and_the_run_is_stopped(
+    jointlab: Command, sequence: Write, query: Query, operator: SimulatedOperator
+) -> None:
+    def leave(specimen: str, configuration: str) -> None:
+        raise KeyboardInterrupt
+
+    operator.mount = leave  # type: ignore[method-assign]  # a person who presses Ctrl-C
+    answer = jointlab("run", sequence())
+    assert answer.returncode == INTERRUPTED
+    assert answer.stderr.splitlines()[-1] == "jointlab: interrupted"
+    assert query("SELECT state, reason, blows_accepted FROM v_runs") == [("stopped", "stopped by hand", 8)]
+
+
+def test_where_nobody_can_confirm_nothing_is_mounted() -> None:
+    operator = TerminalOperator(Console(stderr=True))
+    with pytest.raises(ApiError, match="mount joint I in shear: there is no terminal to confirm it on"):
+        operator.mount("I", "shear")
+
+
+def test_a_point_that_no_hammer_reaches_is_said_in_the_bench_s_words(operator: SimulatedOperator) -> None:
+    with pytest.raises(ApiError, match="the simulated bench refuses: "):
+        operator.strike(Dof.parse("2y"), 1)
+
+
+def test_a_laboratory_that_has_gone_is_said() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        hand = Hand(f"127.0.0.1:{listener.getsockname()[1]}")
+        connection, _ = listener.accept()
+        connection.close()
+    with closing(hand), pytest.raises(ApiError, match="the simulated laboratory does not answer"):
+        SimulatedOperator(hand).strike(Dof.parse("3y"), 1)

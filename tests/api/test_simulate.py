@@ -1,0 +1,75 @@
+"""`jointlab simulate`: instruments for somebody else to connect to."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+from api.commands.terminal import instruments_of
+from api.settings import load_settings
+from rig.registers import State
+from simlab.laboratory import Addresses
+
+Command = Callable[..., CompletedProcess[str]]
+
+
+@pytest.fixture
+def simulating(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """The command in a process of its own, as a technician starts it."""
+    command = [sys.executable, "-m", "api.cli", "simulate", "--json", "--speed", "50", "--config"]
+    process = subprocess.Popen(
+        [*command, str(tmp_path / "jointlab.toml")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    with process:
+        yield process
+        process.kill()
+
+
+def test_its_file_leads_to_three_instruments_until_ctrl_c(
+    simulating: subprocess.Popen[str], jointlab: Command, tmp_path: Path
+) -> None:
+    assert simulating.stdout is not None
+    assert simulating.stderr is not None
+    addresses = json.loads(simulating.stdout.readline())
+    assert set(addresses) == {field.name for field in fields(Addresses)}
+    settings = load_settings()
+    assert settings.tester_url == addresses["tester"]
+    instruments = instruments_of(settings)
+    with instruments.acquisition() as (chassis, thermometer):
+        chassis.verify(instruments.channels)
+        assert 15 < thermometer.celsius() < 35
+    with instruments.tester() as tester:
+        assert tester.state() is State.HYDRAULICS_OFF
+    os.kill(simulating.pid, signal.SIGINT)
+    out, err = simulating.communicate(timeout=30)
+    assert (simulating.returncode, out, err) == (0, "stopped\n", "")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("mine.toml", "exists already; name a new file"), ("no/where.toml", "cannot be written")]
+)
+def test_a_configuration_is_written_over_nothing(jointlab: Command, tmp_path: Path, name: str, words: str) -> None:
+    (tmp_path / "mine.toml").write_text("mine", encoding="utf-8")
+    answer = jointlab("simulate", "--config", name)
+    assert answer.returncode == 3
+    (line,) = answer.stderr.splitlines()
+    assert words in line
+    assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("arguments", [["--seed", "-1"], ["--speed", "0"]])
+def test_a_bench_that_cannot_be_is_wrong_usage(jointlab: Command, arguments: list[str]) -> None:
+    assert jointlab("simulate", *arguments).returncode == 2

@@ -1,0 +1,72 @@
+"""The commands on data that others recorded."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+from api.cli import main
+
+Command = Callable[..., CompletedProcess[str]]
+BEAM_MODES = (51.5, 142.18, 278.66, 460.39, 687.16, 958.5)  # Hz, published with the measurement
+
+
+@pytest.fixture
+def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    """`jointlab` in this process, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    for name in [name for name in os.environ if name.startswith("JOINTLAB_")]:
+        monkeypatch.delenv(name)
+
+    def run(*arguments: object) -> CompletedProcess[str]:
+        command = ["jointlab", *map(str, arguments)]
+        monkeypatch.setattr(sys, "argv", command)
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        return CompletedProcess(command, int(ended.value.code or 0), said.out, said.err)
+
+    return run
+
+
+def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: Command, shared: Path) -> None:
+    answer = jointlab("modes", shared / "data" / "beam" / "beam_accelerance_derived.uff", "--json")
+    assert (answer.returncode, answer.stderr) == (0, "")
+    found = json.loads(answer.stdout)
+    assert found["frequency_hz"] == pytest.approx(BEAM_MODES, rel=1e-3)
+    for name in ("loss_factor", "frequency_ci95", "loss_factor_ci95"):
+        assert len(found[name]) == len(BEAM_MODES)
+    assert all(0 < loss < 0.05 for loss in found["loss_factor"])
+
+
+def test_modes_are_a_table_for_people(jointlab: Command, shared: Path) -> None:
+    answer = jointlab("modes", shared / "data" / "beam" / "beam_accelerance_derived.uff")
+    lines = answer.stdout.splitlines()
+    assert lines[0].split() == ["mode", "frequency", "(Hz)", "95", "%", "loss", "factor", "95", "%"]
+    assert [float(line.split()[1]) for line in lines[1:]] == pytest.approx(BEAM_MODES, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["accelerometers_4ch.uff", "Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"])
+def test_a_uff_file_without_accelerances_is_refused_with_what_it_holds(
+    jointlab: Command, shared: Path, name: str
+) -> None:
+    answer = jointlab("modes", shared / "data" / "uff" / name)
+    assert answer.returncode == 3
+    (line,) = answer.stderr.splitlines()
+    assert line.startswith(f"jointlab: {name}")
+
+
+@pytest.mark.parametrize(
+    "name", ["rubber_mount/Zj_00_digitised.csv", "friction_damper/kd_reference.csv", "beam/meas_point_1.txt"]
+)
+def test_a_recorded_table_is_no_uff_file(jointlab: Command, shared: Path, name: str) -> None:
+    answer = jointlab("modes", shared / "data" / name)
+    assert answer.returncode == 3
+    (line,) = answer.stderr.splitlines()
+    assert line.startswith(f"jointlab: {Path(name).name}")

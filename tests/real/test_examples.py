@@ -1,0 +1,110 @@
+"""Every example bundle goes in, is identified both from the bundle and from the run, and comes out equal."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from api.identification.document import identification_document
+from api.identification.measurement import Measurement, responses_of
+from api.identification.pipeline import identify
+from api.identification.record import store_identification
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from store.bundle import read_bundle
+from store.bundle_exchange import export_bundle, import_bundle
+from store.bundle_setup import Article
+from store.catalogue import Catalogue
+
+EXAMPLES = (
+    "amplitude",
+    "delay",
+    "foundation",
+    "frame",
+    "none",
+    "novel_1",
+    "novel_2",
+    "out_of_plane",
+    "pair",
+    "sensor_mass",
+)
+MODES = ("frequency_hz", "loss_factor", "predicted_hz")
+JOINT = {"k": (3, 3), "h": (3, 3), "gamma": (3, 3), "k_ci95": (3, 3, 2), "h_ci95": (3, 3, 2), "observable": (3, 3)}
+
+
+def plain(value: Any) -> Any:
+    """Plain values that can be compared; arrays by type, shape and every bit but the sign of a zero."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, (value + 0).tobytes()
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def check_form(document: dict[str, Any], joints: set[str]) -> None:
+    """The form that other programs rely on."""
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert document["format"] == "jointlab-identification/1"
+    count = len(document["modes"]["frequency_hz"])
+    assert count >= 3
+    for name in MODES:
+        assert len(document["modes"][name]) == count, name
+    for name in ("frequency_ci95", "loss_factor_ci95"):
+        assert np.shape(document["modes"][name]) == (count, 2)
+    assert set(document["inverse"]) == joints | {"weak_directions"}
+    for joint in joints:
+        for name, shape in JOINT.items():
+            assert np.shape(document["inverse"][joint][name]) == shape, (joint, name)
+        assert set(document["direct"][joint]) == {"compression", "shear", "angled"}
+        for by_amplitude in document["direct"][joint].values():
+            for points in by_amplitude.values():
+                assert {len(values) for values in points.values()} == {len(points["frequency_hz"])}
+                assert points["frequency_hz"] == sorted(points["frequency_hz"])
+    assert {each["verdict"] for each in document["comparison"]} <= {"agree", "differ", "not comparable"}
+    assert {each["joint"] for each in document["comparison"]} >= joints
+    assert document["seconds"] >= 0
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_is_imported_identified_stored_and_exported_equal(shared: Path, tmp_path: Path, name: str) -> None:
+    original = read_bundle(shared / "examples" / name)
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
+        run = import_bundle(catalogue, original)
+        measurement = measurement_of_run(catalogue, run)
+        found = identify(measurement)
+        stored = store_identification(catalogue, run, found)
+        assert None not in asdict(stored).values()
+        check_form(identification_document(found), {joint.name for joint in original.setup.joints})
+        export_bundle(catalogue, run, tmp_path / "out")
+    assert plain(read_bundle(tmp_path / "out")) == plain(original)
+    # what identification works on is the same from either, and so is what it finds
+    from_bundle = measurement_of_bundle(original)
+    assert plain(measurement.points) == plain(from_bundle.points)
+    for ours, theirs in zip(measurement.sets, from_bundle.sets, strict=True):
+        assert plain(responses_of(ours)) == plain(responses_of(theirs))
+    assert article_of(measurement) == article_of(from_bundle)
+
+
+def article_of(measurement: Measurement) -> dict[str, Any]:
+    return {name: getattr(measurement.article, name) for name in Article.model_fields}
+
+
+def test_bundle_and_run_give_one_identification(shared: Path, tmp_path: Path) -> None:
+    original = read_bundle(shared / "examples" / "none")
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
+        from_run = measurement_of_run(catalogue, import_bundle(catalogue, original))
+    ours, theirs = (identification_document(identify(one)) for one in (from_run, measurement_of_bundle(original)))
+    assert ours | {"seconds": 0} == theirs | {"seconds": 0}
+
+
+def test_k22_of_the_example_without_an_effect_is_the_truth_to_three_per_cent(shared: Path) -> None:
+    found = identification_document(identify(measurement_of_bundle(read_bundle(shared / "examples" / "none"))))
+    truth = json.loads((shared / "examples" / "truth" / "none.json").read_text(encoding="utf-8"))["joints"]
+    for name in ("I", "II"):
+        assert found["inverse"][name]["k"][1][1] == pytest.approx(truth[name]["k"][1][1], rel=0.03), name

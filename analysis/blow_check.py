@@ -23,7 +23,8 @@ from analysis.frequency_response import Real
 _FILTER = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
 _FALSE_ALARM = 1e-6  # for a blow
 _MISS = 1e-2  # of a bounce at the limit
-_CLIPPED_RUN = 3  # equal samples at the extreme; noise of a 24-bit converter never makes them
+_CHANCE_OF_TIES = 1e-4  # for a blow, below which equal samples at the extreme are taken for clipping
+_TOP = 10  # distinct values next to the extreme, whose spacing says how likely ties are
 _OUT_OF_NOISE = 8.0  # standard deviations; below them equal extremes are the converter's steps
 _FEWEST_QUIET_SAMPLES = 8
 _RESPONSE = 0.05  # s after the trigger in which an accelerometer has to respond
@@ -39,6 +40,8 @@ class BlowFault(StrEnum):
     SOFT = "soft"
     LATE_TRIGGER = "late trigger"
     NO_RESPONSE = "no response"
+    WRONG_POINT = "wrong point"
+    """Found beside other blows only: `analysis.point_check`."""
 
 
 @dataclass(frozen=True)
@@ -192,18 +195,23 @@ def _overload(force: Real, sensors: Real, overloaded: bool) -> Iterator[BlowReas
             f"the device reported an overload; the force peaked at {np.max(force):.0f} N: strike softer",
         )
     for name, signal in (("force", force), *((f"accelerometer {k + 1}", a) for k, a in enumerate(sensors))):
-        flat = _longest_run_at_extreme(signal)
-        top = signal[np.argmax(np.abs(signal))]
-        if flat >= _CLIPPED_RUN and abs(top) > _OUT_OF_NOISE * _robust_deviation(signal) and np.ptp(signal) > 0:
-            yield BlowReason(
-                BlowFault.CLIPPED, f"{name} is clipped: {flat} samples in a row stand at its extreme, {top:.4g}"
-            )
+        top = float(signal[np.argmax(np.abs(signal))])
+        if abs(top) > _OUT_OF_NOISE * _robust_deviation(signal) and _clipped(signal * np.sign(top)):
+            ties = np.count_nonzero(signal == top)
+            yield BlowReason(BlowFault.CLIPPED, f"{name} is clipped: {ties} samples stand at its extreme, {top:.4g}")
 
 
-def _longest_run_at_extreme(signal: Real) -> int:
-    at_extreme = np.abs(signal) == np.max(np.abs(signal))
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], at_extreme.astype(int), [0]])))
-    return int(np.max(edges[1::2] - edges[::2]))
+def _clipped(signal: Real) -> bool:
+    """Whether more samples share the largest value than the steps of the converter make likely.
+
+    Two samples tie by chance as often as a step of the converter, the smallest difference there is, fits into the
+    spacing of the largest values. With 24 bits two ties tell, with 16 it takes more.
+    """
+    values, counts = np.unique(signal, return_counts=True)
+    if values.size <= _TOP:
+        return False
+    chance = np.min(np.diff(values)) / ((values[-1] - values[-1 - _TOP]) / _TOP)
+    return bool(counts[-1] > 1 and chance ** (counts[-1] - 1) < _CHANCE_OF_TIES)
 
 
 def _weakness(peak: float, contacts: _Contacts, limits: BlowLimits) -> Iterator[BlowReason]:

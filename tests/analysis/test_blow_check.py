@@ -86,16 +86,16 @@ def beam() -> Real:
 
 
 def test_a_clean_single_blow_is_never_refused() -> None:
-    refused = {seed: verdict.reasons for seed in range(3000) if not (verdict := judged(seed)).accepted}
+    refused = {seed: verdict.reasons for seed in range(1000) if not (verdict := judged(seed)).accepted}
     assert refused == {}
 
 
 def test_a_bounce_at_the_limit_is_missed_in_less_than_one_blow_in_a_hundred() -> None:
     missed = 0
-    for seed in range(1500):
+    for seed in range(600):
         delay = np.random.default_rng([seed, 1]).uniform(2.5e-3, 30e-3)
         missed += judged(seed, Bounce(LIMITS.bounce, delay)).accepted
-    assert missed <= 15
+    assert missed <= 6
 
 
 def test_a_double_hit_is_told_with_its_size_and_delay() -> None:
@@ -146,6 +146,31 @@ def test_a_clipped_channel_is_named(channel: str) -> None:
     verdict = check_blow(force, acceleration, 4096.0, TRIGGER, LIMITS)
     assert verdict.faults == (BlowFault.CLIPPED,)
     assert channel in str(verdict.reasons[0])
+
+
+def quantised(signal: Real, full_scale: float, bits: int) -> Real:
+    step = 2 * full_scale / 2**bits
+    return np.asarray(np.clip(np.round(signal / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1) * step)
+
+
+def test_two_samples_at_the_end_of_a_24_bit_converter_are_enough() -> None:
+    blunt = clean_force() + np.roll(clean_force(), 1)  # two samples at the crest
+    force = quantised(blunt, 150.0, 24)
+    assert np.count_nonzero(force == force.max()) == 2
+    verdict = check_blow(force, quantised(beam(), 500.0, 24), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.CLIPPED,)
+    assert "2 samples stand at its extreme, 150" in str(verdict.reasons[0])
+
+
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_the_steps_of_a_converter_are_not_taken_for_clipping(bits: int) -> None:
+    """Coarse steps make two samples equal at the crest in many a blow."""
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        force = force_record(rng, 4096.0, FILTERS[seed % 3], 100.0, 0.02)
+        acceleration = quantised(ringing_beam(rng, 4096.0), 500.0, bits)
+        verdict = check_blow(quantised(force, 2200.0, bits), acceleration, 4096.0, TRIGGER, LIMITS)
+        assert BlowFault.CLIPPED not in verdict.faults, verdict.reasons
 
 
 def test_a_peak_far_from_the_trigger_is_a_late_trigger() -> None:

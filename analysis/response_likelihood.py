@@ -123,8 +123,8 @@ class ResponseLikelihood:
         """Products of the whitened derivatives about `response`."""
         weight = 1 / self.deviation
         terms, deviations = term_columns(response), deviation_columns(response, self.active)
-        columns: Complex = np.concatenate([terms, deviations], dtype=complex) * weight
-        columns = columns.reshape(len(columns), -1)
+        weighted = np.concatenate([terms, deviations]) * weight
+        columns: Complex = np.asarray(weighted, dtype=complex).reshape(len(weighted), -1)
         left = ((self.measured - response.accelerance) * weight).ravel()
         conjugate = columns.conj()
         return Information(

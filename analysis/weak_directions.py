@@ -78,7 +78,8 @@ def scale_direction(tolerances: Sequence[float] | Real, bound: TermBound, values
     if not np.all(np.asarray(tolerances) > 0):
         return None
     deviation = float(1 / np.sqrt(np.sum(1 / np.square(tolerances))))
-    best = np.min(np.sqrt(np.diag(bound.as_drawn)) / np.maximum(np.abs(values), np.finfo(float).tiny))
+    known = np.abs(values) > 0
+    best = np.min(np.sqrt(np.diag(bound.as_drawn))[known] / np.abs(values[known]), initial=np.inf)
     if best >= deviation:
         return None
     text = (

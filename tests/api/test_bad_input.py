@@ -219,8 +219,7 @@ def test_an_export_writes_over_nothing(jointlab: Command, measured: int, tmp_pat
     assert (kept / "mine.txt" if kept.is_dir() else kept).read_text(encoding="utf-8") == "mine"
 
 
-def test_results_that_cannot_be_written_are_said(jointlab: Command, bundle: Path, tmp_path: Path) -> None:
-    refused(jointlab("identify", bundle, "--json", "no/where.json"), "no/where.json cannot be written", "No such file")
+def test_a_report_that_cannot_be_written_is_said(jointlab: Command, bundle: Path) -> None:
     refused(jointlab("report", bundle, "-o", "no/where.html"), "no/where.html cannot be written", "No such file")
 
 

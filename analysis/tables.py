@@ -9,7 +9,7 @@ from itertools import zip_longest
 from analysis.beam import RIGID_MODES, Beam, Mesh, Theory, assemble
 from analysis.forward import eigensolution
 from analysis.frequency_response import Real
-from analysis.joint_estimate import JointEstimate
+from analysis.joint_estimate import IdentifiedJoint
 from analysis.joints import Joint
 
 
@@ -91,7 +91,7 @@ def supported_frequencies(
     return _rows(1, experiment, *theories)
 
 
-def stiffness_terms(estimates: Iterable[JointEstimate], unit: Real) -> tuple[TermRow, ...]:
+def stiffness_terms(estimates: Iterable[IdentifiedJoint], unit: Real) -> tuple[TermRow, ...]:
     """Table 2: stiffness of every joint, nine elements each.
 
     Args:
@@ -113,7 +113,7 @@ def stiffness_terms(estimates: Iterable[JointEstimate], unit: Real) -> tuple[Ter
     )
 
 
-def loss_factor_terms(estimates: Iterable[JointEstimate]) -> tuple[TermRow, ...]:
+def loss_factor_terms(estimates: Iterable[IdentifiedJoint]) -> tuple[TermRow, ...]:
     """Table 3: loss factors of every joint, nan where the stiffness cannot be told from zero.
 
     Args:

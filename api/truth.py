@@ -12,9 +12,10 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
+from analysis.joint_estimate import IdentifiedJoint
 from api.errors import ApiError
 from api.identification.measurement import SinePoint
-from api.identification.pipeline import Identification, Inverse
+from api.identification.pipeline import Identification
 from api.report.section import Section, Table, ends, number
 
 ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
@@ -89,13 +90,17 @@ def truth_section(found: Identification, truth: Mapping[str, Any], sines: Sequen
         "been identified and stored."
     ]
     if found.inverse is not None:
-        content.append(
-            Table(
-                "Joints at blow amplitude, by the paper's method",
-                ("joint", "element", "identified, 95 %", "truth", "off by (%)", "inside"),
-                tuple(_joint_rows(found.inverse, truth["inverse"])),
+        for title, joints in (
+            ("by maximum likelihood", found.inverse.likelihood.joints),
+            ("by the paper's method", found.inverse.paper.joints),
+        ):
+            content.append(
+                Table(
+                    f"Joints at blow amplitude, {title}",
+                    ("joint", "element", "identified, 95 %", "truth", "off by (%)", "inside"),
+                    tuple(_joint_rows(joints, truth["inverse"])),
+                )
             )
-        )
     head = (
         "amplitude (mm p-p)",
         "points",
@@ -132,16 +137,14 @@ def by_amplitude(sines: Sequence[SineTruth]) -> list[tuple[float, Real, Real]]:
     ]
 
 
-def joint_errors(inverse: Inverse, truth: Mapping[str, Any]) -> dict[str, Real]:
+def joint_errors(joints: Mapping[str, IdentifiedJoint], truth: Mapping[str, Any]) -> dict[str, Real]:
     """(3, 3) relative error of each joint's stiffness."""
-    return {
-        name: np.asarray(joint.stiffness / np.array(truth[name]["k"]) - 1) for name, joint in inverse.joints.items()
-    }
+    return {name: np.asarray(joint.stiffness / np.array(truth[name]["k"]) - 1) for name, joint in joints.items()}
 
 
-def _joint_rows(inverse: Inverse, truth: Mapping[str, Any]) -> list[tuple[str, ...]]:
+def _joint_rows(joints: Mapping[str, IdentifiedJoint], truth: Mapping[str, Any]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for name, joint in inverse.joints.items():
+    for name, joint in joints.items():
         for symbol, value, limits in (
             ("k", joint.stiffness, joint.k_ci95),
             ("h", joint.damping, joint.h_ci95),

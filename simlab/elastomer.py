@@ -22,7 +22,7 @@ from scipy.special import ndtr
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
-BLOW_AMPLITUDE = 2e-6
+BLOW_AMPLITUDE = 3e-6
 """Deformation amplitude (zero to peak, m) at which a cylinder has the stiffness it is named by."""
 REFERENCE_TEMPERATURE = 23.0
 

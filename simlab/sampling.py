@@ -32,9 +32,11 @@ Value = TypeVar("Value")
 
 
 def blow_amplitude(peak_force: float) -> float:
-    """Equivalent deformation amplitude, m zero to peak, of the cylinders under a blow of `peak_force` N: 2 um at 100 N.
+    """Equivalent deformation amplitude, m zero to peak, of the cylinders under a blow of `peak_force` N: 3 um at 100 N.
 
-    A blow rings down; this constant amplitude stands for it, so that each blow meets a linear beam.
+    A blow rings down; this constant amplitude stands for it, so that each blow meets a linear beam. It is about the
+    mean logarithm, weighted by energy, of what the bar then does at the joints: 3.4 um at I and 1.8 um at II in y
+    alone for a blow at node 3.
     """
     return BLOW_AMPLITUDE * peak_force / 100.0
 

@@ -119,9 +119,17 @@ def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[Sin
 def show_errors(found: Identification, truth: dict[str, Any], sines: tuple[SineTruth, ...]) -> None:
     """How far off the results are, in short."""
     if found.inverse is not None:
-        for name, errors in joint_errors(found.inverse, truth["inverse"]).items():
-            terms = ", ".join(f"k{p + 1}{q + 1} {100 * errors[p, q]:+.1f} %" for p, q in ((0, 0), (0, 1), (1, 1)))
-            out.print(f"joint {name} against the truth at blow amplitude, by the paper's method: {terms}")
+        for method, joints in (
+            ("by maximum likelihood", found.inverse.likelihood.joints),
+            ("by the paper's method", found.inverse.paper.joints),
+        ):
+            for name, errors in joint_errors(joints, truth["inverse"]).items():
+                terms = ", ".join(
+                    f"k{p + 1}{q + 1} {100 * errors[p, q]:+.2f} %"
+                    for p, q in ((0, 0), (0, 1), (1, 1))
+                    if joints[name].observable[p, q]
+                )
+                out.print(f"joint {name} against the truth at blow amplitude, {method}: {terms}")
     for amplitude, errors, covered in by_amplitude(sines):
         worst, share = 100 * abs(errors).max(axis=0), 100 * covered.mean(axis=0)
         out.print(

@@ -103,8 +103,9 @@ def show(found: Identification) -> None:
     """The result in short, for people."""
     if found.inverse is not None:
         out.print(modes_table(found.inverse.modal))
-        table = Table("joint", "element", "k (MN/m)", "95 %", "h (MN/m)", "95 %", box=None)
-        for name, joint in found.inverse.joints.items():
+        table = Table("joint", "element", "k (MN/m)", "95 %", "h (MN/m)", "95 %", "paper's k, 95 %", box=None)
+        for name, joint in found.inverse.likelihood.joints.items():
+            paper = found.inverse.paper.joints[name]
             for row, column in ((0, 0), (0, 1), (1, 1)):
                 at = (row, column)
                 table.add_row(
@@ -114,8 +115,13 @@ def show(found: Identification) -> None:
                     " .. ".join(f"{end / 1e6:.3f}" for end in joint.k_ci95[at]),
                     f"{joint.damping[at] / 1e6:.3f}",
                     " .. ".join(f"{end / 1e6:.3f}" for end in joint.h_ci95[at]),
+                    " .. ".join(f"{end / 1e6:.3f}" for end in paper.k_ci95[at]),
                 )
         out.print(table)
+        gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]
+        for gate in gates:
+            if not gate.passed:
+                out.print(f"FAILED: {gate.name}: {gate.text}", style="red")
     for name, direct in found.direct.items():
         series = sum(len(points) for by_amplitude in direct.series.values() for points in by_amplitude.values())
         out.print(f"joint {name}: {series} sine points")

@@ -10,9 +10,9 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct import DynamicStiffness
-from analysis.joint_estimate import JointEstimate
+from analysis.joint_estimate import IdentifiedJoint
 from analysis.modal import ModalEstimate
-from api.identification.pipeline import Direct, Identification, Inverse
+from api.identification.pipeline import Direct, Identification, Inverse, Route
 
 FORMAT = "jointlab-identification/1"
 
@@ -23,8 +23,9 @@ def identification_document(found: Identification) -> dict[str, Any]:
         {
             "format": FORMAT,
             "title": found.measurement.title,
-            "modes": modes_document(found.inverse.modal) | _predicted(found.inverse) if found.inverse else None,
-            "inverse": _inverse(found.inverse) if found.inverse else None,
+            "modes": _modes(found.inverse) if found.inverse else None,
+            "inverse": _inverse(found.inverse.likelihood) | _gates(found.inverse) if found.inverse else None,
+            "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "comparison": [_comparison(each) for each in found.comparison],
             "seconds": round(found.seconds, 3),
@@ -46,9 +47,15 @@ def modes_document(modal: ModalEstimate) -> dict[str, Any]:
     }
 
 
-def _predicted(inverse: Inverse) -> dict[str, Any]:
-    pairs = {pair.measured: pair for pair in inverse.errors}
-    modes = range(inverse.modal.modes.poles.size)
+def _modes(inverse: Inverse) -> dict[str, Any]:
+    paper = {f"{name}_paper": column for name, column in _predicted(inverse.modal, inverse.paper).items()}
+    return modes_document(inverse.modal) | _predicted(inverse.modal, inverse.likelihood) | paper
+
+
+def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
+    """What the beam on the identified joints does, mode by measured mode."""
+    pairs = {pair.measured: pair for pair in route.errors}
+    modes = range(modal.modes.poles.size)
 
     def column(name: str) -> list[float | None]:
         return [getattr(pairs[mode], name) if mode in pairs else None for mode in modes]
@@ -60,18 +67,23 @@ def _predicted(inverse: Inverse) -> dict[str, Any]:
     }
 
 
-def _inverse(inverse: Inverse) -> dict[str, Any]:
-    joints = {name: _joint(joint) for name, joint in inverse.joints.items()}
-    return joints | {"weak_directions": _weak_directions(inverse)}
+def _inverse(route: Route[Any]) -> dict[str, Any]:
+    joints = {name: _joint(joint) for name, joint in route.joints.items()}
+    return joints | {"method": route.method, "weak_directions": _weak_directions(route)}
 
 
-def _weak_directions(inverse: Inverse) -> list[str]:
-    if inverse.weak_directions is None:
+def _gates(inverse: Inverse) -> dict[str, Any]:
+    gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
+    return {"gates": [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]}
+
+
+def _weak_directions(route: Route[Any]) -> list[str]:
+    if route.weak_directions is None:
         return ["not known: the identified joints do not give back as many modes as were measured"]
-    return [weak.text for weak in inverse.weak_directions]
+    return [weak.text for weak in route.weak_directions]
 
 
-def _joint(joint: JointEstimate) -> dict[str, Any]:
+def _joint(joint: IdentifiedJoint) -> dict[str, Any]:
     return {
         "k": joint.stiffness,
         "h": joint.damping,

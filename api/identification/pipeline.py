@@ -7,30 +7,66 @@ import time
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from analysis.beam import Beam, FreeBeam, Mesh, assemble
-from analysis.comparison import ElementComparison, compare
+from analysis.blow_amplitude import BlowForce, joint_amplitudes_pp
+from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
 from analysis.direct import DynamicStiffness
 from analysis.dof import Dof
 from analysis.forward import accelerance, eigensolution
 from analysis.frequency_response import FrequencyResponses
 from analysis.identification import PAPER_DOFS, identify_joints, what_is_weak
-from analysis.joint_estimate import JointEstimate
+from analysis.interval import Estimate
+from analysis.joint_estimate import IdentifiedJoint, JointEstimate
+from analysis.joint_fit import JointFit, LikelihoodEstimate
+from analysis.joint_law import JointLaw, fit_cylinder_law
+from analysis.joint_likelihood import identify_from_responses
+from analysis.law_fit import FEWEST_POINTS
 from analysis.modal import ModalEstimate, estimate_modes
 from analysis.mode_agreement import ModeError, mode_errors
 from analysis.modes import Modes
 from analysis.superposition import Superposition, superposition
+from analysis.tolerances import Tolerances
 from analysis.weak_directions import WeakDirection
 from api.errors import ApiError
 from api.identification.measurement import Measurement, responses_of
 from store.bundle_setup import Article
 
 CONFIGURATIONS = ("compression", "shear", "angled")
+PAPER = "modal (Eqs. 17-44)"
+LIKELIHOOD = "maximum likelihood on accelerances"
+BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts
+ELEMENTS_BETWEEN_NODES = 8  # four leave k12 by maximum likelihood 0.2 % low
+HIGHEST_PREDICTED = 1.2  # times the highest measured mode
 LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
+
+JointT = TypeVar("JointT", bound=IdentifiedJoint)
+
+
+@dataclass(frozen=True, eq=False)
+class Route(Generic[JointT]):
+    """Joints by one inverse method, and what the beam does on them.
+
+    Attributes:
+        method: its name.
+        joints: identified joints by name.
+        weak_directions: what the data hardly determine; None where nothing can be said, because the joints do not
+            give back as many modes as were measured.
+        predicted: modes of the beam on these joints.
+        errors: measured against predicted modes, for those that have a pair.
+        responses: accelerances of the beam on these joints at the measured lines, Eq. (46).
+    """
+
+    method: str
+    joints: Mapping[str, JointT]
+    weak_directions: tuple[WeakDirection, ...] | None
+    predicted: Modes
+    errors: tuple[ModeError, ...]
+    responses: FrequencyResponses
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,30 +77,19 @@ class Inverse:
         measured: the reference set.
         modal: its modes.
         free_beam: the beam without joints.
-        components: shape components that the joints were identified from.
-        joints: identified joints by name.
-        weak_directions: what these modes hardly determine; None where the joints do not give back as many modes
-            as were measured, and nothing can be said.
-        predicted: modes of the beam on the identified joints.
-        errors: measured against predicted modes, Table 4, for those that have a pair.
+        components: shape components that the paper's method works on.
+        paper: joints by the paper's method, from the modes.
+        likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
+        fit: all that the maximum-likelihood fit says, its gates among it.
     """
 
     measured: FrequencyResponses
     modal: ModalEstimate
     free_beam: FreeBeam
     components: tuple[Dof, ...]
-    joints: Mapping[str, JointEstimate]
-    weak_directions: tuple[WeakDirection, ...] | None
-    predicted: Modes
-    errors: tuple[ModeError, ...]
-
-    @cached_property
-    def predicted_responses(self) -> FrequencyResponses:
-        """Accelerances of the beam on the identified joints at the measured lines, Eq. (46)."""
-        joints = [found.joint for found in self.joints.values()]
-        return accelerance(
-            self.free_beam, joints, self.measured.frequency, self.measured.response, self.measured.inputs
-        )
+    paper: Route[JointEstimate]
+    likelihood: Route[LikelihoodEstimate]
+    fit: JointFit
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +101,14 @@ class Direct:
         cylinders: a and b by commanded amplitude, where all three configurations were measured.
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
+        law: the joint at any amplitude and frequency, where there are points enough.
     """
 
     series: Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
     cylinders: Mapping[float, tuple[CylinderTerms, ...]]
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
+    law: JointLaw | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +142,7 @@ def identify(measurement: Measurement) -> Identification:
         raise ApiError(f"{measurement.title}: neither accelerances nor sine points to identify from")
     inverse = _inverse(measurement) if measurement.sets else None
     direct = _direct(measurement)
-    comparison: tuple[ElementComparison, ...] = ()
-    terms = {name: [term for series in found.joint.values() for term in series] for name, found in direct.items()}
-    if inverse is not None and all(terms.get(name) for name in inverse.joints):
-        comparison = compare(
-            {name: terms[name] for name in inverse.joints},
-            inverse.joints,
-            mode_frequencies=inverse.modal.modes.frequency.tolist(),
-        )
+    comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
     return Identification(measurement, inverse, direct, comparison, time.perf_counter() - started)
 
 
@@ -143,7 +163,7 @@ def free_beam_of(article: Article) -> FreeBeam:
     masses[article.accelerometer.node] += article.accelerometer.mass
     return assemble(
         beam,
-        Mesh.through(article.node_positions),
+        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES),
         damping_ratios=given.free_damping_ratios,
         point_masses=masses,
     )
@@ -154,6 +174,47 @@ def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:
     return tuple(point for point in PAPER_DOFS if point in responses.inputs)
 
 
+def _comparison(
+    measurement: Measurement, inverse: Inverse, direct: Mapping[str, Direct]
+) -> tuple[ElementComparison, ...]:
+    """Element by element, at the modes' frequencies and at the amplitudes that the blows really caused."""
+    joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
+    laws = {name: direct[name].law for name in joints if name in direct}
+    known = {name: law for name, law in laws.items() if law is not None}
+    if set(known) != set(joints):
+        return ()
+    peak_force = measurement.sets[0].peak_force
+    blows = [BlowForce.from_peak(point, peak_force, BLOW_WIDTH, predicted) for point in inverse.measured.inputs]
+    amplitudes = joint_amplitudes_pp(predicted, {name: joint.node for name, joint in joints.items()}, blows)
+    return compare(
+        known,
+        joints,
+        mode_frequencies=predicted.frequency.tolist(),
+        amplitude_pp={name: each.tolist() for name, each in amplitudes.items()},
+        sums={"k11": _sum_of_k11(inverse.fit)},
+        relative_uncertainty=measurement.article.tolerances.tester_gain,
+    )
+
+
+def _sum_of_k11(fit: JointFit) -> Bounds:
+    total, deviation, _ = fit.sum_of(0, 0)
+    return Bounds.of(Estimate(total.real, deviation))
+
+
+def tolerances_of(article: Article) -> Tolerances:
+    """What the laboratory admits not to know of the beam test, as analysis has it."""
+    stated = article.tolerances
+    return Tolerances(
+        sensor_gain=stated.sensor_gain,
+        youngs_modulus=stated.youngs_modulus,
+        density=stated.density,
+        sensor_position=stated.node_position,
+        joint_position=stated.node_position,
+        blow_position=stated.impact_position,
+        inclination=math.radians(stated.inclination_deg),
+    )
+
+
 def _inverse(measurement: Measurement) -> Inverse:
     article = measurement.article
     measured = responses_of(measurement.sets[0])
@@ -161,18 +222,38 @@ def _inverse(measurement: Measurement) -> Inverse:
     beam = free_beam_of(article)
     nodes = {joint.name: joint.node for joint in article.joints}
     components = measured_components(measured)
-    joints = identify_joints(beam, modal.modes, nodes, components)
-    highest = 1.2 * float(np.max(modal.modes.frequency))
-    predicted = eigensolution(beam, [found.joint for found in joints.values()], highest)
+    by_modes = identify_joints(beam, modal.modes, nodes, components)
+    start = [found.joint for found in by_modes.values()]
+    fit = identify_from_responses(beam, measured, start, tolerances=tolerances_of(article))
+    weak = what_is_weak(beam, modal.modes, by_modes, components)
     return Inverse(
         measured=measured,
         modal=modal,
         free_beam=beam,
         components=components,
+        paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
+        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes),
+        fit=fit,
+    )
+
+
+def _route(
+    method: str,
+    joints: Mapping[str, JointT],
+    weak_directions: tuple[WeakDirection, ...] | None,
+    beam: FreeBeam,
+    measured: FrequencyResponses,
+    modes: Modes,
+) -> Route[JointT]:
+    held_by = [found.joint for found in joints.values()]
+    predicted = eigensolution(beam, held_by, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
+    return Route(
+        method=method,
         joints=joints,
-        weak_directions=what_is_weak(beam, modal.modes, joints, components),
+        weak_directions=weak_directions,
         predicted=predicted,
-        errors=mode_errors(modal.modes, predicted),
+        errors=mode_errors(modes, predicted),
+        responses=accelerance(beam, held_by, measured.frequency, measured.response, measured.inputs),
     )
 
 
@@ -205,6 +286,8 @@ def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]]
         for amplitude in complete
     }
     cylinders = {amplitude: cylinder_terms(*triple) for amplitude, triple in triples.items()}
+    every_term = [term for terms in cylinders.values() for term in terms]
+    law = JointLaw(fit_cylinder_law(every_term), inclination) if len(every_term) >= FEWEST_POINTS else None
     return Direct(
         series=series,
         cylinders=cylinders,
@@ -212,4 +295,5 @@ def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]]
             amplitude: tuple(joint_terms(each, inclination) for each in terms) for amplitude, terms in cylinders.items()
         },
         superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
+        law=law,
     )

@@ -8,7 +8,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from analysis.comparison import ElementComparison
-from analysis.joint_estimate import JointEstimate
+from analysis.joint_estimate import IdentifiedJoint
 from api.identification.measurement import stored_point
 from api.identification.pipeline import Identification, Inverse
 from store.analyses import AnalysisKind, add_analysis, latest_analysis
@@ -27,7 +27,8 @@ class StoredIdentification:
 
     frequency_responses: int | None
     modes: int | None
-    joint_matrices: int | None
+    paper_joints: int | None
+    likelihood_joints: int | None
     dynamic_stiffness: int | None
     comparisons: int | None
 
@@ -39,15 +40,16 @@ def store_identification(catalogue: Catalogue, run_id: int, found: Identificatio
         StoreError: there is no such run, or the database refuses; then nothing is stored.
     """
     with catalogue.writing() as session:
-        responses = modes = joints = None
+        responses = modes = paper = likelihood = None
         if found.inverse is not None:
             responses = _responses(session, run_id, found)
             modes = _modes(session, run_id, responses, found.inverse)
-            joints = _joints(session, run_id, modes, found.inverse)
+            paper = _paper_joints(session, run_id, modes, found.inverse)
+            likelihood = _likelihood_joints(session, run_id, responses, paper, found.inverse)
         points = _points(session, run_id, found) if found.measurement.points else None
         comparisons = None
         if found.comparison:
-            parents = [parent for parent in (joints, points) if parent is not None]
+            parents = [parent for parent in (likelihood, points) if parent is not None]
             comparisons = add_analysis(
                 session,
                 kind=AnalysisKind.COMPARISONS,
@@ -57,7 +59,7 @@ def store_identification(catalogue: Catalogue, run_id: int, found: Identificatio
                 parents=parents,
             )
             add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
-    return StoredIdentification(responses, modes, joints, points, comparisons)
+    return StoredIdentification(responses, modes, paper, likelihood, points, comparisons)
 
 
 def _responses(session: Session, run_id: int, found: Identification) -> int:
@@ -87,7 +89,7 @@ def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
         parents=[parent],
     )
     predicted = np.full(modes.poles.size, np.nan)
-    for pair in inverse.errors:
+    for pair in inverse.likelihood.errors:
         predicted[pair.measured] = pair.predicted_frequency
     add_modes(
         session,
@@ -107,22 +109,40 @@ def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
     return analysis
 
 
-def _joints(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
+def _paper_joints(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
     analysis = add_analysis(
         session,
         kind=AnalysisKind.JOINT_MATRICES,
-        method="modal (Eqs. 17-44)",
+        method=inverse.paper.method,
         settings={"points": [str(point) for point in inverse.components], "average_longitudinal": True},
         runs=[run_id],
         parents=[parent],
     )
-    for joint in inverse.joints.values():
+    for joint in inverse.paper.joints.values():
         add_joint_matrix(session, analysis, _joint_matrix(joint))
     return analysis
 
 
-def _joint_matrix(joint: JointEstimate) -> JointMatrix:
-    covariance = joint.covariance if joint.propagated_covariance is None else joint.propagated_covariance
+def _likelihood_joints(session: Session, run_id: int, responses: int, start: int, inverse: Inverse) -> int:
+    fit = inverse.fit
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.JOINT_MATRICES,
+        method=inverse.likelihood.method,
+        settings={
+            "noise_scale": float(fit.noise_scale),
+            "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
+            "passed": fit.passed,
+        },
+        runs=[run_id],
+        parents=[responses, start],
+    )
+    for joint in inverse.likelihood.joints.values():
+        add_joint_matrix(session, analysis, _joint_matrix(joint))
+    return analysis
+
+
+def _joint_matrix(joint: IdentifiedJoint) -> JointMatrix:
     return JointMatrix(
         joint=joint.name,
         node=joint.node,
@@ -133,7 +153,7 @@ def _joint_matrix(joint: JointEstimate) -> JointMatrix:
         loss_factor=joint.loss_factor,
         loss_factor_ci95=joint.loss_factor_ci95,
         observable=joint.observable,
-        covariance=covariance,
+        covariance=joint.best_covariance,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.comparison import ElementComparison
 from analysis.direct import DynamicStiffness
 from analysis.interval import Estimate
+from analysis.joint_estimate import IdentifiedJoint
 from analysis.superposition import Superposition, SuperpositionPoint
 from api.identification.pipeline import Direct, Identification, Inverse
 from api.report import figures
@@ -74,19 +75,18 @@ def _ratios(name: str, direct: Direct) -> Table:
 
 def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
     stiffness, loss = [], []
-    for name, joint in inverse.joints.items():
-        smallest = min(direct[name].joint)
-        terms = direct[name].joint[smallest]
+    for name in inverse.likelihood.joints:
+        terms = direct[name].joint
         for element, at in (("k22", (1, 1)), ("k12", (0, 1))):
-            curves = {smallest: curve([getattr(term, element) for term in terms], _stiffness)}
-            interval95 = joint.k_ci95[at].tolist() if joint.observable[at] else None
-            stiffness.append(Panel(f"joint {name}, {element}", curves, interval95))
+            curves = {min(terms): curve([getattr(term, element) for term in terms[min(terms)]], _stiffness)}
+            intervals = {method: joint.k_ci95[at] for method, joint in _both(inverse, name) if joint.observable[at]}
+            stiffness.append(Panel(f"joint {name}, {element}", curves, intervals))
         curves = {
-            amplitude: curve([term.k22 for term in direct[name].joint[amplitude]], _loss_factor)
-            for amplitude in sorted(direct[name].joint)[:2]
+            amplitude: curve([term.k22 for term in terms[amplitude]], _loss_factor) for amplitude in sorted(terms)[:2]
         }
-        gamma = joint.loss_factor_ci95[1, 1]
-        loss.append(Panel(f"joint {name}, gamma22", curves, None if np.isnan(gamma).any() else gamma.tolist()))
+        gammas = {method: joint.loss_factor_ci95[1, 1] for method, joint in _both(inverse, name)}
+        known = {method: gamma for method, gamma in gammas.items() if not np.isnan(gamma).any()}
+        loss.append(Panel(f"joint {name}, gamma22", curves, known))
     rows = tuple(_comparison_row(each) for each in comparison)
     return Section(
         "Direct against inverse",
@@ -99,6 +99,14 @@ def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequ
                 rows,
             ),
         ),
+    )
+
+
+def _both(inverse: Inverse, name: str) -> tuple[tuple[str, IdentifiedJoint], ...]:
+    """One joint by each inverse method."""
+    return (
+        ("maximum likelihood", inverse.likelihood.joints[name]),
+        ("paper's method", inverse.paper.joints[name]),
     )
 
 

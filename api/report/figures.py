@@ -11,7 +11,19 @@ from matplotlib.axes import Axes
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modes import Modes
-from api.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PREDICTED, as_svg, band, figure
+from api.report.plots import (
+    AMPLITUDE_COLOURS,
+    BLUE,
+    CURVE_COLOURS,
+    GREEN,
+    MEASURED,
+    ORANGE,
+    PREDICTED,
+    PURPLE,
+    as_svg,
+    band,
+    figure,
+)
 
 CONFIGURATIONS = ("compression", "shear", "angled")
 
@@ -66,16 +78,16 @@ def _transverse(modes: Modes, mode: int, positions: Mapping[Dof, float]) -> tupl
     return np.array([positions[modes.dofs[column]] for column in chosen]), modes.shapes[mode, chosen]
 
 
-def accelerance(label: str, measured: FrequencyResponses, predicted: FrequencyResponses, point: Dof) -> str:
-    """Figs. 7 to 9: accelerance of one row, measured and predicted by Eq. (46), magnitude and phase."""
+def accelerance(
+    label: str, measured: FrequencyResponses, predicted: Mapping[str, FrequencyResponses], point: Dof
+) -> str:
+    """Figs. 7 to 9: accelerance of one row, measured and predicted by Eq. (46) from each method's joints."""
     drawn, (magnitude, phase) = figure(rows=2, height=2.1)
-    for responses, name, colour, line in (
-        (measured, "measured", MEASURED, "-"),
-        (predicted, "predicted", PREDICTED, "--"),
-    ):
+    for (name, responses), colour in zip({"measured": measured, **predicted}.items(), CURVE_COLOURS, strict=False):
         row = responses.accelerance[responses.row(point)]
         keep = responses.frequency > 0
         frequency = responses.frequency[keep]
+        line = "-" if responses is measured else "--"
         magnitude.semilogy(frequency, np.abs(row[keep]), line, linewidth=1.1, color=colour, label=name)
         # dots: a line would draw every jump from 180 to -180 degrees
         phase.plot(frequency, np.degrees(np.angle(row[keep])), ".", markersize=1.5, color=colour)
@@ -96,11 +108,11 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p) and the inverse 95 % interval, if any."""
+    """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p), inverse 95 % intervals by method."""
 
     title: str
     curves: Mapping[float, Curve]
-    inverse: Sequence[float] | None
+    inverse: Mapping[str, Sequence[float]]
 
 
 def dynamic_stiffness(
@@ -146,9 +158,9 @@ def direct_against_inverse(label: str, unit: str, panels: Sequence[Panel], scale
     columns = min(2, len(panels))
     drawn, axes = figure(rows=-(-len(panels) // columns), columns=columns, height=2.4)
     for each, panel in zip(axes, panels, strict=False):
-        if panel.inverse is not None:
-            band(each, [value / scale for value in panel.inverse], GREEN, "inverse, 95 %")
-        for (amplitude, curve), colour in zip(sorted(panel.curves.items()), (ORANGE, BLUE, MEASURED), strict=False):
+        for (method, interval), colour in zip(panel.inverse.items(), (ORANGE, GREEN), strict=False):
+            band(each, [end / scale for end in interval], colour, f"inverse, {method}")
+        for (amplitude, curve), colour in zip(sorted(panel.curves.items()), (MEASURED, BLUE, PURPLE), strict=False):
             each.errorbar(
                 curve.frequency,
                 curve.value / scale,

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 # Okabe and Ito's palette: distinct for every common kind of colour vision.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#222222"
 MEASURED, PREDICTED = BLACK, ORANGE
+CURVE_COLOURS = (MEASURED, ORANGE, SKY)
 AMPLITUDE_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
 
 

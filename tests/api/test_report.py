@@ -64,7 +64,7 @@ def test_a_run_is_reported_and_its_results_stored(
 ) -> None:
     answer = jointlab("report", measured, "-o", "again.html")
     assert answer.returncode == 0, answer.stderr
-    assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(2, 1)]
+    assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(4, 2)]
 
 
 @pytest.mark.parametrize(

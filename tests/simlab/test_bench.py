@@ -8,7 +8,7 @@ import pytest
 
 from simlab.bench import Bench, Conditions, Mounted
 from simlab.clock import Clock
-from simlab.elastomer import REFERENCE_TEMPERATURE
+from simlab.elastomer import BLOW_AMPLITUDE, REFERENCE_TEMPERATURE
 
 QUIET = Conditions(
     double_hits=0, tolerances=0, scatter=0, gain_error=0, force_noise=0, acceleration_noise=0, cross_axis=0
@@ -178,7 +178,7 @@ def test_the_truth_is_json_and_says_what_the_joints_are() -> None:
     truth = json.loads(json.dumps(ready.truth()))
     for name, joint in ready.article.joints.items():
         stated = truth["inverse"][name]
-        exact = joint.dynamic_stiffness(2e-6, 300.0)
+        exact = joint.dynamic_stiffness(BLOW_AMPLITUDE, 300.0)
         np.testing.assert_allclose(stated["k"], exact.real, rtol=2e-3)
         np.testing.assert_allclose(stated["h"], exact.imag, rtol=2e-3, atol=0.1)
         assert np.all(np.array(stated["k_spread"]) < 0.01 * np.abs(stated["k"]).max())

@@ -72,7 +72,7 @@ def test_every_cylinder_softens_with_amplitude_and_always_takes_energy(
 def test_the_harder_hammer_meets_a_softer_joint_and_a_tenth_of_force_changes_little() -> None:
     at = [CYLINDERS["I"].dynamic_stiffness(BLOW_AMPLITUDE * level, 200.0)[1].real for level in (0.9, 1.0, 1.1, 4.0)]
     assert at[3] < 0.95 * at[1]
-    assert 0.0 < at[0] - at[2] < 0.006 * at[1]
+    assert 0.0 < at[0] - at[2] < 0.01 * at[1]
 
 
 def test_temperature_changes_the_stiffness_by_a_little() -> None:

@@ -16,6 +16,7 @@ from daq.channels import Channel, checked_table
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from daq.grpc_link import open_line
 from daq.nidaqmx_errors import translated
+from daq.session import forget, open_task
 from daq.task import EdgeTrigger, Recorder, TriggeredTask, add_channels
 
 TIMEOUT = 5.0  # s
@@ -133,9 +134,14 @@ class Chassis:
         table = checked_table(channels)
         for channel in table:
             self.device_of(channel)
-        with translated(f"channel table at {self.address}"), nidaqmx.Task(grpc_options=self._options) as task:
-            add_channels(task, table)
-            task.control(TaskMode.TASK_VERIFY)
+        with translated(f"channel table at {self.address}"):
+            task, session = open_task(self._options, table)
+            try:
+                add_channels(task, table)
+                task.control(TaskMode.TASK_VERIFY)
+            finally:
+                forget(session)
+                task.close()
 
     def triggered(
         self, channels: Sequence[Channel], sample_rate: float, duration: float, trigger: EdgeTrigger

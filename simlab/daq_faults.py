@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 
 from simlab.daq_codes import Code, StatusError
 
@@ -18,12 +19,16 @@ class DaqFaults:
     - ``cable_open`` of a channel: nothing is connected to it.
     - ``overrun``: the next read finds its samples overwritten.
     - ``device_gone``: every call that needs the chassis fails, reads that wait included.
+
+    Attributes:
+        calls: how often each gRPC method was called, for tests that count.
     """
 
     def __init__(self) -> None:
+        self.calls: Counter[str] = Counter()
         self._lock = threading.Lock()
         self._present: set[tuple[str, str]] = set()
-        self._scripted: list[tuple[str, int]] = []
+        self._scripted: list[tuple[str, int, int]] = []
 
     def set(self, name: str, channel: str = "") -> None:
         """Let fault `name` happen, on physical `channel` where it is one of a channel.
@@ -43,10 +48,13 @@ class DaqFaults:
             self._present.clear()
             self._scripted.clear()
 
-    def script(self, method: str, code: int) -> None:
-        """Let the next call of gRPC `method` ("StartTask") that has no earlier script fail with status `code`."""
+    def script(self, method: str, code: int, after: int = 0) -> None:
+        """Let a call of gRPC `method` ("StartTask") fail with status `code`, once `after` of them have passed.
+
+        Several scripts for one method follow one another.
+        """
         with self._lock:
-            self._scripted.append((method, code))
+            self._scripted.append((method, code, after))
 
     def present(self, name: str, channel: str = "") -> bool:
         """Whether fault `name` is there."""
@@ -58,13 +66,15 @@ class DaqFaults:
         Raises:
             StatusError: with the status that was scripted for it.
         """
-        if not self._scripted:
-            return
         with self._lock:
-            for i, (scripted, code) in enumerate(self._scripted):
+            self.calls[method] += 1
+            for i, (scripted, code, after) in enumerate(self._scripted):
                 if scripted == method:
                     del self._scripted[i]
-                    raise StatusError(code, "Scripted.")
+                    if after == 0:
+                        raise StatusError(code, "Scripted.")
+                    self._scripted.insert(i, (scripted, code, after - 1))
+                    return
 
     def check_device(self) -> None:
         """Touch the chassis.

@@ -34,9 +34,15 @@ class DaqServer:
 
     def __init__(self, server: grpc.Server, address: str, service: NiDaqmx, faults: DaqFaults) -> None:
         self._server = server
+        self._service = service
         self.given = service.given
         self.address = address
         self.faults = faults
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the tasks that clients have made and not cleared."""
+        return self._service.tasks
 
     def stop(self) -> None:
         """Drop every client and close the port; returns when that is done."""

@@ -69,6 +69,11 @@ class NiDaqmx:
         self._lock = threading.RLock()
         self._unnamed = 0
 
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the tasks that were made and not cleared."""
+        return tuple(self._tasks)
+
     # -- attributes
 
     def _system(self, request: Message) -> Value:

@@ -1,0 +1,144 @@
+"""The client is gone, whichever way: the actuator comes to rest within the watchdog time and one tick."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from daq.device import connect as connect_daq
+from rig import tester
+from rig.registers import Interlock, State
+from rig.tester_status import TesterTrippedError
+from simlab.bench import Bench
+from simlab.clock import Clock
+from simlab.daq_server import start_daq_server
+from simlab.fault_proxy import FaultProxy, Impairment, Way
+from simlab.tester_device import DeviceLimits
+from simlab.tester_server import TICK, start_tester_server
+from simlab.tester_server import TesterServer as Server
+
+WATCHDOG_TIME = 0.5  # s
+SCHEDULING = 0.25  # s, that a busy computer may be late with a tick of the simulated instrument
+
+CYCLING = """
+import sys, time
+from rig.tester import connect
+with connect(sys.argv[1], timeout=0.1) as driver:
+    driver.start()
+    driver.preset(5e-4)
+    driver.cycle(1e-4, 50.0)
+    print("cycling", flush=True)
+    while True:
+        driver.measured()
+        time.sleep(0.01)
+"""
+ACQUIRING = """
+import sys
+from daq.channels import Channel, ChannelKind
+from daq.device import connect
+from daq.task import EdgeTrigger
+channels = (Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),)
+trigger = EdgeTrigger("hammer", 5.0, 0.01)
+with connect(sys.argv[1]) as chassis, chassis.triggered(channels, 5120.0, 0.1, trigger) as task:
+    task.arm()
+    print("armed", flush=True)
+    task.wait(60.0)
+"""
+
+
+@contextmanager
+def child(program: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that runs `program` and has said its first word."""
+    command = [sys.executable, "-c", program, *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() != ""
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    bench = Bench(11, Clock(speed=200.0))
+    bench.mount("I", "shear")
+    server = start_tester_server(bench, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME))
+    yield server
+    server.stop()
+
+
+def check_that_the_watchdog_stops(server: Server, lose: Callable[[], object]) -> None:
+    assert server.actuator.steady_pp() > 0.0
+    lose()
+    lost = time.monotonic()
+    while server.actuator.steady_pp() > 0.0:
+        assert time.monotonic() - lost < WATCHDOG_TIME + TICK + SCHEDULING
+        time.sleep(0.002)
+    status = server.device.status()
+    assert status["state"] == State.TRIPPED
+    assert status["interlocks"] == Interlock.WATCHDOG
+
+
+def test_a_killed_client(server: Server) -> None:
+    with child(CYCLING, server.url) as process:
+        check_that_the_watchdog_stops(server, process.kill)
+    with tester.connect(server.url, timeout=0.3) as driver:  # the next one finds out why, and goes on after a reset
+        with pytest.raises(TesterTrippedError, match="watchdog"):
+            driver.start()
+        driver.reset()
+        driver.start()
+
+
+def test_a_client_that_was_stopped_and_finds_out_when_it_goes_on(server: Server) -> None:
+    with child(CYCLING, server.url) as process:
+        check_that_the_watchdog_stops(server, lambda: process.send_signal(signal.SIGSTOP))
+        process.send_signal(signal.SIGCONT)
+        _, said = process.communicate(timeout=20.0)
+        assert "was stopped by watchdog" in said
+        assert process.returncode == 1
+    assert server.device.status()["interlocks"] == Interlock.WATCHDOG
+
+
+@pytest.mark.parametrize("loss", ["reset", "black hole", "nothing arrives"])
+def test_a_cut_cable(server: Server, loss: str) -> None:
+    proxy = FaultProxy(server.url.removeprefix("tcp://"), seed=3)
+    ways = {"black hole": Way.BOTH, "nothing arrives": Way.REQUESTS}
+    try:
+        with child(CYCLING, f"tcp://{proxy.address}") as process:
+            cut = proxy.cut if loss == "reset" else lambda: proxy.impair(Impairment(lost=ways[loss]))
+            check_that_the_watchdog_stops(server, cut)
+            _, said = process.communicate(timeout=20.0)
+            assert "not confirmed at rest" in said
+    finally:
+        proxy.stop()
+
+
+def test_a_client_that_ends_as_it_should_trips_nothing(server: Server) -> None:
+    with child(CYCLING, server.url) as process:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20.0)
+    status = server.device.status()
+    assert (status["state"], status["interlocks"]) == (State.HYDRAULICS_OFF, Interlock(0))
+
+
+def test_what_a_killed_client_left_on_the_instrument_is_cleared_by_the_next() -> None:
+    server = start_daq_server(Bench(11, Clock(speed=200.0)))
+    try:
+        with child(ACQUIRING, server.address) as process:
+            process.kill()
+        assert len(server.tasks) == 1
+        with child(ACQUIRING, server.address) as process:  # armed in its turn
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=20.0)
+        assert server.tasks == ()
+        with connect_daq(server.address) as chassis:
+            assert len(chassis.devices) == 3
+    finally:
+        server.stop()

@@ -183,17 +183,29 @@ def _comparison(
     known = {name: law for name, law in laws.items() if law is not None}
     if set(known) != set(joints):
         return ()
-    peak_force = measurement.sets[0].peak_force
-    blows = [BlowForce.from_peak(point, peak_force, BLOW_WIDTH, predicted) for point in inverse.measured.inputs]
-    amplitudes = joint_amplitudes_pp(predicted, {name: joint.node for name, joint in joints.items()}, blows)
     return compare(
         known,
         joints,
         mode_frequencies=predicted.frequency.tolist(),
-        amplitude_pp={name: each.tolist() for name, each in amplitudes.items()},
+        amplitude_pp=_blow_amplitudes(measurement, inverse) or 1e-3 * min(min(direct[name].joint) for name in joints),
         sums={"k11": _sum_of_k11(inverse.fit)},
         relative_uncertainty=measurement.article.tolerances.tester_gain,
     )
+
+
+def _blow_amplitudes(measurement: Measurement, inverse: Inverse) -> dict[str, list[float]] | None:
+    """Peak-to-peak amplitude in m at which each predicted mode sees each joint, by joint.
+
+    None where a predicted mode does not decay: joints that feed energy fail their gate, and then no ring-down has an
+    amplitude; the smallest that the tester measured is the best there is.
+    """
+    predicted = inverse.likelihood.predicted
+    if np.any(predicted.poles.real >= 0):
+        return None
+    peak_force = measurement.sets[0].peak_force
+    blows = [BlowForce.from_peak(point, peak_force, BLOW_WIDTH, predicted) for point in inverse.measured.inputs]
+    nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
+    return {name: each.tolist() for name, each in joint_amplitudes_pp(predicted, nodes, blows).items()}
 
 
 def _sum_of_k11(fit: JointFit) -> Bounds:

@@ -32,8 +32,8 @@ from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
 
 SPEED = 1000.0
-WATCHDOG_TIME = 0.3  # s
-REST_WITHIN = 2.0  # s, for the watchdog of a busy computer
+WATCHDOG_TIME = 1.0  # s
+REST_WITHIN = 5.0  # s, for the watchdog of a busy computer
 PLAN = SweepPlan(
     frequencies=(200.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=0.05
 )
@@ -99,7 +99,7 @@ class Rig:
             connect_daq(self.daq.address) as chassis,
             chassis.record(TESTER_CHANNELS, 5120.0, 0.5) as recorder,
             Thermometer(self._thermometer.url, 0.2) as thermometer,
-            connect_tester(self.tester.url, timeout=0.3) as driver,
+            connect_tester(self.tester.url) as driver,
         ):
             run_sweep(PLAN, driver, recorder, thermometer, self, self)
 
@@ -149,7 +149,7 @@ class Rig:
 
     def _reset(self) -> None:
         if self.tester.device.status()["interlocks"]:
-            with connect_tester(self.tester.url, timeout=0.3) as driver:
+            with connect_tester(self.tester.url) as driver:
                 driver.reset()
 
 

@@ -17,7 +17,7 @@ from analysis.frequency_response import Real
 from analysis.joint_estimate import IdentifiedJoint
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import instruments_of
-from api.identification.pipeline import Identification, identify
+from api.identification.pipeline import Identification, Route, identify
 from api.identification.source import measurement_of_run
 from api.simulated import SimulatedOperator, simulated_settings
 from api.truth import SineTruth, by_amplitude, sine_truths
@@ -44,12 +44,11 @@ def main() -> None:
         ):
             errors = [100 * (a / b - 1) for a, b in zip(measured, true, strict=True)]
             print(f"  {name:<12}", " ".join(f"{error:+7.3f} %" for error in errors))
-        for route, tally in zip((found.inverse.likelihood, found.inverse.paper), tallies.values(), strict=True):
+        routes: tuple[Route[Any], ...] = (found.inverse.likelihood, found.inverse.paper)
+        for route, tally in zip(routes, tallies.values(), strict=True):
             for joint, estimate in route.joints.items():
-                print(
-                    f"  joint {joint:<3} {route.method:<36}",
-                    tally.add(estimate, np.array(truth["inverse"][joint]["k"])),
-                )
+                off = tally.add(estimate, np.array(truth["inverse"][joint]["k"]))
+                print(f"  joint {joint:<3} {route.method:<36} {off}")
         for amplitude, deviations, covered in by_amplitude(sines):
             worst, share = 100 * np.abs(deviations).max(axis=0), 100 * covered.mean(axis=0)
             print(

@@ -6,6 +6,7 @@ from analysis.errors import AnalysisError
 from daq.errors import ChannelError, DaqError
 from rig.errors import RigError
 from rig.hammer import HammerError
+from rig.measured import ResumeError
 from rig.sequence import SequenceError
 from rig.sweep import PlanError
 from rig.tester_limits import LimitExceededError
@@ -33,6 +34,7 @@ EXIT_CODES: dict[type[Exception], int] = {
     HammerError: BAD_INPUT,
     LimitExceededError: BAD_INPUT,
     PlanError: BAD_INPUT,
+    ResumeError: BAD_INPUT,
     SequenceError: BAD_INPUT,
     DaqError: INSTRUMENT,
     RigError: INSTRUMENT,

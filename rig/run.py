@@ -48,12 +48,23 @@ def run_sequence(
     operator: Operator,
     observer: Observer = unobserved,
     control: RunControl | None = None,
+    *,
+    reset: bool = False,
 ) -> int:
     """Run every step of `sequence` and return the number of the run that holds what was measured.
 
     The plan and the instruments are looked at before a run is stored: where a step asks for too much or an instrument
     is absent, nothing is. A run that fails or is stopped keeps what was measured until then, says why it ended, and can
     be resumed.
+
+    Args:
+        sequence: what to do.
+        instruments: on which instruments.
+        catalogue: where the run goes.
+        operator: who strikes and mounts.
+        observer: who is told.
+        control: who may pause and stop the run.
+        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is recorded.
 
     Raises:
         RunStoppedError: `control` asked for it.
@@ -63,6 +74,7 @@ def run_sequence(
     control = control or RunControl()
     sequence = sequence.with_seed()
     check_plan(sequence, instruments.limits)
+    done = _reset(sequence, instruments, observer) if reset else None
     identities = check_instruments(sequence, instruments)
     control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
     with ExitStack() as held:
@@ -77,6 +89,7 @@ def run_sequence(
                 channels=[stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)],
                 instruments=identities,
                 who=_who(),
+                reason=done,
             )
             held.enter_context(holding(catalogue, run))  # before anybody else can see it
         observer(RunStarted(run.id))
@@ -107,7 +120,7 @@ def resume_run(
         operator: who strikes and mounts; specimens are mounted again.
         observer: who is told.
         control: who may pause and stop the run.
-        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is recorded.
+        reset: as for `run_sequence`.
 
     Raises:
         RunBusyError: another living process carries out the run.
@@ -131,8 +144,8 @@ def resume_run(
         steps = measured.left_of(sequence)
         left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
         reason = f"resumed after it was {run.state}" if run.reason else "resumed after its process was lost"
-        if reset and left.sweep is not None:
-            reason += _reset(instruments, observer)
+        if reset and (done := _reset(left, instruments, observer)):
+            reason += f", {done}"
         if steps:
             _check_same(catalogue, run, left, instruments, check_instruments(left, instruments))
         control.carry_out(lambda: None, observer)
@@ -262,14 +275,16 @@ def _check_same(
             )
 
 
-def _reset(instruments: Instruments, observer: Observer) -> str:
-    """Reset the tester where it tripped, and say so."""
+def _reset(sequence: Sequence, instruments: Instruments, observer: Observer) -> str | None:
+    """Reset the tester where it is needed and has tripped; what was done, in words."""
+    if sequence.sweep is None:
+        return None
     with instruments.tester() as tester, tester.telling(observer):
         tripped = tester.status().interlocks
         if not tripped:
-            return ""
+            return None
         tester.reset()
-    return f", tester reset after {names_of(tripped)}"
+    return f"tester reset after {names_of(tripped)}"
 
 
 def _who() -> str:

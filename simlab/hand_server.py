@@ -11,6 +11,7 @@ import socket
 import socketserver
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 Deed = Callable[..., Any]
@@ -49,9 +50,15 @@ class _Connection(socketserver.StreamRequestHandler):
     disable_nagle_algorithm = True
 
     def handle(self) -> None:
-        """Answer requests until the client hangs up."""
-        for line in self.rfile:
-            self.wfile.write(json.dumps(_answer(self.server.deeds, line)).encode() + b"\n")
+        """Answer requests until the client hangs up, or is cut off."""
+        with suppress(ConnectionError):
+            for line in self.rfile:
+                self.wfile.write(json.dumps(_answer(self.server.deeds, line)).encode() + b"\n")
+
+    def finish(self) -> None:
+        """Let go of the line, also where the client is gone."""
+        with suppress(ConnectionError):
+            super().finish()
 
 
 def _answer(deeds: Mapping[str, Deed], line: bytes) -> dict[str, Any]:

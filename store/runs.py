@@ -85,8 +85,9 @@ def start_run(
     instruments: Sequence[Instrument] = (),
     started_at: datetime | None = None,
     who: str | None = None,
+    reason: str | None = None,
 ) -> Run:
-    """Begin a run now, or at `started_at` (UTC), and note who did.
+    """Begin a run now, or at `started_at` (UTC), and note who did, and why where there is something to say.
 
     Raises:
         StoreError: setup or sequence have no JSON form, or a channel's name comes twice.
@@ -114,7 +115,7 @@ def start_run(
     add_channels(session, row.id, tuple(channels))
     calibrations = {calibration_id(session, instrument) for instrument in instruments}
     session.add_all(models.RunInstrument(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
-    _note(session, row, None, who, started_at)
+    _note(session, row, reason, who, started_at)
     return _run(row)
 
 

@@ -26,6 +26,11 @@ BUILT_IN = "paper"
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 
 
+Reset = Annotated[
+    bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("run")(run)
@@ -42,6 +47,7 @@ def show_schema(wanted: bool) -> None:
 def run(
     sequence: Annotated[str, typer.Argument(help=f"A sequence document (YAML), or {BUILT_IN!r} for the paper's.")],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check and list the steps; connect to nothing.")] = False,
+    reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
         bool,
         typer.Option("--schema", is_eager=True, callback=show_schema, help="Print the JSON schema of a sequence."),
@@ -59,14 +65,15 @@ def run(
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
     with open_catalogue(settings) as catalogue, SequenceProgress(document, progress_console) as progress:
-        _watched(progress, lambda control: run_sequence(document, instruments, catalogue, operator, progress, control))
+        _watched(
+            progress,
+            lambda control: run_sequence(document, instruments, catalogue, operator, progress, control, reset=reset),
+        )
 
 
 def resume(
     number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST_RUN, help="Number of the run.")],
-    reset: Annotated[
-        bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
-    ] = False,
+    reset: Reset = False,
 ) -> None:
     """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured."""
     settings = load_settings()

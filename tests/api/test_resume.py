@@ -1,0 +1,185 @@
+"""`jointlab run` and `jointlab resume` as a person uses them: Ctrl-C, on again, and the results are there."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+import yaml
+from rich.console import Console
+
+from analysis.dof import Dof
+from api.interrupts import raising_on_interrupt, stopping_on_interrupt
+from api.simulated import SimulatedOperator
+from rig.control import RunControl
+from rig.errors import RigError
+from rig.sequence import Sequence, sequence_from
+from simlab.laboratory import Laboratory
+
+Command = Callable[..., CompletedProcess[str]]
+Query = Callable[[str], list[tuple[Any, ...]]]
+Write = Callable[..., Path]
+BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "sequences.md"
+
+
+def press_ctrl_c(times: int = 1) -> None:
+    for _ in range(times):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("presses", [1, 3])
+def test_ctrl_c_stops_a_run_that_resume_finishes_and_identify_evaluates(
+    presses: int,
+    jointlab: Command,
+    sequence: Write,
+    query: Query,
+    laboratory: Laboratory,
+    operator: SimulatedOperator,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plain_strike, plain_mount = operator.strike, operator.mount
+    blows = iter(range(1, 100))
+
+    def strike(point: Dof, blow: int) -> None:
+        if next(blows) == 6:
+            press_ctrl_c(presses)
+        plain_strike(point, blow)
+
+    monkeypatch.setattr(operator, "strike", strike)
+    file = sequence({"points": ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"], "block_seconds": 2.0})
+    stopped = jointlab("run", file)
+    assert stopped.returncode == INTERRUPTED
+    assert "stopping: bringing the actuator to rest" in stopped.stderr
+    assert "run 1 stopped; jointlab resume 1 goes on with it" in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+    assert query("SELECT state, reason, blows_accepted FROM v_runs") == [("stopped", "stopped by hand", 5)]
+
+    def mount(specimen: str, configuration: str) -> None:
+        if configuration == "shear":
+            press_ctrl_c(presses)
+        plain_mount(specimen, configuration)
+
+    monkeypatch.setattr(operator, "mount", mount)
+    again = jointlab("resume", 1)
+    assert again.returncode == INTERRUPTED
+    assert "run 1 goes on after 5 blows and 0 sine points" in again.stderr
+    assert query("SELECT blows_accepted, sine_records FROM v_runs") == [(16, 2)]
+    assert laboratory.tester.actuator.steady_pp() == 0.0
+
+    monkeypatch.setattr(operator, "mount", plain_mount)
+    done = jointlab("resume", 1)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "run 1 finished; jointlab identify 1 evaluates it\n"
+    assert query("SELECT run_id, state, blows_accepted, sine_records FROM v_runs") == [(1, "finished", 16, 6)]
+    if presses == 1:
+        identified = jointlab("identify", 1)
+        assert identified.returncode == 0, identified.stderr
+        assert query("SELECT count(*) FROM v_dynamic_stiffness WHERE latest") == [(6,)]
+
+
+@pytest.mark.usefixtures("operator")
+def test_what_cannot_be_resumed_is_bad_input_in_one_line(jointlab: Command, sequence: Write) -> None:
+    assert jointlab("run", sequence()).returncode == 0
+    for number, words in ((1, "run 1 is finished; there is nothing to resume"), (7, "there is no run 7")):
+        refused = jointlab("resume", number)
+        assert refused.returncode == BAD_INPUT
+        assert refused.stderr.splitlines()[-1].startswith(f"jointlab: {words}")
+        assert "Traceback" not in refused.stderr
+
+
+def test_a_tripped_tester_is_reset_by_resume_only_with_reset(
+    jointlab: Command, sequence: Write, query: Query, laboratory: Laboratory, operator: SimulatedOperator,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    plain = operator.mount
+
+    def trip(specimen: str, configuration: str) -> None:
+        plain(specimen, configuration)
+        if configuration == "shear":
+            laboratory.tester.emergency_stop()
+            laboratory.tester.release_emergency_stop()
+
+    monkeypatch.setattr(operator, "mount", trip)
+    failed = jointlab("run", sequence())
+    assert failed.returncode == INSTRUMENT
+    assert "run 1 failed; jointlab resume 1 goes on with it" in failed.stderr
+    monkeypatch.setattr(operator, "mount", plain)
+    assert jointlab("resume", 1).returncode == INSTRUMENT
+    assert jointlab("resume", 1, "--reset").returncode == 0
+    reasons = [reason for (reason,) in query("SELECT reason FROM run_events ORDER BY id")]
+    assert "tester reset after emergency stop" in reasons[2]
+    assert reasons[1].startswith("TesterTrippedError: ")
+
+
+def test_the_schema_is_printed_and_is_that_of_every_sequence(jointlab: Command) -> None:
+    answer = jointlab("run", "--schema")
+    assert answer.returncode == 0
+    assert json.loads(answer.stdout) == Sequence.model_json_schema()
+    assert {"HammerStep", "SweepStep", "WaitStep", "SoakStep", "Order"} <= set(json.loads(answer.stdout)["$defs"])
+
+
+def test_a_dry_run_says_what_is_shuffled_and_for_how_long_it_waits(jointlab: Command, sequence: Write) -> None:
+    file = sequence(sweep={"order": "all", "seed": 12})
+    document = yaml.safe_load(file.read_text("utf-8"))
+    soak = {"step": "soak", "seconds": 600, "celsius": 23, "band_celsius": 1, "limit_seconds": 7200}
+    document["steps"] += [{"step": "wait", "seconds": 30}, soak]
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    answer = jointlab("run", file, "--dry-run")
+    assert answer.returncode == 0, answer.stderr
+    assert "shuffled: all, seed 12" in answer.stdout
+    assert "3. wait: 30 s\n4. soak: 600 s within 1 K about 23 C, at most 7200 s\n" in answer.stdout
+    answer = jointlab("run", sequence(sweep={"order": "amplitudes"}), "--dry-run")
+    assert "shuffled: amplitudes, seed drawn at the start" in answer.stdout
+
+
+def test_the_documented_sequence_is_one() -> None:
+    blocks = DOCUMENT.read_text("utf-8").split("```yaml\n")[1:]
+    (example,) = (block.split("```")[0] for block in blocks)
+    sequence = sequence_from(yaml.safe_load(example))
+    assert {step.step for step in sequence.steps} == {"hammer", "sweep", "wait", "soak"}
+
+
+def test_every_field_of_a_step_is_documented() -> None:
+    text = DOCUMENT.read_text("utf-8")
+    for name in ("HammerStep", "SweepStep", "WaitStep", "SoakStep", "Frequencies"):
+        for key in Sequence.model_json_schema()["$defs"][name]["properties"]:
+            assert f"`{key}`" in text, f"{name}.{key}"
+
+
+class Unstoppable(RunControl):
+    """Whose tester does not confirm."""
+
+    def stop(self) -> None:
+        super().stop()
+        raise RigError("the actuator was not confirmed at rest")
+
+
+def test_a_stop_that_is_not_confirmed_is_said_and_ctrl_c_is_as_before_afterwards() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    control, console = Unstoppable(), Console(record=True, width=120)
+    with stopping_on_interrupt(control, console):
+        press_ctrl_c(2)
+    assert control.is_interrupted()
+    assert signal.getsignal(signal.SIGINT) is before
+    said = console.export_text()
+    assert said.count("stopping: bringing the actuator to rest") == 2
+    assert said.count("the actuator was not confirmed at rest") == 2
+    assert not any(thread.name == "stop on Ctrl-C" for thread in threading.enumerate())
+
+
+def test_a_wait_for_a_key_is_left_at_once() -> None:
+    control = RunControl()
+    with stopping_on_interrupt(control, Console(quiet=True)):
+        with pytest.raises(KeyboardInterrupt), raising_on_interrupt():
+            press_ctrl_c()
+        assert not control.is_interrupted()
+        press_ctrl_c()
+    assert control.is_interrupted()

@@ -8,7 +8,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from store import models
@@ -99,11 +99,7 @@ def get_analysis(session: Session, analysis_id: int) -> Analysis:
 
 def list_analyses(session: Session, run_id: int, kind: str | None = None) -> list[Analysis]:
     """The analyses of a run, newest first, optionally of one kind."""
-    query = select(models.Analysis.id).join(models.AnalysisRun, models.AnalysisRun.analysis_id == models.Analysis.id)
-    query = query.where(models.AnalysisRun.run_id == run_id).order_by(models.Analysis.id.desc())
-    if kind is not None:
-        query = query.where(models.Analysis.kind == kind)
-    return [get_analysis(session, number) for number in session.scalars(query)]
+    return [get_analysis(session, number) for number in session.scalars(_newest_first(run_id, kind))]
 
 
 def article_of(session: Session, analysis_id: int) -> str:
@@ -130,7 +126,13 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     Raises:
         NotFoundError: the run has no such analysis.
     """
-    found = list_analyses(session, run_id, kind)
-    if not found:
+    newest = session.scalars(_newest_first(run_id, kind).limit(1)).one_or_none()
+    if newest is None:
         raise NotFoundError(f"run {run_id} has no analysis of kind {kind!r}")
-    return found[0]
+    return get_analysis(session, newest)
+
+
+def _newest_first(run_id: int, kind: str | None) -> Select[int]:
+    query = select(models.Analysis.id).join(models.AnalysisRun, models.AnalysisRun.analysis_id == models.Analysis.id)
+    query = query.where(models.AnalysisRun.run_id == run_id).order_by(models.Analysis.id.desc())
+    return query if kind is None else query.where(models.Analysis.kind == kind)

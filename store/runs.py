@@ -129,9 +129,12 @@ def finish_run(
 ) -> Run:
     """End a run now, or at `finished_at` (UTC), and note who did.
 
+    A clock that was set back meanwhile does not keep a run from ending: the reason says so.
+
     Raises:
         NotFoundError: there is no such run.
-        StoreError: the run has ended already, `state` is no end, or a stopped or failed run has no reason.
+        StoreError: the run has ended already, `state` is no end, a stopped or failed run has no reason, or
+            `finished_at` is given and before its start.
     """
     row = _row(session, run_id)
     if row.state != RunState.RUNNING:
@@ -140,8 +143,14 @@ def finish_run(
         raise StoreError(f"run {run_id} cannot end as {state}; give finished, stopped or failed")
     if state is not RunState.FINISHED and not reason:
         raise StoreError(f"run {run_id} is {state}: say why")
-    row.state, row.reason, row.finished_at = state, reason, finished_at or datetime.now(UTC)
-    _note(session, row, reason, who, row.finished_at)
+    ended = finished_at or datetime.now(UTC)
+    if ended < row.started_at:
+        if finished_at is not None:
+            raise StoreError(f"run {run_id} cannot end at {ended}, before its start at {row.started_at}")
+        back = f"the computer's clock was set back during the run, by at least {row.started_at - ended}"
+        reason = f"{reason}; {back}" if reason else back
+    row.state, row.reason, row.finished_at = state, reason, ended
+    _note(session, row, reason, who, ended)
     return _run(row)
 
 

@@ -51,7 +51,7 @@ class Run(Recorded, Base):
     """One measurement or import, from its start to its end."""
 
     __tablename__ = "runs"
-    __table_args__ = (Index(None, "state", "started_at"), Index(None, "kind", "started_at"))
+    __table_args__ = (Index(None, "state", "id"), Index(None, "kind", "id"), Index(None, "article", "id"))
 
     kind: Mapped[str]
     state: Mapped[str]

@@ -27,9 +27,10 @@ class AnalysisRun(Base):
     """The runs whose data an analysis used."""
 
     __tablename__ = "analysis_runs"
+    __table_args__ = (Index(None, "run_id", "analysis_id"),)
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"), primary_key=True)
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, index=True)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
 
 
 class AnalysisParent(Base):
@@ -157,7 +158,7 @@ class DynamicStiffness(Recorded, Base):
     __tablename__ = "dynamic_stiffness"
     __table_args__ = (
         UniqueConstraint("analysis_id", "order_number"),
-        Index("ix_dynamic_stiffness_series", "specimen_id", "configuration", "amplitude_pp_mm", "frequency"),
+        Index("ix_dynamic_stiffness_series", "analysis_id", "configuration", "amplitude_pp_mm", "frequency"),
     )
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))

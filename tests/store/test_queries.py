@@ -38,6 +38,16 @@ def test_every_query_of_the_cookbook_finds_something(laboratory: Catalogue) -> N
             assert session.execute(text(query)).all(), query
 
 
+@pytest.mark.parametrize("database_kind", ["sqlite"])
+@pytest.mark.parametrize("query", [query for query in QUERIES if "article = 'beam 3'" in query or "LIMIT" in query])
+def test_a_query_for_an_article_or_a_list_begins_with_an_index(catalogue: Catalogue, query: str) -> None:
+    with catalogue.reading() as session:
+        plan = [row[-1] for row in session.execute(text(f"EXPLAIN QUERY PLAN {query}"))]
+    # A list ends at its limit; comparisons are few, and begin at their table.
+    scanned = [line for line in plan if line.startswith("SCAN") and line != "SCAN comparisons"]
+    assert not scanned or ("LIMIT" in query and "USE TEMP B-TREE FOR ORDER BY" not in plan), plan
+
+
 def test_the_page_names_every_column_of_every_view_in_its_order(catalogue: Catalogue) -> None:
     with catalogue.reading() as session:
         inspector = inspect(session.connection())

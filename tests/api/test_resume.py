@@ -16,12 +16,14 @@ import yaml
 from rich.console import Console
 
 from analysis.dof import Dof
+from api.identification.source import measurement_of_run
 from api.interrupts import raising_on_interrupt, stopping_on_interrupt
 from api.simulated import SimulatedOperator
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
 
 Command = Callable[..., CompletedProcess[str]]
 Query = Callable[[str], list[tuple[Any, ...]]]
@@ -35,27 +37,25 @@ def press_ctrl_c(times: int = 1) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
 
-@pytest.mark.parametrize("presses", [1, 3])
-def test_ctrl_c_stops_a_run_that_resume_finishes_and_identify_evaluates(
-    presses: int,
+def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
     jointlab: Command,
     sequence: Write,
     query: Query,
     laboratory: Laboratory,
     operator: SimulatedOperator,
     monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
     plain_strike, plain_mount = operator.strike, operator.mount
     blows = iter(range(1, 100))
 
     def strike(point: Dof, blow: int) -> None:
         if next(blows) == 6:
-            press_ctrl_c(presses)
+            press_ctrl_c(3)
         plain_strike(point, blow)
 
     monkeypatch.setattr(operator, "strike", strike)
-    file = sequence({"points": ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"], "block_seconds": 2.0})
-    stopped = jointlab("run", file)
+    stopped = jointlab("run", sequence())
     assert stopped.returncode == INTERRUPTED
     assert "stopping: bringing the actuator to rest" in stopped.stderr
     assert "run 1 stopped; jointlab resume 1 goes on with it" in stopped.stderr
@@ -64,25 +64,28 @@ def test_ctrl_c_stops_a_run_that_resume_finishes_and_identify_evaluates(
 
     def mount(specimen: str, configuration: str) -> None:
         if configuration == "shear":
-            press_ctrl_c(presses)
+            press_ctrl_c(3)
         plain_mount(specimen, configuration)
 
     monkeypatch.setattr(operator, "mount", mount)
     again = jointlab("resume", 1)
     assert again.returncode == INTERRUPTED
     assert "run 1 goes on after 5 blows and 0 sine points" in again.stderr
-    assert query("SELECT blows_accepted, sine_records FROM v_runs") == [(16, 2)]
+    assert query("SELECT blows_accepted, sine_records FROM v_runs") == [(8, 2)]
     assert laboratory.tester.actuator.steady_pp() == 0.0
 
     monkeypatch.setattr(operator, "mount", plain_mount)
     done = jointlab("resume", 1)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "run 1 finished; jointlab identify 1 evaluates it\n"
-    assert query("SELECT run_id, state, blows_accepted, sine_records FROM v_runs") == [(1, "finished", 16, 6)]
-    if presses == 1:
-        identified = jointlab("identify", 1)
-        assert identified.returncode == 0, identified.stderr
-        assert query("SELECT count(*) FROM v_dynamic_stiffness WHERE latest") == [(6,)]
+    assert query("SELECT run_id, state, blows_accepted, sine_records FROM v_runs") == [(1, "finished", 8, 6)]
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        measurement = measurement_of_run(catalogue, 1)
+    (struck,) = measurement.sets
+    assert [str(point) for point in struck.inputs] == ["1y", "3y", "5y", "1x"]
+    assert struck.averages == 2
+    assert [point.order_number for point in measurement.points] == [1, 2, 3, 4, 5, 6]
+    assert all(point.result.stiffness > 0 for point in measurement.points)
 
 
 @pytest.mark.usefixtures("operator")

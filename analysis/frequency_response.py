@@ -26,6 +26,9 @@ class FrequencyResponses:
         coherence: (rows, lines) in 0..1, or None where it was not measured.
         variance: (rows, lines) variance of the averaged accelerance, per real and imaginary part,
             in ((m/s^2)/N)^2, or None where it is not known.
+        scatter: (rows, blows, lines) complex, in (m/s^2)/N: how far each blow moves the average of its row. Their outer
+            products add up to the covariance of the average, between lines too: a blow beside its mark is off at all
+            lines together. None where single blows are not known, or too few.
     """
 
     frequency: Real
@@ -34,6 +37,7 @@ class FrequencyResponses:
     inputs: tuple[Dof, ...]
     coherence: Real | None = None
     variance: Real | None = None
+    scatter: Complex | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.inputs), self.frequency.size)
@@ -45,6 +49,8 @@ class FrequencyResponses:
                 raise AnalysisError(f"{name} has shape {array.shape}, expected (rows, lines) = {shape}")
             if not np.all(np.isfinite(array)):
                 raise AnalysisError(f"{name} holds values that are not finite numbers")
+        if self.scatter is not None and (self.scatter.shape[0], self.scatter.shape[-1]) != shape:
+            raise AnalysisError(f"scatter has shape {self.scatter.shape}, expected (rows, blows, lines) of {shape}")
 
     def row(self, point: Dof) -> int:
         """Index of the row struck at `point`.
@@ -66,4 +72,5 @@ class FrequencyResponses:
             inputs=self.inputs,
             coherence=None if self.coherence is None else self.coherence[:, keep],
             variance=None if self.variance is None else self.variance[:, keep],
+            scatter=None if self.scatter is None else self.scatter[..., keep],
         )

@@ -9,9 +9,10 @@
 4. Where noise of known variance cannot explain what is left around some frequency, a pole is tried there and kept by
    the same rule. This separates near-repeated modes that noise has merged in the chart.
 
-Covariances are multiplied by chi-square per degree of freedom where that exceeds one, so a model that does not quite
-fit gets wider intervals. Where the noise is not stated, deviations may hang together from line to line, as leakage
-does, so a standard deviation is at least what the disagreement of the rows says.
+Covariances are what the scatter of single blows leads to, where that is known, and else that of noise independent from
+line to line. They are multiplied by chi-square per degree of freedom where that exceeds one, so a model that does not
+quite fit gets wider intervals. Where the noise is not stated, deviations may hang together from line to line, as
+leakage does, so a standard deviation is at least what the disagreement of the rows says.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.lscf import lscf_poles
 from analysis.modal_model import DampingKind
 from analysis.modal_refinement import ModalData, ModalFit, refine
+from analysis.modal_scatter import covariance_from_scatter
 from analysis.mode_selection import chi_square_per_line, evidence, grown, noise_scale, without_idle_modes
 from analysis.modes import Modes
 from analysis.pole_parameters import frequency_and_loss_factor_slope
@@ -89,8 +91,9 @@ def estimate_modes(
     """Poles and shapes of all modes in `band`, with their covariance.
 
     Args:
-        responses: accelerances; their variance is the noise. Where it is None, noise is estimated from the scatter
-            about the fit, as a floor and a part proportional to the response.
+        responses: accelerances; their variance is the noise and weighs the lines, their scatter, where there is one,
+            gives the covariances. Where the variance is None, noise is estimated from the scatter about the fit, as a
+            floor and a part proportional to the response.
         band: lowest and highest frequency in Hz; all lines above 0 Hz by default.
         damping: what the structure's damping is like. It places the mirror poles only: viscously damped modes of loss
             factor 0.11, fitted as structurally damped, come out 0.01 % off in frequency and 0.1 % in loss factor.
@@ -141,9 +144,11 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     poles = fit.poles[rising]
     jacobian = frequency_and_loss_factor_slope(poles)
     pairs = np.stack([2 * rising, 2 * rising + 1], axis=1).ravel()
-    covariance = fit.pole_covariance[np.ix_(pairs, pairs)]
-    covariance = scale * jacobian @ covariance @ jacobian.T
-    shape_covariance = scale * fit.constants_covariance[rising]
+    of_poles, of_constants = fit.pole_covariance, fit.constants_covariance
+    if lines.scatter is not None:
+        of_poles, of_constants = covariance_from_scatter(data, fit, lines.scatter)
+    covariance = scale * jacobian @ of_poles[np.ix_(pairs, pairs)] @ jacobian.T
+    shape_covariance = scale * of_constants[rising]
     if lines.variance is None and len(lines.inputs) > 1:
         between_rows = jacobian @ fit.pole_covariance_between_rows[np.ix_(pairs, pairs)] @ jacobian.T
         widening = _widening(covariance, between_rows, len(lines.inputs))
@@ -158,7 +163,7 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     )
     return ModalEstimate(
         modes=modes,
-        fitted=replace(lines, accelerance=fit.accelerance, coherence=None, variance=None),
+        fitted=replace(lines, accelerance=fit.accelerance, coherence=None, variance=None, scatter=None),
         residual_terms=fit.residual_terms,
         evidence=evidence(fit)[rising],
         chi_square_per_line=chi_square_per_line(data, fit),

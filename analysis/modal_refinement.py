@@ -119,7 +119,7 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
     """Weighted least squares for everything that is linear, the poles (modes,) held."""
     basis = modal_basis(data.frequency, poles, terms, data.kind, data.decay)
     modes, lines = poles.size, data.frequency.size
-    columns = _stacked(basis.columns)
+    columns = stacked(basis.columns)
     rows, count = data.accelerance.shape[0], columns.shape[1]
     coefficients = np.empty((rows, count))
     covariance = np.empty((rows, count, count))
@@ -130,7 +130,7 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
     for row in range(rows):
         weight = np.tile(1 / data.deviation[row], 2)
         weighted = columns * weight[:, None]
-        measured = _stacked(data.accelerance[row, :, None])[:, 0] * weight
+        measured = stacked(data.accelerance[row, :, None])[:, 0] * weight
         covariance[row] = _inverse(weighted.T @ weighted)
         coefficients[row] = covariance[row] @ (weighted.T @ measured)
         residual = measured - weighted @ coefficients[row]
@@ -140,7 +140,7 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
         residual -= weighted @ correction
         constants = coefficients[row, : 2 * modes].reshape(modes, 2)
         slope = np.einsum("lmfp,mf->lmp", basis.derivatives, constants).reshape(lines, 2 * modes)
-        slope = _stacked(slope) * weight[:, None]
+        slope = stacked(slope) * weight[:, None]
         mixed = weighted.T @ slope
         sensitivity[row] = -covariance[row] @ mixed
         row_information[row] = slope.T @ slope + mixed.T @ sensitivity[row]
@@ -209,7 +209,7 @@ def _fit_if_possible(data: ModalData, poles: Complex, terms: int) -> ModalFit | 
         return None
 
 
-def _stacked(columns: Complex) -> Real:
+def stacked(columns: Complex) -> Real:
     """Real parts above imaginary parts: (lines, n) -> (2 lines, n)."""
     return np.concatenate([columns.real, columns.imag])
 

@@ -16,11 +16,11 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 _MEDIAN_OF_EXPONENTIAL = np.log(2.0)
 
 
-def variance_from_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Real:
-    """Variance (lines,) of H1 from what each blow leaves unexplained.
+def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
+    """How far each blow moves H1, (blows, lines): what it leaves unexplained, by its weight in the average.
 
-    The weighted mean of the blows has the variance sum |F_b|^2 |A_b - H F_b|^2 / (sum |F_b|^2)^2, whether the scatter
-    comes from noise or from blows that differ, times n/(n - 1) for the mean that was subtracted.
+    The outer products of F_b* (A_b - H F_b) / sum |F_b|^2 add up to the covariance of the weighted mean, whether the
+    scatter comes from noise or from blows that differ; sqrt(n/(n - 1)) is for the mean that was subtracted.
 
     Args:
         force: (blows, lines) spectra of the force.
@@ -30,10 +30,14 @@ def variance_from_scatter(force: Complex, acceleration: Complex, accelerance: Co
     blows = force.shape[0]
     if blows < 2:
         raise AnalysisError("one blow has no scatter; strike at least twice")
-    power = np.abs(force) ** 2
-    left = np.abs(acceleration - accelerance * force) ** 2
-    variance = np.sum(power * left, axis=0) / np.sum(power, axis=0) ** 2 * blows / (blows - 1)
-    return np.asarray(variance / 2)
+    power = np.sum(np.abs(force) ** 2, axis=0)
+    left = acceleration - accelerance * force
+    return np.asarray(force.conj() * left / power * np.sqrt(blows / (blows - 1)))
+
+
+def variance_from_scatter(scatter: Complex) -> Real:
+    """Variance (lines,) of an average from `blow_scatter` (blows, lines)."""
+    return np.asarray(np.sum(np.abs(scatter) ** 2, axis=0) / 2)
 
 
 def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int) -> Real:

@@ -16,7 +16,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.response_variance import smoothed_variance, variance_from_scatter
+from analysis.response_variance import blow_scatter, smoothed_variance, variance_from_scatter
 
 
 class Estimator(StrEnum):
@@ -48,6 +48,7 @@ class Windows:
 
 
 RECTANGULAR = Windows()
+_FEWEST_FOR_SCATTER = 4  # blows: three independent ones hardly tell how two parts of a modal constant scatter
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,17 @@ class AveragedResponse:
     Attributes:
         accelerance: complex, in (m/s^2)/N.
         coherence: in 0..1; 1 throughout for a single blow.
-        variance: per real and imaginary part, in ((m/s^2)/N)^2; zero for a single blow.
+        scatter: (blows, lines) how far each blow moves the average, in (m/s^2)/N; zero for a single blow.
     """
 
     accelerance: Complex
     coherence: Real
-    variance: Real
+    scatter: Complex
+
+    @property
+    def variance(self) -> Real:
+        """(lines,) per real and imaginary part, in ((m/s^2)/N)^2; zero for a single blow."""
+        return variance_from_scatter(self.scatter)
 
 
 def average(force: Complex, acceleration: Complex, estimator: Estimator = Estimator.H1) -> AveragedResponse:
@@ -86,8 +92,8 @@ def average(force: Complex, acceleration: Complex, estimator: Estimator = Estima
     exponent = {Estimator.H1: 0.0, Estimator.HV: 0.5, Estimator.H2: 1.0}[estimator]
     accelerance = cross / force_power * coherence**-exponent
     single = force.shape[0] == 1
-    variance = np.zeros(cross.shape) if single else variance_from_scatter(force, acceleration, accelerance)
-    return AveragedResponse(accelerance, coherence, variance)
+    scatter = np.zeros_like(force) if single else blow_scatter(force, acceleration, accelerance)
+    return AveragedResponse(accelerance, coherence, scatter)
 
 
 def responses_from_blows(
@@ -118,7 +124,8 @@ def responses_from_blows(
         smoothed_over: lines over which the variance is averaged, see `smoothed_variance`.
 
     Returns:
-        Accelerances in (m/s^2)/N; coherence and variance are None where a point was struck only once.
+        Accelerances in (m/s^2)/N; coherence and variance are None where a point was struck only once, scatter where
+        one was struck less than four times.
 
     Raises:
         AnalysisError: no blow at a point, records of unequal shape, or a record without force.
@@ -140,7 +147,16 @@ def responses_from_blows(
         inputs=tuple(inputs),
         coherence=np.array([row.coherence[keep] for row in rows]) if repeated else None,
         variance=variance[:, keep] if repeated else None,
+        scatter=_stacked([row.scatter[:, keep] for row in rows]),
     )
+
+
+def _stacked(scatter: Sequence[Complex]) -> Complex | None:
+    """(rows, most blows, lines), zero where a row has fewer blows than another; None where one has too few."""
+    if min(map(len, scatter)) < _FEWEST_FOR_SCATTER:
+        return None
+    most = max(map(len, scatter))
+    return np.array([np.pad(row, ((0, most - len(row)), (0, 0))) for row in scatter])
 
 
 def _common_length(force: Sequence[Real], acceleration: Sequence[Real], inputs: Sequence[Dof]) -> int:

@@ -8,6 +8,7 @@ import pytest
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.response_variance import (
+    blow_scatter,
     smoothed_variance,
     variance_from_coherence,
     variance_from_neighbours,
@@ -31,7 +32,9 @@ def test_coherence_of_ten_blows_gives_their_variance_without_bias() -> None:
     coherence = np.abs(cross) ** 2 / power / np.sum(np.abs(acceleration) ** 2, axis=0)
     true = np.mean(1 / power)
     assert np.mean(variance_from_coherence(accelerance, coherence, 10)) == pytest.approx(true, rel=0.03)
-    assert np.mean(variance_from_scatter(force, acceleration, accelerance)) == pytest.approx(true, rel=0.03)
+    assert np.mean(variance_from_scatter(blow_scatter(force, acceleration, accelerance))) == pytest.approx(
+        true, rel=0.03
+    )
 
 
 def test_variance_from_coherence_tends_to_the_textbook_formula() -> None:
@@ -47,7 +50,7 @@ def test_an_impossible_coherence_is_refused(coherence: float, averages: int) -> 
 
 def test_one_blow_has_no_scatter() -> None:
     with pytest.raises(AnalysisError, match="twice"):
-        variance_from_scatter(np.ones((1, 4), complex), np.ones((1, 4), complex), np.ones(4, complex))
+        blow_scatter(np.ones((1, 4), complex), np.ones((1, 4), complex), np.ones(4, complex))
 
 
 def test_neighbouring_lines_tell_the_noise_under_a_resonance() -> None:

@@ -92,16 +92,18 @@ def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[DynamicSt
     Raises:
         NotFoundError: it has none.
     """
+    same = [field.name for field in fields(DynamicStiffness) if field.name not in ("specimen", "flags")]
+    # Columns instead of objects of the model: a sweep has a thousand points.
+    columns = [getattr(models.DynamicStiffness, name) for name in same]
     rows = session.execute(
-        select(models.DynamicStiffness, models.Specimen.name)
+        select(models.Specimen.name, models.DynamicStiffness.flags, *columns)
         .join(models.Specimen, models.Specimen.id == models.DynamicStiffness.specimen_id)
         .where(models.DynamicStiffness.analysis_id == analysis_id)
         .order_by(models.DynamicStiffness.order_number)
     ).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no dynamic stiffness points")
-    same = [field.name for field in fields(DynamicStiffness) if field.name not in ("specimen", "flags")]
     return [
-        DynamicStiffness(specimen=specimen, flags=tuple(row.flags), **{name: getattr(row, name) for name in same})
-        for row, specimen in rows
+        DynamicStiffness(specimen=specimen, flags=tuple(flags), **dict(zip(same, values, strict=True)))
+        for specimen, flags, *values in rows
     ]

@@ -67,7 +67,7 @@ def test_history_is_never_changed(catalogue: Catalogue, run: Run, statement: str
 
 
 def test_a_run_of_an_older_database_has_its_start_and_end_for_history(catalogue: Catalogue, filled: int) -> None:
-    for migrate, revision in ((command.downgrade, "0003"), (command.upgrade, "0004")):
+    for migrate, revision in ((command.downgrade, "0003"), (command.upgrade, "head")):
         with catalogue.writing() as session:
             migrate(configuration(session.connection()), revision)
     with catalogue.reading() as session:

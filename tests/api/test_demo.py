@@ -52,10 +52,10 @@ def test_the_summary_has_the_form_of_an_identification(summary: dict[str, Any]) 
     for value, (low, high) in zip(modes["frequency_hz"], modes["frequency_ci95"], strict=True):
         assert low < value < high
 
-    assert set(summary["inverse"]) == {"I", "II", "weak_directions"}
-    assert all(isinstance(text, str) for text in summary["inverse"]["weak_directions"])
-    for joint in ("I", "II"):
-        found = summary["inverse"][joint]
+    for inverse, joint in itertools.product((summary["inverse"], summary["inverse_paper"]), ("I", "II")):
+        assert {"I", "II", "weak_directions"} <= set(inverse)
+        assert all(isinstance(text, str) for text in inverse["weak_directions"])
+        found = inverse[joint]
         for name, shape in {
             "k": (3, 3),
             "h": (3, 3),
@@ -109,7 +109,7 @@ def test_seconds_are_told_for_every_stage(summary: dict[str, Any]) -> None:
     seconds = summary["seconds"]
     assert set(seconds) == {"start", "measure", "identify", "report", "total"}
     stages = sum(value for stage, value in seconds.items() if stage != "total")
-    assert stages == pytest.approx(seconds["total"], abs=1.0)
+    assert 0.8 * seconds["total"] < stages <= seconds["total"] + 0.05
 
 
 def test_direct_k_and_gamma_are_within_one_and_three_per_cent_of_the_truth(summary: dict[str, Any]) -> None:
@@ -124,7 +124,15 @@ def test_direct_k_and_gamma_are_within_one_and_three_per_cent_of_the_truth(summa
 def test_k22_by_the_papers_method_is_within_three_per_cent_of_the_truth(summary: dict[str, Any]) -> None:
     for joint in ("I", "II"):
         true = summary["truth"]["inverse"][joint]["k"][1][1]
-        assert summary["inverse"][joint]["k"][1][1] == pytest.approx(true, rel=0.03)
+        assert summary["inverse_paper"][joint]["k"][1][1] == pytest.approx(true, rel=0.03)
+
+
+def test_k12_and_k22_by_maximum_likelihood_are_within_three_per_cent_of_the_truth(summary: dict[str, Any]) -> None:
+    for joint, element in itertools.product(("I", "II"), ((0, 1), (1, 1))):
+        found, true = (
+            np.array(part[joint]["k"])[element] for part in (summary["inverse"], summary["truth"]["inverse"])
+        )
+        assert found == pytest.approx(true, rel=0.03), (joint, element)
 
 
 def test_what_the_demo_found_is_in_the_views(demo: Path, summary: dict[str, Any]) -> None:
@@ -136,11 +144,12 @@ def test_what_the_demo_found_is_in_the_views(demo: Path, summary: dict[str, Any]
         assert [row[0] for row in rows] == summary["modes"]["frequency_hz"]
         assert [row[1] for row in rows] == [low for low, _ in summary["modes"]["frequency_ci95"]]
         stiffness = connection.execute(
-            "SELECT joint, matrix_row, matrix_column, stiffness, observable FROM v_joint_stiffness WHERE latest"
+            "SELECT method, joint, matrix_row, matrix_column, stiffness, observable FROM v_joint_stiffness WHERE latest"
         ).fetchall()
-        assert len(stiffness) == 18
-        for joint, row, column, value, observable in stiffness:
-            found = summary["inverse"][joint]
+        by_method = {part["method"]: part for part in (summary["inverse"], summary["inverse_paper"])}
+        assert len(stiffness) == 2 * 18
+        for method, joint, row, column, value, observable in stiffness:
+            found = by_method[method][joint]
             assert value == found["k"][row - 1][column - 1]
             assert bool(observable) is found["observable"][row - 1][column - 1]
         shear = connection.execute(

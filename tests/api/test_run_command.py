@@ -34,7 +34,7 @@ BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
 def test_a_sequence_is_measured_identified_exported_and_imported_back(
     jointlab: Command, sequence: Write, query: Query, tmp_path: Path
 ) -> None:
-    # the six components that identification needs, and both joints in the tester for the comparison
+    # the six components that identification needs
     file = sequence(
         {"points": ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"], "block_seconds": 2.0},
         {"specimens": ["I", "II"]},
@@ -49,9 +49,9 @@ def test_a_sequence_is_measured_identified_exported_and_imported_back(
     assert (tmp_path / "found.json").is_file()
     ((modes,),) = query("SELECT count(*) FROM v_modes WHERE latest")
     assert modes >= 6
-    assert query("SELECT count(*) FROM v_joint_stiffness WHERE latest") == [(18,)]
+    elements = query("SELECT method, count(*) FROM v_joint_stiffness WHERE latest GROUP BY method")
+    assert [count for _, count in elements] == [18, 18]
     assert query("SELECT count(*) FROM v_dynamic_stiffness WHERE latest") == [(12,)]
-    assert query("SELECT count(*) > 0 FROM v_comparison WHERE latest") == [(1,)]
 
     assert jointlab("export", 1, "bundle.zip").returncode == 0
     assert jointlab("import", "bundle.zip", "--article", "again").returncode == 0

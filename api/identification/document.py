@@ -24,7 +24,8 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "format": FORMAT,
             "title": found.measurement.title,
             "modes": _modes(found.inverse) if found.inverse else None,
-            "inverse": _inverse(found.inverse.likelihood) | _gates(found.inverse) if found.inverse else None,
+            "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
+            "inverse_gates": _gates(found.inverse) if found.inverse else None,
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "comparison": [_comparison(each) for each in found.comparison],
@@ -69,12 +70,12 @@ def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
 
 def _inverse(route: Route[Any]) -> dict[str, Any]:
     joints = {name: _joint(joint) for name, joint in route.joints.items()}
-    return joints | {"method": route.method, "weak_directions": _weak_directions(route)}
+    return joints | {"weak_directions": _weak_directions(route)}
 
 
-def _gates(inverse: Inverse) -> dict[str, Any]:
+def _gates(inverse: Inverse) -> list[dict[str, Any]]:
     gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
-    return {"gates": [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]}
+    return [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]
 
 
 def _weak_directions(route: Route[Any]) -> list[str]:

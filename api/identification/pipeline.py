@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -179,8 +179,11 @@ def _comparison(
 ) -> tuple[ElementComparison, ...]:
     """Element by element, at the modes' frequencies and at the amplitudes that the blows really caused."""
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
-    laws = {name: direct[name].law for name in joints if name in direct}
-    known = {name: law for name, law in laws.items() if law is not None}
+    known: dict[str, Sequence[JointTerms] | JointLaw] = {
+        name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
+        for name in joints
+        if name in direct and direct[name].joint
+    }
     if set(known) != set(joints):
         return ()
     return compare(

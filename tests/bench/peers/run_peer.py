@@ -3,7 +3,7 @@
     python run_peer.py <tool> <input.npz> <output.npz>
 
 The input holds ``frequency`` (lines,) in Hz and ``accelerance`` (draws, rows, lines). The output holds ``seconds``
-(draws,) that the pole computation took, and ``poles`` (draws, orders, most) in rad/s, filled up with nan.
+(draws,) of the processor that the poles took, and ``poles`` (draws, orders, most) in rad/s, filled up with nan.
 
 Each tool computes with polynomials up to degree 60 in its own steps; what it calls order 60 is another tool for it
 where that is another degree.
@@ -36,9 +36,9 @@ def sdypy_ema(order: int) -> Callable[[Any, Any], tuple[float, Poles]]:
     def poles(frequency: Any, accelerance: Any) -> tuple[float, Poles]:
         upper = float(frequency[-1])
         model = model_of(accelerance, frequency, lower=float(frequency[0]), upper=upper, pol_order_high=order)
-        began = time.perf_counter()
+        began = time.process_time()
         model.get_poles(method="lscf", show_progress=False)
-        return time.perf_counter() - began, model.all_poles
+        return time.process_time() - began, model.all_poles
 
     return poles
 
@@ -52,9 +52,9 @@ def sdynpy(degree: int) -> Callable[[Any, Any], tuple[float, Poles]]:
         both = package.coordinate.outer_product(rows, package.coordinate_array([1], 2))
         kind = package.data.FunctionTypes.FREQUENCY_RESPONSE_FUNCTION
         fit = package.PolyPy(package.data_array(kind, frequency, accelerance[:, None, :], both))
-        began = time.perf_counter()
+        began = time.process_time()
         fit.compute_poles(np.arange(2, degree + 1, 2))
-        seconds = time.perf_counter() - began
+        seconds = time.process_time() - began
         return seconds, [
             one["omega"] * (-one["zeta"] + 1j * np.sqrt(1 - one["zeta"] ** 2)) for one in reversed(fit.pole_list)
         ]
@@ -68,9 +68,9 @@ def pyfbs(degree: int) -> Callable[[Any, Any], tuple[float, Poles]]:
 
     def poles(frequency: Any, accelerance: Any) -> tuple[float, Poles]:
         fit = identification(frequency, accelerance.T[:, :, None])
-        began = time.perf_counter()
+        began = time.process_time()
         fit.p_lscf(degree)
-        return time.perf_counter() - began, [one[0] for one in fit.poles]
+        return time.process_time() - began, [one[0] for one in fit.poles]
 
     return poles
 

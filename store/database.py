@@ -12,7 +12,7 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError, StatementError
 
 from store import write_ahead
-from store.errors import StoreError
+from store.errors import DamagedError, StoreError
 from store.provenance import to_json
 from store.refusals import in_words
 
@@ -75,6 +75,8 @@ def explained(address: URL) -> Iterator[None]:
         if isinstance(cause, StoreError):
             raise StoreError(str(cause)) from error
         raise StoreError(f"{address.render_as_string(hide_password=True)}: {in_words(cause)}") from error
+    except UnicodeDecodeError as error:  # of a damaged file's text, or of what SQLite says about it
+        raise DamagedError(address.render_as_string(hide_password=True), "its structure is damaged") from error
 
 
 def _prepare_sqlite(connection: SqliteConnection, _record: Any) -> None:

@@ -194,7 +194,7 @@ def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> Damaged
         _record(reader, reference)
     except DamagedError as error:
         return error
-    except (sqlite3.Error, NotFoundError) as error:
+    except (sqlite3.Error, NotFoundError, UnicodeDecodeError) as error:
         return DamagedError(f"waveform file {reference}", f"the record cannot be read ({error})")
     return None
 
@@ -220,5 +220,7 @@ def _explained(path: Path, done: str) -> Iterator[None]:
         if isinstance(error, sqlite3.OperationalError):
             raise StoreError(f"waveform file {path} cannot be {done}: {in_words(error)}") from error
         raise DamagedError(f"waveform file {path}", f"it is damaged ({error})") from error
+    except UnicodeDecodeError as error:  # of what SQLite says where the file's own schema is damaged
+        raise DamagedError(f"waveform file {path}", "its structure is damaged") from error
     except OSError as error:
         raise StoreError(f"waveform file {path} cannot be {done}: {error}") from error

@@ -6,6 +6,7 @@ import shutil
 import sqlite3
 from collections import Counter
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.check import Claim, Finding, check, check_file
-from store.errors import RESTORE
+from store.errors import RESTORE, StoreError
 from store.runs import RunState, finish_run, get_run, start_run
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel, WaveformReference
@@ -195,6 +196,30 @@ def test_a_damaged_page_of_an_sqlite_catalogue_is_found(tmp_path: Path) -> None:
     assert str(path) in found[0].where
 
 
+def copy_with_a_flipped_bit(whole: Path, copy: Path, data: st.DataObject) -> None:
+    content = bytearray(whole.read_bytes())
+    bit = data.draw(st.integers(0, 8 * len(content) - 1))
+    content[bit // 8] ^= 1 << bit % 8
+    copy.write_bytes(content)
+
+
+@given(data=st.data())
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whichever_bit_of_an_sqlite_catalogue_is_flipped_the_check_ends_in_words(
+    exported: Path, tmp_path: Path, data: st.DataObject
+) -> None:
+    with TemporaryDirectory(dir=tmp_path) as folder:
+        path = Path(folder) / "lab.db"
+        copy_with_a_flipped_bit(exported.with_name("lab.db"), path, data)
+        said = str(path)
+        try:
+            with Catalogue.open(f"sqlite:///{path}", exported.with_name("lab-waveforms")) as opened:
+                assert all(finding.what and finding.remedy for finding in check(opened))
+        except StoreError as error:
+            said = str(error)
+        assert str(path) in said
+
+
 @pytest.fixture(scope="module")
 def finished_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = WaveformFolder(tmp_path_factory.mktemp("finished"))
@@ -208,10 +233,7 @@ def finished_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_whichever_bit_is_flipped_it_is_found_or_every_record_is_as_it_was(
     finished_file: Path, tmp_path: Path, data: st.DataObject
 ) -> None:
-    content = bytearray(finished_file.read_bytes())
-    bit = data.draw(st.integers(0, 8 * len(content) - 1))
-    content[bit // 8] ^= 1 << bit % 8
-    (tmp_path / "a.waveforms").write_bytes(content)
+    copy_with_a_flipped_bit(finished_file, tmp_path / "a.waveforms", data)
     folder, claim = WaveformFolder(tmp_path), Claim(1, False, Counter([1, 2, 3, 4]))
     if not check_file(folder, "a.waveforms", claim):
         assert all(np.array_equal(folder.read(each).samples, WAVEFORM.samples) for each in REFERENCES)

@@ -36,6 +36,10 @@ class Linearised:
 class SumOfSquares(Protocol):
     """What is minimised."""
 
+    @property
+    def data(self) -> int:
+        """Number of squares, each about one where the model holds."""
+
     def cost(self, values: Real) -> float:
         """The sum of squares; infinite where there is none."""
 
@@ -63,15 +67,16 @@ class Minimum:
 
 
 def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_steps: int = 50) -> Minimum:
-    """Lower a sum of squares until a step would gain less than `tolerance`.
+    """Lower a sum of squares until a step would gain less than `tolerance`, times what a square is on average.
 
-    For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation.
+    For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation. Where the
+    model does not hold, squares exceed one and so do the variances that the misfit stands for.
     """
     values, damping = start, FIRST_DAMPING
     at = target.linearised(values)
     for steps in range(most_steps):
         step, expected = _step(at, 0.0)
-        if expected < tolerance:
+        if expected < tolerance * max(1.0, at.cost / target.data):
             return Minimum(values, at, expected, steps, converged=True)
         while True:
             step, predicted = _step(at, damping)
@@ -86,7 +91,7 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
         damping = max(damping * (RELIEF if gain > 0.7 else 1.0 if gain > 0.25 else 4.0), LEAST_DAMPING)
         at = target.linearised(values)
     _, expected = _step(at, 0.0)
-    return Minimum(values, at, expected, most_steps, converged=expected < tolerance)
+    return Minimum(values, at, expected, most_steps, converged=expected < tolerance * max(1.0, at.cost / target.data))
 
 
 def inverse(normal: Real) -> Real:

@@ -67,6 +67,11 @@ class ResponseLikelihood:
             raise AnalysisError("the standard deviation of the accelerances must be above zero at every line")
 
     @property
+    def data(self) -> int:
+        """Number of real and imaginary parts."""
+        return 2 * self.measured.size
+
+    @property
     def active(self) -> NDArray[np.bool_]:
         """(4 + joints + rows,) which deviations of the bench are parameters."""
         return self.tolerance > 0

@@ -1,12 +1,11 @@
 """Monte Carlo of the likelihood route: bias, scatter against the Cramer-Rao bound, and coverage.
 
-Run as a script: ``python tests/bench/joint_likelihood.py [runs]``. Data come from a mesh finer than the model's, with
+`python -m tests.bench bench_joint_likelihood`. Data come from a mesh finer than the model's, with
 noise of 0.003 (m/s^2)/N a line and a start 20 % off in every run.
 """
 
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import dataclass, replace
 
@@ -31,6 +30,7 @@ SENSOR = Dof.parse("3y")
 INPUTS = tuple(map(Dof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]))
 FREQUENCY: Real = np.linspace(20.0, 1024.0, 2009)
 NOISE = 0.003
+RUNS = 300
 STATED = Tolerances(0.005, 0.005, 0.003, 0.001, 0.001, 0.0015)
 SHOWN = ("k12(I)", "k22(I)", "h12(I)", "h22(I)", "k12(II)", "k22(II)", "h12(II)", "h22(II)", "sum k11", "sum h11")
 
@@ -172,12 +172,6 @@ def _measured(off: Deviations, exact: tuple[Joint, Joint], elements: int) -> Com
 
 def main() -> None:
     """Print both tables."""
-    runs = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     with threadpool_limits(limits=1):
         for title, tolerances in (("Bench as drawn", EXACT), ("All tolerances loose", STATED)):
-            sys.stdout.write(f"{title}, {runs} runs\n{table(monte_carlo(runs, tolerances))}\n\n")
-            sys.stdout.flush()
-
-
-if __name__ == "__main__":
-    main()
+            print(f"{title}, {RUNS} runs\n{table(monte_carlo(RUNS, tolerances))}\n", flush=True)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis import element
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 PLACES, WEIGHTS = (lambda nodes: ((nodes[0] + 1) / 2, nodes[1] / 2))(np.polynomial.legendre.leggauss(6))
 
 
+@settings(deadline=None)
 @given(length=st.floats(0.005, 0.3), phi=st.floats(0.0, 20.0))
 def test_shape_functions_are_those_of_the_mass_matrices(length: float, phi: float) -> None:
     transverse = np.array([element.transverse_shape(place, length, phi)[0] for place in PLACES])
@@ -34,6 +35,7 @@ def test_shape_functions_are_those_of_the_mass_matrices(length: float, phi: floa
         np.testing.assert_allclose(integral / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-12)
 
 
+@settings(deadline=None)
 @given(place=st.floats(0.05, 0.95), length=st.floats(0.005, 0.3), phi=st.floats(0.0, 20.0))
 def test_slopes_are_derivatives_of_shape_functions(place: float, length: float, phi: float) -> None:
     step = 1e-3

@@ -29,6 +29,7 @@ def values(draw: st.DrawFn) -> NDArray[np.float64]:
     return np.asarray(shares * np.tile(sizes, 2))
 
 
+@settings(deadline=None)
 @given(values=values())
 def test_terms_are_those_of_two_leaning_cylinders(values: NDArray[np.float64]) -> None:
     found = matrices(CylinderParameters(PAIRS, 0.01).upper(values))
@@ -41,7 +42,7 @@ def test_terms_are_those_of_two_leaning_cylinders(values: NDArray[np.float64]) -
         np.testing.assert_allclose(z, expected, atol=1e-8)
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)
 @given(values=values())
 def test_slopes_are_derivatives(values: NDArray[np.float64]) -> None:
     parameters = CylinderParameters(PAIRS, 0.01)

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -28,6 +28,7 @@ class Rosenbrock:
         return Linearised(self.cost(values), jacobian.T @ self.residual(values), jacobian.T @ jacobian)
 
 
+@settings(deadline=None)
 @given(x=st.floats(-3, 3), y=st.floats(-3, 3))
 def test_a_bent_valley_is_followed_to_its_end(x: float, y: float) -> None:
     found = minimise(Rosenbrock(), np.array([x, y]), tolerance=1e-12, most_steps=200)

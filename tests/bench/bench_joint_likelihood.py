@@ -68,7 +68,7 @@ def joints() -> tuple[Joint, Joint]:
     return found[0], found[1]
 
 
-def monte_carlo(runs: int, tolerances: Tolerances = EXACT, model_elements: int = 16, data_elements: int = 24) -> Result:
+def monte_carlo(runs: int, tolerances: Tolerances = EXACT, model_elements: int = 32, data_elements: int = 48) -> Result:
     """Fit `runs` simulated measurements; with tolerances each bench deviates from the drawing by a draw of its own."""
     model = assemble(BAR, Mesh.through(NODES, model_elements), damping_ratios=RATIOS)
     exact = joints()

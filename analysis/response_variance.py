@@ -70,20 +70,23 @@ def variance_from_neighbours(accelerance: Complex, lines: int = 31) -> Real:
 def variance_from_residual(accelerance: Complex, fitted: Complex, rounds: int = 100) -> Real:
     """Variance (rows, lines) by the scatter of `accelerance` about `fitted`: a floor and a part proportional to |H|^2.
 
-    The most likely two parts of each row for Gaussian errors, by multiplicative updates that never lower the
+    Each row has its floor; all share the proportion, or rows that agree by chance would get all the weight. The most
+    likely parts for Gaussian errors, by multiplicative updates that never lower the
     likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence).
     A row that fits exactly keeps a floor of 1e-9 of its largest value.
     """
     square = np.abs(accelerance - fitted) ** 2 / 2
     power = np.abs(fitted) ** 2
     floor = np.full_like(power, 1.0)
-    shapes = np.stack([floor, power / np.mean(power, axis=1, keepdims=True)])
+    shapes = np.stack([floor, power])
     smallest = 1e-18 * np.max(np.abs(accelerance) ** 2, axis=1, keepdims=True)
-    parts = np.tile(np.mean(square, axis=1) / 2, (2, 1))[:, :, None]
+    half = np.mean(square, axis=1) / 2
+    parts = np.stack([half, np.full_like(half, np.mean(half) / np.mean(power))])[:, :, None]
     variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
     for _ in range(rounds):
         explained = np.sum(shapes / variance, axis=2, keepdims=True)
         found = np.sum(shapes * square / variance**2, axis=2, keepdims=True)
+        explained[1], found[1] = np.sum(explained[1]), np.sum(found[1])
         parts = parts * np.sqrt(found / explained)
         variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
     return np.asarray(variance)

@@ -290,6 +290,18 @@ def test_intervals_widen_where_no_modal_model_fits() -> None:
     assert np.all(np.ptp(changed.frequency_ci95, axis=1)[2:5] > np.ptp(steady.frequency_ci95, axis=1)[2:5])
 
 
+def test_intervals_hold_where_every_row_has_moved_and_the_noise_is_not_stated() -> None:
+    """Rows that happen to agree must not get all the weight."""
+    held = []
+    for seed in range(8):
+        moved = 1 + 1e-4 * np.random.default_rng([seed, 1]).standard_normal(len(INPUTS))
+        rows = [replace(BEAM, frequency=BEAM.frequency * factor).accelerance()[row] for row, factor in enumerate(moved)]
+        estimate = estimate_modes(replace(BEAM.measured(seed, accelerance=np.array(rows)), variance=None))
+        interval = estimate.frequency_ci95
+        held.append((interval[:, 0] < BEAM.frequency[IN_BAND]) & (BEAM.frequency[IN_BAND] < interval[:, 1]))
+    assert np.mean(held) > 0.85
+
+
 def test_a_narrower_band_gives_the_modes_in_it() -> None:
     estimate = estimate_modes(BEAM.measured(7), band=(20.0, 600.0))
     assert estimate.modes.frequency == pytest.approx(BEAM.frequency[:5], rel=2e-4)

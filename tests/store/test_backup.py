@@ -245,18 +245,24 @@ def _make_it_another_database(folder: Path) -> None:
     (folder / MANIFEST).write_text(json.dumps(document))
 
 
+def _refused(catalogue: Catalogue, url: str, tmp_path: Path, break_it: Callable[[Path], None], said: str) -> None:
+    back_up(catalogue, tmp_path / "backup")
+    break_it(tmp_path / "backup")
+    with pytest.raises(StoreError, match=said):
+        restore(tmp_path / "backup", url, tmp_path / "restored")
+    assert not (tmp_path / "restored").exists()
+    assert not list(tmp_path.glob("*unfinished*"))
+    engine = make_engine(address_of(url))
+    assert inspect(engine).get_table_names() == []
+    engine.dispose()
+
+
 @pytest.mark.parametrize(
     ("break_it", "said"),
     [
         (_break_a_waveform_file, r"waveforms/.*: its checksum differs"),
         (_break_the_catalogue, r"catalogue\.\w+: its checksum differs"),
-        (_lose_a_waveform_file, r"waveforms/.*: cannot be unpacked"),
-        (_break_the_manifest, r"backup\.json: cannot be understood"),
-        (_lead_out_of_the_folder, "is not the path of a file in a backup"),
-        (_make_it_newer, "schema revision 9999.*update jointlab"),
-        (_make_it_of_another_format, "not of format jointlab-backup/1"),
         (_make_it_another_database, "the configured database is"),
-        (shutil.rmtree, "backup cannot be read"),
     ],
 )
 def test_a_backup_that_is_not_what_was_made_is_refused_and_leaves_nothing(
@@ -267,15 +273,30 @@ def test_a_backup_that_is_not_what_was_made_is_refused_and_leaves_nothing(
     break_it: Callable[[Path], None],
     said: str,
 ) -> None:
-    back_up(catalogue, tmp_path / "backup")
-    break_it(tmp_path / "backup")
-    with pytest.raises(StoreError, match=said):
-        restore(tmp_path / "backup", empty_database_url, tmp_path / "restored")
-    assert not (tmp_path / "restored").exists()
-    assert not list(tmp_path.glob("*unfinished*"))
-    engine = make_engine(address_of(empty_database_url))
-    assert inspect(engine).get_table_names() == []
-    engine.dispose()
+    _refused(catalogue, empty_database_url, tmp_path, break_it, said)
+
+
+@pytest.mark.parametrize("database_kind", ["sqlite"])  # what is read before any database is asked
+@pytest.mark.parametrize(
+    ("break_it", "said"),
+    [
+        (_lose_a_waveform_file, r"waveforms/.*: cannot be unpacked"),
+        (_break_the_manifest, r"backup\.json: cannot be understood"),
+        (_lead_out_of_the_folder, "is not the path of a file in a backup"),
+        (_make_it_newer, r"schema revision 9999.*update jointlab"),
+        (_make_it_of_another_format, "not of format jointlab-backup/1"),
+        (shutil.rmtree, "backup cannot be read"),
+    ],
+)
+def test_a_backup_that_is_incomplete_or_unknown_is_refused_and_leaves_nothing(
+    catalogue: Catalogue,
+    filled: int,
+    empty_database_url: str,
+    tmp_path: Path,
+    break_it: Callable[[Path], None],
+    said: str,
+) -> None:
+    _refused(catalogue, empty_database_url, tmp_path, break_it, said)
 
 
 def test_a_zip_with_a_wrong_byte_is_refused(

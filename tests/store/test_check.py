@@ -204,7 +204,7 @@ def copy_with_a_flipped_bit(whole: Path, copy: Path, data: st.DataObject) -> Non
 
 
 @given(data=st.data())
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whichever_bit_of_an_sqlite_catalogue_is_flipped_the_check_ends_in_words(
     exported: Path, tmp_path: Path, data: st.DataObject
 ) -> None:

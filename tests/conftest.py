@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# What decides whether a change lands draws the same examples every time; elsewhere new ones are searched.
+settings.register_profile("same", derandomize=True)
+if "CI" in os.environ:
+    settings.load_profile("same")
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 

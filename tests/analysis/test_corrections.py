@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import replace
 
@@ -28,7 +27,7 @@ def measured(
     frequency: float, truth: complex = TRUTH, error: float = 0.001, values: dict[Effect, float] | None = None
 ) -> DynamicStiffness:
     seen = measured_stiffness(truth, frequency, VALUES if values is None else values)
-    return from_polar(frequency, 1e-5, abs(seen), cmath.phase(seen), error)
+    return from_polar(frequency, 1e-5, abs(seen), math.atan2(seen.imag, seen.real), error)
 
 
 @settings(max_examples=200, deadline=None)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import replace
 

@@ -86,7 +86,7 @@ def joint_amplitudes_pp(modes: Modes, joint_nodes: Mapping[str, int], blows: Seq
 
     Args:
         modes: shapes of unit modal mass with x and y at every joint and at every point struck, as
-            `analysis.forward.eigensolution` gives them.
+            `forward.eigensolution` gives them.
         joint_nodes: of each joint, numbered from 1.
         blows: those that the accelerances are made of; a mean one for each point will do.
 

@@ -22,11 +22,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
+from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
+from analysis.direct.joint_law import JointLaw
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
-from analysis.joint_law import JointLaw
 
 FLAT_BAND = (50.0, 200.0)  # Hz
 NEAR_BAND = 1.05  # a law is asked at modes this factor outside of the tester's band

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from analysis.beam import RIGID_MODES, Beam, Mesh, Theory, assemble
-from analysis.forward import eigensolution
 from analysis.frequency_response import Real
-from analysis.joint_estimate import IdentifiedJoint
-from analysis.joints import Joint
+from analysis.inverse.joint_estimate import IdentifiedJoint
+from analysis.structure.beam import RIGID_MODES, Beam, Mesh, Theory, assemble
+from analysis.structure.forward import eigensolution
+from analysis.structure.joints import Joint
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
-from analysis.joint_estimate import IdentifiedJoint
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.errors import ApiError
 from api.identification.measurement import SinePoint
 from api.identification.pipeline import Identification

@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from analysis.blow_check import BlowLimits, BlowVerdict, check_blow
 from analysis.dof import Direction, Dof
+from analysis.modal.blow_check import BlowLimits, BlowVerdict, check_blow
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
 from daq.device import Chassis

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from datetime import UTC, datetime
 
-from analysis.blow_check import BlowVerdict
 from analysis.dof import Dof
+from analysis.modal.blow_check import BlowVerdict
 from daq.block import Block
 from rig.sweep import SinePoint
 from rig.thermometer import Thermometer

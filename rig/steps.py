@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from analysis.blow_check import BlowLimits
 from analysis.dof import Dof
+from analysis.modal.blow_check import BlowLimits
 from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.hammer import HammerSettings

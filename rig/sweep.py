@@ -14,7 +14,7 @@ from functools import partial
 from itertools import product
 from typing import Protocol
 
-from analysis.sine import fit_sine
+from analysis.direct.sine import fit_sine
 from daq.block import Block
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl

@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from analysis.frequency_response import FrequencyResponses
-from analysis.modal import ModalEstimate, estimate_modes
+from analysis.modal.estimation import ModalEstimate, estimate_modes
 from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
 from api.identification.document import identification_document, modes_document, plain
 from api.identification.measurement import dof

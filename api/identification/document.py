@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison
-from analysis.direct import DynamicStiffness
-from analysis.joint_estimate import IdentifiedJoint
-from analysis.modal import ModalEstimate
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.inverse.joint_estimate import IdentifiedJoint
+from analysis.modal.estimation import ModalEstimate
 from api.identification.pipeline import Direct, Identification, Inverse, Route
 
 FORMAT = "jointlab-identification/1"

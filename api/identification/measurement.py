@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.direct import DynamicStiffness
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
-from analysis.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
 from store.dynamic_stiffness import DynamicStiffness as StoredPoint

@@ -11,27 +11,27 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from analysis.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.blow_amplitude import BlowForce, joint_amplitudes_pp
 from analysis.comparison import Bounds, ElementComparison, compare
-from analysis.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
-from analysis.direct import DynamicStiffness
+from analysis.direct.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.joint_law import JointLaw, fit_cylinder_law
+from analysis.direct.law_fit import FEWEST_POINTS
+from analysis.direct.superposition import Superposition, superposition
 from analysis.dof import Dof
-from analysis.forward import accelerance, eigensolution
 from analysis.frequency_response import FrequencyResponses
-from analysis.identification import PAPER_DOFS, identify_joints, what_is_weak
 from analysis.interval import Estimate
-from analysis.joint_estimate import IdentifiedJoint, JointEstimate
-from analysis.joint_fit import JointFit, LikelihoodEstimate
-from analysis.joint_law import JointLaw, fit_cylinder_law
-from analysis.joint_likelihood import identify_from_responses
-from analysis.law_fit import FEWEST_POINTS
-from analysis.modal import ModalEstimate, estimate_modes
-from analysis.mode_agreement import ModeError, mode_errors
+from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
+from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
+from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
+from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.weak_directions import WeakDirection
+from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
-from analysis.superposition import Superposition, superposition
-from analysis.tolerances import Tolerances
-from analysis.weak_directions import WeakDirection
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.forward import accelerance, eigensolution
+from analysis.structure.mode_agreement import ModeError, mode_errors
 from api.errors import ApiError
 from api.identification.measurement import Measurement, responses_of
 from store.bundle_setup import Article

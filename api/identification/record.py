@@ -8,7 +8,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from analysis.comparison import ElementComparison
-from analysis.joint_estimate import IdentifiedJoint
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.identification.measurement import stored_point
 from api.identification.pipeline import Identification, Inverse
 from store.analyses import AnalysisKind, add_analysis, latest_analysis

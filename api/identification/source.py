@@ -7,9 +7,9 @@ from itertools import groupby
 
 import numpy as np
 
-from analysis.direct import dynamic_stiffness
+from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from analysis.errors import AnalysisError
-from analysis.spectra import responses_from_blows
+from analysis.modal.spectra import responses_from_blows
 from api.errors import ApiError
 from api.identification.measurement import Measurement, SinePoint, dof, sine_point
 from api.progress import Advance, Progress, silent

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from analysis.comparison import ElementComparison
-from analysis.direct import DynamicStiffness
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.superposition import Superposition, SuperpositionPoint
 from analysis.interval import Estimate
-from analysis.joint_estimate import IdentifiedJoint
-from analysis.superposition import Superposition, SuperpositionPoint
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.identification.pipeline import Direct, Identification, Inverse
 from api.report import figures
 from api.report.figures import Curve, Panel

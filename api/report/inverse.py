@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.beam import Mesh
 from analysis.dof import Direction, Dof
-from analysis.forward import eigensolution
-from analysis.mode_agreement import ModeError
 from analysis.modes import Modes
+from analysis.structure.beam import Mesh
+from analysis.structure.forward import eigensolution
+from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from api.identification.pipeline import HIGHEST_PREDICTED, Inverse
 from api.report import figures

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from analysis.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.dof import Dof
-from analysis.forward import eigensolution
-from analysis.joints import Cylinder, Joint, joint_from_cylinders
 from analysis.modes import Modes
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.forward import eigensolution
+from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 
 HIGHEST_FREQUENCY = 1024.0
 

@@ -13,9 +13,9 @@ from scipy.signal import TransferFunction, lsim
 from analysis.blow_amplitude import BlowForce, joint_amplitudes_pp
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.forward import eigensolution
 from analysis.frequency_response import Real
 from analysis.modes import Modes
+from analysis.structure.forward import eigensolution
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.comparison import Agreement, Bounds, ElementComparison, compare
-from analysis.cylinder_terms import JointTerms, cylinder_terms, joint_terms
-from analysis.direct import DynamicStiffness, from_polar
+from analysis.direct.cylinder_terms import JointTerms, cylinder_terms, joint_terms
+from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
-from analysis.joint_law import JointLaw, fit_cylinder_law
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 LEANING = {"I": -math.pi / 4, "II": math.pi / 4}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.beam import Beam, Mesh
-from analysis.identification import identify_joints
-from analysis.joints import Joint
+from analysis.inverse.identification import identify_joints
+from analysis.structure.beam import Beam, Mesh
+from analysis.structure.joints import Joint
 from analysis.tables import free_frequencies, loss_factor_terms, stiffness_terms, supported_frequencies
 
 if TYPE_CHECKING:

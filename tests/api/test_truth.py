@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.direct import DynamicStiffness
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from api.errors import ApiError
 from api.identification.measurement import SinePoint
 from api.truth import by_amplitude, sine_truths, truth_document

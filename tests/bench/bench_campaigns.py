@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.joint_estimate import IdentifiedJoint
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import instruments_of
 from api.identification.pipeline import Identification, Route, identify

@@ -8,12 +8,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from analysis.beam import Beam, FreeBeam, Mesh, assemble
-from analysis.blow_check import BlowLimits, check_blow
 from analysis.frequency_response import Real
-from analysis.identification import identify_joints
-from analysis.modal import estimate_modes
-from analysis.spectra import responses_from_blows
+from analysis.inverse.identification import identify_joints
+from analysis.modal.blow_check import BlowLimits, check_blow
+from analysis.modal.estimation import estimate_modes
+from analysis.modal.spectra import responses_from_blows
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from simlab.article import JOINT_NODES, NODE_POSITIONS
 from simlab.bench import Bench
 from simlab.clock import Clock

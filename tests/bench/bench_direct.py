@@ -12,12 +12,12 @@ from itertools import product
 
 import numpy as np
 
-from analysis.corrections import Effect, correct
-from analysis.direct import DynamicStiffness
+from analysis.direct.corrections import Effect, correct
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.law_fit import fit_elastomer_law
+from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, calibrate_rig
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
-from analysis.law_fit import fit_elastomer_law
-from analysis.rig_calibration import CalibrationRun, KnownSpecimen, calibrate_rig
 from simlab.bench import Bench
 from tests.bench.wireless_tester import Chain, HandClock, KnownPiece, Measured, calibration_sweep, paper_sweep
 

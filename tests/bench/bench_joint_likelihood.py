@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from analysis.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.dof import Direction, Dof
-from analysis.forward import accelerance
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.joint_fit import JointFit
-from analysis.joint_likelihood import identify_from_responses
-from analysis.joints import Cylinder, Joint, joint_from_cylinders
-from analysis.regression import TERMS
-from analysis.tolerances import EXACT, Deviations, Tolerances
+from analysis.inverse.joint_fit import JointFit
+from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.regression import TERMS
+from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.forward import accelerance
+from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 
 BAR = Beam(0.914, 0.0254, 1290e-6 / 0.0254, 207e9, 0.3, 7850.0)
 NODES = np.round([0.0, *np.linspace(0.055, 0.859, 9), 0.914], 9)

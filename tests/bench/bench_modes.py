@@ -18,7 +18,7 @@ from scipy.interpolate import AAA
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
-from analysis.modal import ModalEstimate, estimate_modes
+from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock

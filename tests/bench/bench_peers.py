@@ -21,8 +21,8 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.lscf import lscf_poles
-from analysis.modal import estimate_modes
+from analysis.modal.estimation import estimate_modes
+from analysis.modal.lscf import lscf_poles
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from tests.bench.bench_modes import NOISE, POINTS, SENSOR, true_modes

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.modal import estimate_modes
+from analysis.modal.estimation import estimate_modes
+from analysis.modal.spectra import responses_from_blows
 from analysis.modes import Modes
-from analysis.spectra import responses_from_blows
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from tests.bench.bench_chain import HIGHEST, LOWEST, PRE_TRIGGER, RATE, records

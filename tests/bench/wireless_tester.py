@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from analysis.direct import DynamicStiffness, dynamic_stiffness
+from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.frequency_response import Real
 from rig.amplitude import AmplitudeControl
 from rig.registers import CYCLES_REPORTED, State

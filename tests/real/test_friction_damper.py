@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.direct import DynamicStiffness, dynamic_stiffness
+from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.frequency_response import Real
 
 INCH, KIP = 0.0254, 4448.2216152605

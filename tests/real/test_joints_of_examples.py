@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.beam import Beam, Mesh, assemble
-from analysis.cylinder_parameters import CylinderPair, CylinderParameters
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
-from analysis.identification import PAPER_DOFS, identify_joints
-from analysis.joint_estimate import JointEstimate
-from analysis.joint_fit import JointFit
-from analysis.joint_likelihood import identify_from_responses
-from analysis.modal import estimate_modes
-from analysis.response_variance import smoothed_variance, variance_from_coherence
-from analysis.tolerances import Tolerances
+from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
+from analysis.inverse.identification import PAPER_DOFS, identify_joints
+from analysis.inverse.joint_estimate import JointEstimate
+from analysis.inverse.joint_fit import JointFit
+from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.tolerances import Tolerances
+from analysis.modal.estimation import estimate_modes
+from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.structure.beam import Beam, Mesh, assemble
 from store.bundle import read_bundle
 
 

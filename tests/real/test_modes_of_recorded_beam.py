@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import pyuff
 
-from analysis.beam import Beam, Mesh, assemble
 from analysis.dof import Dof
-from analysis.forward import eigensolution
 from analysis.frequency_response import FrequencyResponses
-from analysis.joints import Joint
-from analysis.modal import ModalEstimate, estimate_modes
-from analysis.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.structure.beam import Beam, Mesh, assemble
+from analysis.structure.forward import eigensolution
+from analysis.structure.joints import Joint
 
 BEAM_HZ = [51.5, 142.18, 278.66, 460.39, 687.16, 958.5]  # what three other tools agree on
 BUNDLES = {  # modes up to 1024 Hz

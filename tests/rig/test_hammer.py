@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.blow_check import BlowFault, BlowVerdict
 from analysis.dof import Direction, Dof
+from analysis.modal.blow_check import BlowFault, BlowVerdict
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
 from daq.device import Chassis, connect

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from sqlalchemy import text
 
-from analysis.blow_check import BlowFault, BlowReason, BlowVerdict
 from analysis.dof import Dof
+from analysis.modal.blow_check import BlowFault, BlowReason, BlowVerdict
 from daq.block import Block
 from daq.channels import Channel
 from rig.instruments import Instruments

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct import dynamic_stiffness
+from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from daq import device
 from daq.channels import Channel, ChannelKind
 from daq.errors import DaqError

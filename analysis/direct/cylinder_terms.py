@@ -1,0 +1,196 @@
+"""Terms of a cylinder and of a joint from the tester's three configurations, Eqs. (8) and (13)-(15).
+
+A cylinder has the shear stiffness a and the compressive stiffness b. The tester measures b in compression (one
+cylinder), 2a in shear and a + b angled (a pair each), all complex: three equations for two unknowns, solved by least
+squares. Where they disagree by more than their errors, as specimens of different hardness make them, the errors are
+widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.direct.corrections import joint_covariance
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+
+FREQUENCY_TOLERANCE = 0.01  # points are the same point within this, relative
+AMPLITUDE_TOLERANCE = 0.2  # a machine reaches its amplitude to 5 %; commanded amplitudes differ by a factor of two
+
+
+@dataclass(frozen=True)
+class Triple:
+    """One frequency and amplitude, measured in all three configurations."""
+
+    compression: DynamicStiffness
+    shear: DynamicStiffness
+    angled: DynamicStiffness
+
+
+@dataclass(frozen=True)
+class CylinderTerms:
+    """Shear stiffness a and compressive stiffness b of one cylinder at one frequency and amplitude, Eq. (8).
+
+    Attributes:
+        shear: a.
+        compression: b.
+        covariance: (4, 4) of [Re a, Im a, Re b, Im b], in (N/m)^2, already widened by `misfit`.
+        misfit: chi-square of the three measurements over its two degrees of freedom; near 1 where they agree.
+    """
+
+    shear: DynamicStiffness
+    compression: DynamicStiffness
+    covariance: Real
+    misfit: float
+
+
+@dataclass(frozen=True)
+class JointTerms:
+    """Translational terms of a joint's dynamic stiffness matrix at one frequency and amplitude."""
+
+    k11: DynamicStiffness
+    k22: DynamicStiffness
+    k12: DynamicStiffness
+
+    @property
+    def frequency(self) -> float:
+        """Of the measurement, Hz."""
+        return self.k11.frequency
+
+    @property
+    def amplitude_pp(self) -> float:
+        """Reached peak-to-peak displacement, m."""
+        return self.k11.amplitude_pp
+
+
+def match_configurations(
+    compression: Sequence[DynamicStiffness], shear: Sequence[DynamicStiffness], angled: Sequence[DynamicStiffness]
+) -> tuple[tuple[Triple, ...], tuple[DynamicStiffness, ...]]:
+    """Sort points into triples of the same frequency and amplitude, in the order of the angled ones.
+
+    Returns:
+        The triples, and the angled points without a partner in compression or in shear.
+
+    Raises:
+        AnalysisError: there is no triple.
+    """
+    triples, unmatched = [], []
+    for point in angled:
+        one, pair = _nearest(point, compression), _nearest(point, shear)
+        if one is None or pair is None:
+            unmatched.append(point)
+        else:
+            triples.append(Triple(one, pair, point))
+    if not triples:
+        raise AnalysisError(
+            "no frequency and amplitude was measured in compression, shear and angled alike; "
+            f"there are {len(compression)}, {len(shear)} and {len(angled)} points"
+        )
+    return tuple(triples), tuple(unmatched)
+
+
+def cylinder_terms(
+    compression: Sequence[DynamicStiffness], shear: Sequence[DynamicStiffness], angled: Sequence[DynamicStiffness]
+) -> tuple[CylinderTerms, ...]:
+    """Terms a and b of a cylinder, by weighted least squares at each frequency and amplitude.
+
+    Args:
+        compression: points of one cylinder, b.
+        shear: points of a pair, 2a.
+        angled: points of a pair at 45 degrees, a + b.
+
+    Raises:
+        AnalysisError: no point was measured in all three configurations.
+    """
+    triples, _ = match_configurations(compression, shear, angled)
+    return tuple(_solve(triple) for triple in triples)
+
+
+def joint_terms(cylinder: CylinderTerms, inclination: float) -> JointTerms:
+    """Terms of a joint of two opposed cylinders of this kind, Eqs. (13)-(15).
+
+    Args:
+        cylinder: its a and b.
+        inclination: theta of Eq. (10), rad, of either cylinder (the other is turned by pi). At -45 degrees, as at
+            joint I, k11 = k22 = a + b and k12 = b - a > 0; at +45 degrees, as at joint II, k12 = a - b < 0.
+    """
+    cos, sin = math.cos(inclination), math.sin(inclination)
+    shear = cylinder.shear
+
+    def term(of_shear: float, of_compression: float) -> DynamicStiffness:
+        project = np.kron([of_shear, of_compression], np.eye(2))
+        return DynamicStiffness(
+            frequency=shear.frequency,
+            amplitude_pp=shear.amplitude_pp,
+            complex_stiffness=of_shear * shear.complex_stiffness
+            + of_compression * cylinder.compression.complex_stiffness,
+            covariance=project @ cylinder.covariance @ project.T,
+            degrees_of_freedom=shear.degrees_of_freedom,
+            corrections=shear.corrections,
+            shared_errors={
+                source: of_shear * shear.shared_errors.get(source, 0j)
+                + of_compression * cylinder.compression.shared_errors.get(source, 0j)
+                for source in {*shear.shared_errors, *cylinder.compression.shared_errors}
+            },
+        )
+
+    return JointTerms(
+        k11=term(2 * cos**2, 2 * sin**2),
+        k22=term(2 * sin**2, 2 * cos**2),
+        k12=term(2 * sin * cos, -2 * sin * cos),
+    )
+
+
+def _solve(triple: Triple) -> CylinderTerms:
+    measured = (triple.compression, triple.shear, triple.angled)
+    rows = np.kron([[0, 1], [2, 0], [1, 1]], np.eye(2))
+    values = np.array([part for point in measured for part in (point.stiffness, point.damping)])
+    weight = np.zeros((6, 6))
+    for index, point in enumerate(measured):
+        rounding = (1e-9 * point.magnitude) ** 2  # an exact point would weigh infinitely
+        part = slice(2 * index, 2 * index + 2)
+        weight[part, part] = np.linalg.inv(point.covariance + rounding * np.eye(2))
+    solution = np.linalg.inv(rows.T @ weight @ rows) @ rows.T @ weight
+    terms = solution @ values
+    left = values - rows @ terms
+    misfit = float(left @ weight @ left) / 2
+    # what the three share, as a correction of the tester, neither averages out nor disagrees
+    covariance = solution @ joint_covariance(measured) @ solution.T * max(1.0, misfit)
+    shared = {
+        source: solution
+        @ [part for point in measured for part in _parts(point.shared_errors.get(source, 0j))]
+        * math.sqrt(max(1.0, misfit))
+        for source in {name for point in measured for name in point.shared_errors}
+    }
+
+    def term(first: int) -> DynamicStiffness:
+        return DynamicStiffness(
+            frequency=triple.angled.frequency,
+            amplitude_pp=triple.angled.amplitude_pp,
+            complex_stiffness=complex(terms[first], terms[first + 1]),
+            covariance=covariance[first : first + 2, first : first + 2],
+            degrees_of_freedom=min(point.degrees_of_freedom for point in measured),
+            corrections=triple.angled.corrections,
+            shared_errors={source: complex(*error[first : first + 2]) for source, error in shared.items()},
+        )
+
+    return CylinderTerms(shear=term(0), compression=term(2), covariance=covariance, misfit=misfit)
+
+
+def _parts(value: complex) -> tuple[float, float]:
+    return value.real, value.imag
+
+
+def _nearest(point: DynamicStiffness, series: Sequence[DynamicStiffness]) -> DynamicStiffness | None:
+    near = [
+        other
+        for other in series
+        if abs(other.frequency / point.frequency - 1) < FREQUENCY_TOLERANCE
+        and abs(other.amplitude_pp / point.amplitude_pp - 1) < AMPLITUDE_TOLERANCE
+    ]
+    return min(near, key=lambda other: abs(math.log(other.amplitude_pp / point.amplitude_pp)), default=None)

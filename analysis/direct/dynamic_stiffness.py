@@ -1,0 +1,278 @@
+"""The direct method: dynamic stiffness from one sine record of displacement and force.
+
+With X and F the first harmonics of displacement and force, Eqs. (47) and (48) read
+
+    k_d = F / X = |k_d| e^(i delta) = k + i h = k (1 + i gamma),      gamma = tan delta.
+
+Uncertainty comes from blocks of whole cycles: of each block only F_b - k_d X_b counts, so a machine whose amplitude
+wanders is not blamed for a force that follows it; of a specimen that softens with amplitude the wander does count, and
+neighbouring blocks share it (`block_scatter`). Intervals are Student's with one degree of freedom less than
+blocks.
+
+k and h describe the specimen only as far as the first harmonic does. Its share has to be 99 % of the power of either
+signal, that is at most 10 % total harmonic distortion (0.1^2 = 1 %), and the energy of the measured loop has to be that
+of the ellipse, pi X^2 h, to 1 %, or to within its scatter where that is larger.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.direct.applied_correction import AppliedCorrection
+from analysis.direct.block_scatter import covariance_of_mean, variance_of_mean
+from analysis.direct.sine import SineFit, fit_sine
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.interval import Estimate
+
+FIRST_HARMONIC_SHARE = 0.99
+LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
+SMALLEST_SIGNAL = 5.0  # standard errors; below, the ratio F/X is no longer near normal
+
+
+@dataclass(frozen=True)
+class DynamicStiffness:
+    """Dynamic stiffness of a specimen at one frequency and amplitude, Eqs. (47) and (48).
+
+    Attributes:
+        frequency: in Hz.
+        amplitude_pp: reached peak-to-peak displacement of the first harmonic, in m.
+        complex_stiffness: k + i h, in N/m.
+        covariance: (2, 2) of [k, h], in (N/m)^2.
+        degrees_of_freedom: behind the covariance; infinite where it is known beforehand.
+        amplitude_pp_standard_error: in m, or None where it is not known.
+        thd_displacement: total harmonic distortion of the displacement, 1, or None where it was not recorded.
+        thd_force: the same of the force.
+        loop_energy: loop integral of force over displacement with all modelled harmonics, J a cycle, or None where it
+            was not recorded.
+        loop_energy_excess: loop energy less `first_harmonic_energy` with its standard error, J a cycle, or None.
+        corrections: what the values were corrected for, in the order of correcting; empty as measured.
+        shared_errors: that part of the error which other points share, by its source: by how much one standard
+            deviation of the source moves k + i h, in N/m. It is in `covariance` too.
+    """
+
+    frequency: float
+    amplitude_pp: float
+    complex_stiffness: complex
+    covariance: Real
+    degrees_of_freedom: float = math.inf
+    amplitude_pp_standard_error: float | None = None
+    thd_displacement: float | None = None
+    thd_force: float | None = None
+    loop_energy: float | None = None
+    loop_energy_excess: Estimate | None = None
+    corrections: tuple[AppliedCorrection, ...] = ()
+    shared_errors: Mapping[str, complex] = field(default_factory=dict)
+
+    @property
+    def stiffness(self) -> float:
+        """k, N/m."""
+        return self.complex_stiffness.real
+
+    @property
+    def damping(self) -> float:
+        """h, N/m."""
+        return self.complex_stiffness.imag
+
+    @property
+    def magnitude(self) -> float:
+        """|k_d|, N/m."""
+        return abs(self.complex_stiffness)
+
+    @property
+    def loss_angle(self) -> float:
+        """delta, rad."""
+        return math.atan2(self.damping, self.stiffness)  # cmath.phase overflows where h is subnormal
+
+    @property
+    def loss_factor(self) -> float:
+        """gamma = tan delta = h / k, dimensionless."""
+        return self.damping / self.stiffness
+
+    @property
+    def stiffness_estimate(self) -> Estimate:
+        """k with its standard error, N/m."""
+        return self._estimate(self.stiffness, 1, 0)
+
+    @property
+    def damping_estimate(self) -> Estimate:
+        """h with its standard error, N/m."""
+        return self._estimate(self.damping, 0, 1)
+
+    @property
+    def magnitude_estimate(self) -> Estimate:
+        """|k_d| with its standard error, N/m."""
+        return self._estimate(self.magnitude, self.stiffness / self.magnitude, self.damping / self.magnitude)
+
+    @property
+    def loss_angle_estimate(self) -> Estimate:
+        """Delta with its standard error, rad."""
+        return self._estimate(self.loss_angle, -self.damping / self.magnitude**2, self.stiffness / self.magnitude**2)
+
+    @property
+    def loss_factor_estimate(self) -> Estimate:
+        """Gamma with its standard error."""
+        return self._estimate(self.loss_factor, -self.damping / self.stiffness**2, 1 / self.stiffness)
+
+    def _estimate(self, value: float, by_stiffness: float, by_damping: float) -> Estimate:
+        gradient = np.array([by_stiffness, by_damping])
+        variance = float(gradient @ self.covariance @ gradient)
+        return Estimate(value, math.sqrt(max(variance, 0.0)), self.degrees_of_freedom)
+
+    @property
+    def first_harmonic_energy(self) -> float:
+        """Energy pi X^2 h of the ellipse that the first harmonics draw, J a cycle."""
+        return math.pi * (self.amplitude_pp / 2) ** 2 * self.damping
+
+    @property
+    def shortcomings(self) -> tuple[str, ...]:
+        """Why the first harmonic does not describe the specimen, one sentence each; empty where it does."""
+        found = [
+            f"total harmonic distortion of the {name} is {100 * thd:.1f} %, above {100 * LARGEST_DISTORTION:.0f} %"
+            for name, thd in (("displacement", self.thd_displacement), ("force", self.thd_force))
+            if thd is not None and thd > LARGEST_DISTORTION
+        ]
+        if self.loop_energy is not None and self.loop_energy_excess is not None:
+            ellipse = self.first_harmonic_energy
+            rounding = 1e-9 * math.pi * (self.amplitude_pp / 2) ** 2 * self.magnitude
+            allowed = max((1 - FIRST_HARMONIC_SHARE) * abs(ellipse), self.loop_energy_excess.half_width(), rounding)
+            if abs(self.loop_energy_excess.value) > allowed:
+                found.append(
+                    f"the loop holds {self.loop_energy:.4g} J, the ellipse of the first harmonic {ellipse:.4g} J; "
+                    f"they may differ by {allowed:.2g} J"
+                )
+        return tuple(found)
+
+    @property
+    def first_harmonic_sufficient(self) -> bool:
+        """Whether k, h and gamma describe the specimen; `shortcomings` says why not."""
+        return not self.shortcomings
+
+
+def dynamic_stiffness(
+    displacement: ArrayLike,
+    force: ArrayLike,
+    sample_rate: float,
+    frequency: float,
+    *,
+    harmonics: int = 5,
+    drift_order: int = 1,
+    refine: bool = True,
+) -> DynamicStiffness:
+    """Dynamic stiffness from displacement and force on one clock.
+
+    Args:
+        displacement: (samples,) in m, at rest but for the sine (settled).
+        force: (samples,) in N, positive when it pushes along positive displacement.
+        sample_rate: in Hz.
+        frequency: in Hz, a start where `refine`.
+        harmonics: how many to model, the first included.
+        drift_order: of the polynomial that models drift.
+        refine: refine the frequency or hold it.
+
+    Raises:
+        AnalysisError: what `fit_sine` raises; the two records differ in length; or the displacement at this frequency
+            is lost in its noise.
+    """
+    if np.ndim(displacement) != 1 or np.shape(displacement) != np.shape(force):
+        raise AnalysisError(
+            f"displacement and force have shapes {np.shape(displacement)} and {np.shape(force)}; "
+            "both have to be (samples,), on one clock"
+        )
+    fit = fit_sine(
+        np.stack([displacement, force]),
+        sample_rate,
+        frequency,
+        harmonics=harmonics,
+        drift_order=drift_order,
+        refine=refine,
+        names=("displacement", "force"),
+    )
+    motion = abs(fit.first[0])
+    noise = max(float(fit.residual_standard_error[0]), float(fit.amplitude_pp_standard_error[0]) / 2)
+    if motion < SMALLEST_SIGNAL * noise:
+        raise AnalysisError(
+            f"the displacement at {fit.frequency:g} Hz is {motion:.3g} m with a standard error of {noise:.3g} m: "
+            "lost in noise; raise the amplitude or record more cycles"
+        )
+    return _from_fit(fit)
+
+
+def from_polar(
+    frequency: float,
+    amplitude_pp: float,
+    magnitude: float,
+    loss_angle: float,
+    relative_standard_deviation: float,
+    thd_force: float | None = None,
+) -> DynamicStiffness:
+    """A point whose record is not at hand, as a measurement bundle gives it.
+
+    Args:
+        frequency: in Hz.
+        amplitude_pp: in m.
+        magnitude: |k_d| in N/m.
+        loss_angle: in rad.
+        relative_standard_deviation: of the complex stiffness, per real and imaginary part.
+        thd_force: total harmonic distortion of the force, 1.
+
+    Raises:
+        AnalysisError: frequency, amplitude or magnitude is not positive, or the deviation is negative.
+    """
+    for name, value in (("frequency", frequency), ("amplitude", amplitude_pp), ("magnitude", magnitude)):
+        if not (math.isfinite(value) and value > 0):
+            raise AnalysisError(f"the {name} of a dynamic stiffness is {value}; it has to be positive")
+    if not (math.isfinite(loss_angle) and math.isfinite(relative_standard_deviation)):
+        raise AnalysisError("loss angle and relative standard deviation have to be finite numbers")
+    if relative_standard_deviation < 0:
+        raise AnalysisError(f"the relative standard deviation is {relative_standard_deviation}; it cannot be negative")
+    return DynamicStiffness(
+        frequency=frequency,
+        amplitude_pp=amplitude_pp,
+        complex_stiffness=cmath.rect(magnitude, loss_angle),
+        covariance=np.eye(2) * (relative_standard_deviation * magnitude) ** 2,
+        thd_force=thd_force,
+    )
+
+
+def _from_fit(fit: SineFit) -> DynamicStiffness:
+    stiffness = complex(fit.first[1] / fit.first[0])
+    # F_b / X_b - F / X to first order: motion that the force follows drops out
+    deviation = (fit.blocks[:, 1, 0] - stiffness * fit.blocks[:, 0, 0]) / fit.first[0]
+    count = len(deviation)
+    motion = np.abs(fit.blocks[:, 0, 0])
+    ellipse = float(_energies(fit.harmonics[:, :1]))
+    loop = float(_energies(fit.harmonics))
+    excess = _energies(fit.blocks) - _energies(fit.blocks[:, :, :1])
+    distortion = fit.total_harmonic_distortion
+    return DynamicStiffness(
+        frequency=fit.frequency,
+        amplitude_pp=float(fit.amplitude_pp[0]),
+        complex_stiffness=stiffness,
+        covariance=covariance_of_mean(deviation, motion, fit.cycles_per_block),
+        degrees_of_freedom=count - 1,
+        amplitude_pp_standard_error=2 * math.sqrt(variance_of_mean(motion, fit.cycles_per_block)),
+        thd_displacement=float(distortion[0]),
+        thd_force=float(distortion[1]),
+        loop_energy=loop,
+        loop_energy_excess=Estimate(
+            loop - ellipse, math.sqrt(variance_of_mean(excess, fit.cycles_per_block)), count - 1
+        ),
+    )
+
+
+def _energies(harmonics: Complex) -> Real:
+    """Loop integral of force over displacement, J a cycle, of harmonics (..., 2 signals, harmonics).
+
+    By harmonics it is the sum of pi m Im(F_m X_m*), exact at any sample rate. The polygon through the samples would be
+    too small by sin(a)/a at an angle of a a sample, 6 % at ten samples a cycle.
+    """
+    order = np.arange(1, harmonics.shape[-1] + 1)
+    product = harmonics[..., 1, :] * harmonics[..., 0, :].conj()
+    return np.asarray(math.pi * np.sum(order * product.imag, axis=-1))

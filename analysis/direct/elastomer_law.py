@@ -1,0 +1,195 @@
+"""A fitted elastomer law, so that stiffness can be asked for at any amplitude and frequency, with its interval.
+
+The law of `constitutive` gives the form, the discrepancy of `discrepancy` what the specimen does
+beyond it; `law_fit` finds both. A prediction is their sum, and its covariance holds what is not known of the
+parameters, what is not known of the discrepancy, and what the measured points share.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.direct.applied_correction import AppliedCorrection
+from analysis.direct.constitutive import Parameter, dynamic_stiffness
+from analysis.direct.corrections import complex_factor
+from analysis.direct.discrepancy import Conditions, covariance, interleaved
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+
+EDGE = 1.01  # a question this little outside of the measured range is inside
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPoints:
+    """What the law was fitted to, as far as predictions need it; rows are [ln |k_d|, loss angle] of each point in turn.
+
+    Attributes:
+        conditions: of the points.
+        inverse: (2 points, 2 points) of the covariance of points and discrepancy together.
+        residual: (2 points,) measured less law.
+        slopes: (2 points, 10) of the law by the logarithms of its parameters.
+        shared: (2 points,) by how much one standard deviation of each source that points share moves them.
+    """
+
+    conditions: Conditions
+    inverse: Real
+    residual: Real
+    slopes: Real
+    shared: Mapping[str, Real]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """k and gamma over amplitude and frequency, for reports.
+
+    Attributes:
+        amplitudes_pp: (amplitudes,) m.
+        frequencies: (frequencies,) Hz.
+        stiffness: (amplitudes, frequencies) k, N/m.
+        stiffness_ci95: (amplitudes, frequencies, 2) its 95 % interval.
+        loss_factor: (amplitudes, frequencies) gamma.
+        loss_factor_ci95: (amplitudes, frequencies, 2) its 95 % interval.
+        measured: (amplitudes, frequencies) whether within the measured range.
+    """
+
+    amplitudes_pp: Real
+    frequencies: Real
+    stiffness: Real
+    stiffness_ci95: Real
+    loss_factor: Real
+    loss_factor_ci95: Real
+    measured: Real
+
+
+@dataclass(frozen=True, eq=False)
+class ElastomerLaw:
+    """A law with its parameters, fitted to one term of one cylinder or to one configuration.
+
+    Attributes:
+        logarithms: (10,) of the parameters, in the order of `Parameter`.
+        covariance: (10, 10) of them, without what points share.
+        reference: frequency at which the amplitude part holds, Hz.
+        discrepancy: (2, 2) standard deviations of ln |k_d| and of the loss angle in rad about the law, over amplitude
+            alone and over amplitude and frequency.
+        chi_square: weighted sum of squares about the law by the errors of the points alone.
+        degrees_of_freedom: of chi-square.
+        points: what it was fitted to.
+        corrections: what all of the points were corrected for.
+    """
+
+    logarithms: Real
+    covariance: Real
+    reference: float
+    discrepancy: Real
+    chi_square: float
+    degrees_of_freedom: int
+    points: MeasuredPoints
+    corrections: tuple[AppliedCorrection, ...] = ()
+
+    def parameter(self, parameter: Parameter) -> Estimate:
+        """A parameter, in the unit that `Parameter` says; its standard error by its logarithm's."""
+        solution = self.covariance @ self.points.slopes.T @ self.points.inverse
+        moves = [float(solution[parameter] @ move) for move in self.points.shared.values()]
+        value = math.exp(self.logarithms[parameter])
+        return Estimate(value, value * math.hypot(math.sqrt(self.covariance[parameter, parameter]), *moves))
+
+    def at(self, amplitude_pp: float, frequency: float) -> DynamicStiffness:
+        """Dynamic stiffness at `amplitude_pp` m and `frequency` Hz.
+
+        Raises:
+            AnalysisError: amplitude or frequency is not positive.
+        """
+        for name, given in (("amplitude", amplitude_pp), ("frequency", frequency)):
+            if not (math.isfinite(given) and given > 0):
+                raise AnalysisError(f"the {name} to predict at is {given}; it has to be positive")
+        asked = Conditions(np.array([amplitude_pp / 2]), np.array([frequency]))
+        law, slopes = dynamic_stiffness(self.logarithms, asked.amplitude, asked.frequency, self.reference)
+        points = self.points
+        resembling = covariance(asked.resemblance(points.conditions), self.discrepancy)
+        from_points = resembling @ points.inverse
+        of_parameters = interleaved(slopes / law[:, None]) - from_points @ points.slopes
+        # how the prediction follows each measured number: through the discrepancy, and through the parameters
+        weights = from_points + of_parameters @ self.covariance @ points.slopes.T @ points.inverse
+        relative = (
+            covariance(np.ones((2, 1, 1)), self.discrepancy)
+            - from_points @ resembling.T
+            + of_parameters @ self.covariance @ of_parameters.T
+        )
+        value = complex(law[0]) * cmath.exp(complex(*(from_points @ points.residual)))
+        turn = complex_factor(value)  # d k_d = k_d d ln k_d
+        shared = {source: value * complex(*(weights @ move)) for source, move in points.shared.items()}
+        moves = np.array([[error.real, error.imag] for error in shared.values()]).reshape(-1, 2)
+        return DynamicStiffness(
+            frequency=frequency,
+            amplitude_pp=amplitude_pp,
+            complex_stiffness=value,
+            covariance=turn @ relative @ turn.T + moves.T @ moves,
+            corrections=self.corrections,
+            shared_errors=shared,
+        )
+
+    def surface(self, amplitudes_pp: Sequence[float], frequencies: Sequence[float]) -> Surface:
+        """k and gamma with their intervals on a grid.
+
+        Raises:
+            AnalysisError: an amplitude or a frequency is not positive.
+        """
+        grid = [[self.at(amplitude, frequency) for frequency in frequencies] for amplitude in amplitudes_pp]
+
+        def values(name: str) -> tuple[Real, Real]:
+            found = [[getattr(point, name) for point in row] for row in grid]
+            return (
+                np.array([[estimate.value for estimate in row] for row in found]),
+                np.array([[estimate.interval() for estimate in row] for row in found]),
+            )
+
+        inside = [[not self.beyond(amplitude, frequency) for frequency in frequencies] for amplitude in amplitudes_pp]
+        return Surface(
+            np.array(amplitudes_pp),
+            np.array(frequencies),
+            *values("stiffness_estimate"),
+            *values("loss_factor_estimate"),
+            measured=np.array(inside),
+        )
+
+    @property
+    def amplitudes_pp(self) -> tuple[float, float]:
+        """Smallest and largest that were measured, m."""
+        measured = 2 * self.points.conditions.amplitude
+        return float(np.min(measured)), float(np.max(measured))
+
+    @property
+    def frequencies(self) -> tuple[float, float]:
+        """Lowest and highest that were measured, Hz."""
+        measured = self.points.conditions.frequency
+        return float(np.min(measured)), float(np.max(measured))
+
+    def beyond(self, amplitude_pp: float, frequency: float) -> tuple[str, ...]:
+        """In which way a question is outside of what was measured, one phrase each; empty inside."""
+        found = []
+        for value, (low, high), unit, scale in (
+            (amplitude_pp, self.amplitudes_pp, "mm", 1e3),
+            (frequency, self.frequencies, "Hz", 1.0),
+        ):
+            if value * EDGE < low:
+                found.append(f"{scale * value:.3g} {unit} is below the measured {scale * low:.3g} {unit}")
+            if value > high * EDGE:
+                found.append(f"{scale * value:.3g} {unit} is above the measured {scale * high:.3g} {unit}")
+        return tuple(found)
+
+    @property
+    def text(self) -> str:
+        """One sentence on how well the law fits."""
+        of_magnitude, of_angle = np.linalg.norm(self.discrepancy, axis=0)
+        return (
+            f"about the law |k_d| deviates by {100 * of_magnitude:.2g} % and the loss angle by {of_angle:.2g} rad "
+            f"(chi-square by the errors of the points alone {self.chi_square:.4g} on {self.degrees_of_freedom} degrees "
+            "of freedom)"
+        )

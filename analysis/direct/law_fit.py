@@ -1,0 +1,191 @@
+"""Fits an elastomer law and the discrepancy about it to measured points.
+
+Generalised least squares in the logarithms of the parameters, from several starts, with the discrepancy's covariance
+added to the points' errors. Its size is what makes the points most probable when parameters are integrated out. Shape
+parameters have wide, stated priors from what filled rubbers show: three amplitudes do not determine what happens far
+below the smallest, and an interval there should open instead of collapsing on a guess.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.optimize import least_squares, minimize
+
+from analysis.direct.constitutive import Parameter, dynamic_stiffness
+from analysis.direct.corrections import complex_factor
+from analysis.direct.discrepancy import PRIOR_MEDIANS, Conditions, covariance, interleaved, log_prior
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.elastomer_law import ElastomerLaw, MeasuredPoints
+from analysis.direct.weighting import error_covariance
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+
+PRIOR: Mapping[Parameter, tuple[float, float]] = {
+    Parameter.K_INF: (1e6, 1e6),
+    Parameter.NETWORK: (1.0, 3.0),
+    Parameter.LOSS_FLOOR: (0.05, 3.0),
+    Parameter.LOSS_PEAK: (0.15, 3.0),
+    Parameter.AMPLITUDE: (22e-6, 4.5),
+    Parameter.EXPONENT: (0.55, 1.4),
+    Parameter.RELAXATION: (0.2, 5.0),
+    Parameter.SHORT_TIME: (1.0, 5.0),
+    Parameter.TIME: (0.01, 10.0),
+    Parameter.ORDER: (0.4, 1.7),
+}
+"""Median, and the factor that is one standard deviation of the logarithm: k_0 / k_inf of 1.3 to 4, x_c of 5 to 100 um,
+m of 0.4 to 0.75 and a of 0.25 to 0.7 lie within about one; k_inf may be anything."""
+
+STARTS: tuple[Mapping[Parameter, float], ...] = (
+    {},
+    {Parameter.AMPLITUDE: 8e-6},
+    {Parameter.AMPLITUDE: 60e-6, Parameter.EXPONENT: 0.8},
+    {Parameter.TIME: 0.001, Parameter.ORDER: 0.6},
+    {Parameter.TIME: 0.1, Parameter.SHORT_TIME: 0.2, Parameter.ORDER: 0.7},
+    {Parameter.AMPLITUDE: 8e-6, Parameter.TIME: 0.05, Parameter.RELAXATION: 0.05},
+)
+"""Where the search begins, apart from the priors' medians."""
+
+FIRST_MISFIT = 0.02  # of each point, relative
+FEWEST_POINTS = 6
+_MEDIANS = np.log([PRIOR[parameter][0] for parameter in Parameter])
+_DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in Parameter])
+
+
+def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
+    """The law through `points`, at any frequencies and amplitudes; errors that they share are carried through.
+
+    Time grows with the cube of the number of points: 120 take half a second.
+
+    Raises:
+        AnalysisError: fewer than six points, or a stiffness that is not positive.
+    """
+    if len(points) < FEWEST_POINTS:
+        raise AnalysisError(f"{len(points)} points do not determine a law; measure {FEWEST_POINTS} at least")
+    for point in points:
+        if not point.stiffness > 0:
+            raise AnalysisError(f"k at {point.frequency:g} Hz is {point.stiffness:g} N/m; a law needs it positive")
+    data = _Data.of(points)
+    # points taken one by one lead to the valley from afar; only inside it does their common discrepancy help
+    apart = np.diag(np.sqrt(np.diag(data.errors) + FIRST_MISFIT**2))
+    near = min((data.fit(data.start(start), apart) for start in STARTS), key=lambda x: data.cost(x, apart))
+    found = minimize(
+        lambda exponents: data.improbability(np.exp(exponents).reshape(2, 2), near)[0],
+        np.log(PRIOR_MEDIANS).ravel(),
+        method="Nelder-Mead",
+        options={"xatol": 0.1, "fatol": 0.1},
+    )
+    discrepancy: Real = np.exp(found.x).reshape(2, 2)
+    _, logarithms = data.improbability(discrepancy, near)
+    factor = data.factor(discrepancy)
+    law, slopes = data.law(logarithms)
+    residual = interleaved(data.measured - law)
+    inverse = np.asarray(cho_solve((factor, True), np.eye(len(factor))))
+    alone = solve_triangular(np.linalg.cholesky(data.errors), residual, lower=True)
+    return ElastomerLaw(
+        logarithms=logarithms,
+        covariance=np.asarray(np.linalg.inv(data.information(logarithms, factor))),
+        reference=data.reference,
+        discrepancy=discrepancy,
+        chi_square=float(alone @ alone),
+        degrees_of_freedom=2 * len(points) - len(Parameter),
+        points=MeasuredPoints(data.conditions, inverse, residual, slopes, data.shared),
+        corrections=tuple(
+            record for record in points[0].corrections if all(record in point.corrections for point in points)
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Data:
+    """Points as arrays, and the least squares problem that they make with the priors."""
+
+    conditions: Conditions
+    measured: Complex  # (points,) ln k_d
+    errors: Real  # (2 points, 2 points) covariance of [ln |k_d|, loss angle] in turn, without what points share
+    shared: Mapping[str, Real]  # (2 points,)
+    reference: float  # Hz
+
+    @classmethod
+    def of(cls, points: Sequence[DynamicStiffness]) -> _Data:
+        sources = sorted({source for point in points for source in point.shared_errors})
+        errors = np.zeros((2 * len(points), 2 * len(points)))
+        for index, point in enumerate(points):
+            own, turn = slice(2 * index, 2 * index + 2), complex_factor(1 / point.complex_stiffness)
+            errors[own, own] = turn @ error_covariance(point) @ turn.T
+        frequency = np.array([point.frequency for point in points])
+        stiffness = np.array([point.complex_stiffness for point in points])
+        return cls(
+            conditions=Conditions(np.array([point.amplitude_pp / 2 for point in points]), frequency),
+            measured=np.log(stiffness),
+            errors=errors,
+            shared={
+                source: interleaved(np.array([point.shared_errors.get(source, 0j) for point in points]) / stiffness)
+                for source in sources
+            },
+            reference=float(np.exp(np.mean(np.log(frequency)))),
+        )
+
+    def start(self, chosen: Mapping[Parameter, float]) -> Real:
+        """Logarithms of the priors' medians but for what is `chosen`, through the points' mean."""
+        logarithms = _MEDIANS.copy()
+        for parameter, value in chosen.items():
+            logarithms[parameter] = math.log(value)
+        found, _ = self.law(logarithms)
+        logarithms[Parameter.K_INF] += float(np.mean((self.measured - found).real))
+        return logarithms
+
+    def law(self, logarithms: Real) -> tuple[Complex, Real]:
+        """(points,) ln k_d by the law, and (2 points, 10) its derivatives."""
+        law, slopes = dynamic_stiffness(
+            logarithms, self.conditions.amplitude, self.conditions.frequency, self.reference
+        )
+        return np.log(law), interleaved(slopes / law[:, None])
+
+    def factor(self, discrepancy: Real) -> Real:
+        """(2 points, 2 points) lower Cholesky factor of the covariance of errors and discrepancy together."""
+        resemblance = self.conditions.resemblance(self.conditions)
+        return np.asarray(np.linalg.cholesky(self.errors + covariance(resemblance, discrepancy)))
+
+    def fit(self, start: Real, factor: Real) -> Real:
+        """Logarithms of least cost near `start`."""
+
+        def columns(logarithms: Real) -> Real:
+            _, slopes = self.law(logarithms)
+            return np.concatenate([solve_triangular(factor, slopes, lower=True), np.diag(1 / _DEVIATIONS)])
+
+        found = least_squares(
+            lambda logarithms: self._residual(logarithms, factor), start, jac=columns, method="lm", x_scale="jac"
+        )
+        return np.asarray(found.x)
+
+    def cost(self, logarithms: Real, factor: Real) -> float:
+        """Sum of squares, the priors' included."""
+        residual = self._residual(logarithms, factor)
+        return float(residual @ residual)
+
+    def improbability(self, discrepancy: Real, near: Real) -> tuple[float, Real]:
+        """How improbable the points are for this discrepancy, and the logarithms at which they are most probable.
+
+        Minus the logarithm of the evidence by Laplace's method: parameters integrated out about their optimum.
+        """
+        factor = self.factor(discrepancy)
+        logarithms = self.fit(near, factor)
+        _, information = np.linalg.slogdet(self.information(logarithms, factor))
+        spread = 2 * float(np.sum(np.log(np.diag(factor))))
+        return 0.5 * (self.cost(logarithms, factor) + spread + float(information)) - log_prior(discrepancy), logarithms
+
+    def information(self, logarithms: Real, factor: Real) -> Real:
+        """(10, 10) inverse covariance of the logarithms."""
+        _, slopes = self.law(logarithms)
+        columns = solve_triangular(factor, slopes, lower=True)
+        return np.asarray(columns.T @ columns + np.diag(_DEVIATIONS**-2))
+
+    def _residual(self, logarithms: Real, factor: Real) -> Real:
+        law, _ = self.law(logarithms)
+        measured = solve_triangular(factor, interleaved(law - self.measured), lower=True)
+        return np.concatenate([measured, (logarithms - _MEDIANS) / _DEVIATIONS])

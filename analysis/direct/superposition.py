@@ -1,0 +1,163 @@
+"""Whether superposition holds between the tester's configurations (Fig. 12).
+
+Angled cylinders should show what compression and shear say: a + b = (compression) + (shear) / 2. Failing to see a
+difference would prove nothing, so this is an equivalence test: two one-sided tests (D. J. Schuirmann, J. of
+Pharmacokinetics and Biopharmaceutics 15, 1987, 657-680) of the relative difference of |k_d| against a stated margin.
+
+Points are taken at the same displacement of the actuator, as in the paper. An angled cylinder then moves by only
+1/sqrt(2) of it along either of its axes, so a specimen whose shear and compression do not feel each other's amplitude
+would read high when angled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from analysis.direct.cylinder_terms import match_configurations
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.errors import AnalysisError
+from analysis.interval import Estimate, combined_degrees_of_freedom
+
+MARGIN = 0.05
+SIGNIFICANCE = 0.05  # of each one-sided test
+
+
+class Equivalence(StrEnum):
+    """Outcome of two one-sided tests."""
+
+    EQUIVALENT = "equivalent"
+    DIFFERENT = "different"
+    INCONCLUSIVE = "inconclusive"
+
+
+@dataclass(frozen=True)
+class SuperpositionPoint:
+    """The angled measurement against a + b from compression and shear, at one frequency and amplitude.
+
+    Attributes:
+        measured: the angled pair.
+        computed: compression + shear / 2.
+        margin: relative difference of |k_d| that still counts as equal.
+    """
+
+    measured: DynamicStiffness
+    computed: DynamicStiffness
+    margin: float
+
+    @property
+    def difference(self) -> Estimate:
+        """Relative difference of |k_d|, measured over computed less one."""
+        measured, computed = self.measured.magnitude_estimate, self.computed.magnitude_estimate
+        ratio = measured.value / computed.value
+        return _difference(
+            ratio - 1,
+            (measured, computed),
+            (1 / computed.value, ratio / computed.value),
+        )
+
+    @property
+    def loss_angle_difference(self) -> Estimate:
+        """Loss angle, measured less computed, rad."""
+        measured, computed = self.measured.loss_angle_estimate, self.computed.loss_angle_estimate
+        return _difference(measured.value - computed.value, (measured, computed), (1.0, 1.0))
+
+    @property
+    def p_value(self) -> float:
+        """Of the hypothesis that the difference is at or beyond the margin; small speaks for superposition."""
+        return max(self.difference.probability_below(-self.margin), 1 - self.difference.probability_below(self.margin))
+
+    @property
+    def verdict(self) -> Equivalence:
+        """Equivalent, different (the interval lies beyond the margin) or inconclusive."""
+        if self.p_value < SIGNIFICANCE:
+            return Equivalence.EQUIVALENT
+        low, high = self.difference.interval(1 - 2 * SIGNIFICANCE)
+        return Equivalence.DIFFERENT if low > self.margin or high < -self.margin else Equivalence.INCONCLUSIVE
+
+    @property
+    def text(self) -> str:
+        """One sentence with the figures."""
+        low, high = (100 * end for end in self.difference.interval())
+        meaning = {
+            Equivalence.EQUIVALENT: f"within {100 * self.margin:g} %: superposition holds",
+            Equivalence.DIFFERENT: f"beyond {100 * self.margin:g} %: superposition does not hold",
+            Equivalence.INCONCLUSIVE: f"not shown to be within {100 * self.margin:g} %, nor beyond",
+        }[self.verdict]
+        return (
+            f"{self.measured.frequency:g} Hz, {1e3 * self.measured.amplitude_pp:.3g} mm: angled is "
+            f"{100 * self.difference.value:+.2f} % [{low:+.2f}, {high:+.2f}] from a + b, {meaning}"
+        )
+
+
+@dataclass(frozen=True)
+class Superposition:
+    """Fig. 12 in numbers.
+
+    Attributes:
+        points: where all three configurations were measured, in the order of the angled ones.
+        unmatched: angled points without a partner in compression or shear.
+    """
+
+    points: tuple[SuperpositionPoint, ...]
+    unmatched: tuple[DynamicStiffness, ...]
+
+    @property
+    def text(self) -> str:
+        """One sentence over all points."""
+        counts = {verdict: sum(point.verdict is verdict for point in self.points) for verdict in Equivalence}
+        worst = max(self.points, key=lambda point: abs(point.difference.value))
+        return (
+            f"superposition within {100 * worst.margin:g} % shown at {counts[Equivalence.EQUIVALENT]} of "
+            f"{len(self.points)} points, refuted at {counts[Equivalence.DIFFERENT]}, open at "
+            f"{counts[Equivalence.INCONCLUSIVE]}; largest difference {100 * worst.difference.value:+.2f} % at "
+            f"{worst.measured.frequency:g} Hz, {1e3 * worst.measured.amplitude_pp:.3g} mm"
+        )
+
+
+def superposition(
+    compression: Sequence[DynamicStiffness],
+    shear: Sequence[DynamicStiffness],
+    angled: Sequence[DynamicStiffness],
+    margin: float = MARGIN,
+) -> Superposition:
+    """Test at every frequency and amplitude whether angled = compression + shear / 2.
+
+    Args:
+        compression: points of one cylinder, b.
+        shear: points of a pair, 2a.
+        angled: points of a pair, a + b.
+        margin: relative difference of |k_d| that still counts as equal; state it before looking.
+
+    Raises:
+        AnalysisError: the margin is not positive, or no point has a partner in both other configurations.
+    """
+    if not margin > 0:
+        raise AnalysisError(f"the margin of an equivalence test is {margin}; it has to be positive")
+    triples, unmatched = match_configurations(compression, shear, angled)
+    points = (SuperpositionPoint(t.angled, _side_by_side(t.compression, t.shear), margin) for t in triples)
+    return Superposition(tuple(points), unmatched)
+
+
+def _side_by_side(compression: DynamicStiffness, shear: DynamicStiffness) -> DynamicStiffness:
+    """The sum a + b of one cylinder in compression and half of a pair in shear."""
+    variances = (float(np.trace(compression.covariance)), float(np.trace(shear.covariance)) / 4)
+    return DynamicStiffness(
+        frequency=compression.frequency,
+        amplitude_pp=compression.amplitude_pp,
+        complex_stiffness=compression.complex_stiffness + shear.complex_stiffness / 2,
+        covariance=compression.covariance + shear.covariance / 4,
+        degrees_of_freedom=combined_degrees_of_freedom(
+            variances, (compression.degrees_of_freedom, shear.degrees_of_freedom)
+        ),
+    )
+
+
+def _difference(value: float, parts: tuple[Estimate, Estimate], slopes: tuple[float, float]) -> Estimate:
+    variances = [(slope * part.standard_error) ** 2 for slope, part in zip(slopes, parts, strict=True)]
+    dof = combined_degrees_of_freedom(variances, [part.degrees_of_freedom for part in parts])
+    return Estimate(value, math.sqrt(sum(variances)), dof)

@@ -1,0 +1,117 @@
+"""Dynamic stiffness at a reference temperature, from one measured a few kelvin off.
+
+Over a few kelvin both change in proportion, T being the specimen's temperature and T_0 the reference:
+
+    k(T) = k(T_0) (1 + alpha (T - T_0)),      gamma(T) = gamma(T_0) (1 + beta (T - T_0)).
+
+It is the linear part of the shift of M. L. Williams, R. F. Landel and J. D. Ferry (J. Am. Chem. Soc. 77, 1955,
+3701-3707) for a rubber far above its glass transition. Coefficients belong to a compound: measure them, or
+state them with the error that not having measured them deserves. Nothing is scaled unless this is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.direct.applied_correction import AppliedCorrection
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+
+EFFECT = "temperature_shift"
+
+
+@dataclass(frozen=True)
+class TemperatureCoefficients:
+    """How a compound depends on temperature.
+
+    Attributes:
+        stiffness: alpha, relative change of k per kelvin, 1/K; negative where it softens.
+        loss_factor: beta, relative change of gamma per kelvin, 1/K.
+        largest_difference: up to which the two hold, K.
+        source: where they are from; points scaled by one source share its error.
+    """
+
+    stiffness: Estimate
+    loss_factor: Estimate
+    largest_difference: float = 10.0
+    source: str = "temperature coefficients"
+
+
+def at_reference_temperature(
+    points: Sequence[DynamicStiffness],
+    temperatures: Sequence[float],
+    reference: float,
+    coefficients: TemperatureCoefficients,
+    thermometer_error: float = 0.0,
+) -> tuple[DynamicStiffness, ...]:
+    """Points scaled to `reference`, with what the coefficients are not known to in their covariance.
+
+    Args:
+        points: as measured.
+        temperatures: (points,) of the specimen, degrees Celsius.
+        reference: degrees Celsius.
+        coefficients: of the compound.
+        thermometer_error: standard error of the thermometer, the same at all points, K.
+
+    Raises:
+        AnalysisError: there is not one temperature a point, or one is further from the reference than the coefficients
+            reach.
+    """
+    if len(points) != len(temperatures):
+        raise AnalysisError(f"{len(points)} points and {len(temperatures)} temperatures; give one a point")
+    for point, temperature in zip(points, temperatures, strict=True):
+        if not abs(temperature - reference) <= coefficients.largest_difference:
+            raise AnalysisError(
+                f"{point.frequency:g} Hz was measured at {temperature:g} degrees Celsius, further than "
+                f"{coefficients.largest_difference:g} K from {reference:g}: the coefficients do not reach so far"
+            )
+    return tuple(
+        _scaled(point, temperature - reference, coefficients, thermometer_error)
+        for point, temperature in zip(points, temperatures, strict=True)
+    )
+
+
+def _scaled(
+    point: DynamicStiffness, warmer: float, coefficients: TemperatureCoefficients, thermometer_error: float
+) -> DynamicStiffness:
+    alpha, beta = coefficients.stiffness, coefficients.loss_factor
+    of_stiffness, of_loss = 1 / (1 + alpha.value * warmer), 1 / (1 + beta.value * warmer)
+    to_reference = np.array([of_stiffness, of_stiffness * of_loss])
+    k, h = to_reference * [point.stiffness, point.damping]
+    # d of_stiffness / d alpha = -warmer of_stiffness^2
+    by_alpha = -warmer * of_stiffness * np.array([k, h])
+    by_beta = -warmer * of_loss * np.array([0.0, h])
+    by_warmth = -np.array([alpha.value * of_stiffness * k, (alpha.value * of_stiffness + beta.value * of_loss) * h])
+    added = {
+        f"{coefficients.source} alpha": by_alpha * alpha.standard_error,
+        f"{coefficients.source} beta": by_beta * beta.standard_error,
+        "thermometer": by_warmth * thermometer_error,
+    }
+    shared = {
+        source: complex(to_reference[0] * error.real, to_reference[1] * error.imag)
+        for source, error in point.shared_errors.items()
+    }
+    covariance: Real = point.covariance * np.outer(to_reference, to_reference)
+    for source, move in added.items():
+        covariance = covariance + np.outer(move, move)
+        shared[source] = shared.get(source, 0j) + complex(*move)
+    records = (
+        AppliedCorrection(EFFECT, "delta_t", -warmer, thermometer_error, "K"),
+        AppliedCorrection(EFFECT, "alpha", alpha.value, alpha.standard_error, "1/K"),
+        AppliedCorrection(EFFECT, "beta", beta.value, beta.standard_error, "1/K"),
+    )
+    scaled = replace(
+        point,
+        complex_stiffness=complex(k, h),
+        covariance=covariance,
+        corrections=point.corrections + records,
+        shared_errors=shared,
+    )
+    if point.loop_energy is None or point.loop_energy_excess is None:
+        return scaled
+    return replace(scaled, loop_energy=scaled.first_harmonic_energy + point.loop_energy_excess.value)

@@ -1,0 +1,1 @@
+"""Joints from the beam test: by the paper's method from modes, and by maximum likelihood from accelerances."""

@@ -1,0 +1,198 @@
+"""What an experiment will tell, before it is made: standard deviations and weak directions.
+
+The Fisher information of accelerances needs the bench, the points and the noise, but no data. Sets with different
+accelerometers add up; what they have in common, such as E or where a blow fell, is one unknown for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, upper_terms
+from analysis.inverse.observability import bounded_inverse, term_units
+from analysis.inverse.regression import TERMS
+from analysis.inverse.response_likelihood import Information, ResponseLikelihood
+from analysis.inverse.response_model import ResponseModel
+from analysis.inverse.term_information import TermBound, term_bound
+from analysis.inverse.tolerances import EXACT, Tolerances, deviation_labels
+from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
+from analysis.structure.beam import FreeBeam
+from analysis.structure.joints import Joint
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedSet:
+    """One roving-hammer set to be made.
+
+    Attributes:
+        response: the accelerometer.
+        inputs: (rows,) points to strike.
+        frequency: (lines,) Hz, above zero.
+        noise: standard deviation of the averaged accelerances, per real and imaginary part, (m/s^2)/N; one number or
+            (rows, lines).
+    """
+
+    response: Dof
+    inputs: tuple[Dof, ...]
+    frequency: Real
+    noise: float | Real
+
+
+@dataclass(frozen=True)
+class LinearPrior:
+    """Something known of the joints beforehand: a combination of terms is nil within a standard deviation.
+
+    Attributes:
+        weights: by term, such as {"k11(I)": 1, "k22(I)": -1}.
+        deviation: in the terms' unit.
+    """
+
+    weights: Mapping[str, float]
+    deviation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A bench and what is to be done with it.
+
+    Attributes:
+        free_beam: without joints.
+        joints: as expected; information depends on them little.
+        sets: to be made; one with each accelerometer.
+        tolerances: of the bench.
+        parameters: of the joints; all terms by default.
+        priors: on the joints' terms; with parameters that are all terms only.
+    """
+
+    free_beam: FreeBeam
+    joints: tuple[Joint, ...]
+    sets: tuple[PlannedSet, ...]
+    tolerances: Tolerances = EXACT
+    parameters: JointParameters | None = None
+    priors: tuple[LinearPrior, ...] = field(default=())
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """What an experiment will tell.
+
+    Attributes:
+        labels: (parameters,) of the joints, then of the bench's deviations.
+        deviation: (parameters,) standard deviations.
+        terms_covariance: (12 joints, 12 joints) of the joints' terms.
+        stiffness_deviation, damping_deviation: by joint, (12,) halves of the former: (6,) standard deviations of
+            [k11, k12, k13, k22, k23, k33] and of h.
+        bound: of the terms with nothing assumed of the joints.
+        weak_directions: of the terms, with all that is assumed, the weakest first.
+    """
+
+    labels: tuple[str, ...]
+    deviation: Real
+    terms_covariance: Real
+    stiffness_deviation: dict[str, Real]
+    damping_deviation: dict[str, Real]
+    bound: TermBound
+    weak_directions: tuple[WeakDirection, ...]
+
+
+def expected(experiment: Experiment) -> Expectation:
+    """Standard deviations and weak directions to expect, to first order.
+
+    Raises:
+        AnalysisError: nothing is planned, a prior names an unknown term, or joints and parameters do not match.
+    """
+    joints = experiment.joints
+    names = tuple(joint.name for joint in joints)
+    parameters = experiment.parameters or SymmetricTerms(names)
+    if not experiment.sets or parameters.names != names:
+        raise AnalysisError("plan at least one set, and give parameters of the same joints in the same order")
+    products, labels, tolerance = _all_sets(experiment, parameters)
+
+    values = parameters.start(joints)
+    slope = parameters.slope(values)
+    chain = block_diag(slope, np.eye(tolerance.size))
+    prior = np.concatenate([parameters.prior_deviation, tolerance])
+    normal = np.real(chain.conj().T @ products @ chain) + np.diag(1 / prior**2)
+    terms_slope = _terms_slope(slope, tolerance.size)
+    for each in experiment.priors:
+        row = _weights(each, names) @ terms_slope / each.deviation
+        normal += np.outer(row, row)
+    covariance = bounded_inverse(normal, _sizes(parameters, values, prior))
+    terms_covariance = terms_slope @ covariance @ terms_slope.T
+
+    unit = term_units(experiment.free_beam, len(joints))
+    upper = upper_terms(joints).reshape(-1, 1, HALF)
+    terms = np.concatenate([upper.real, upper.imag], axis=1).ravel()
+    nothing = np.zeros(len(products), dtype=complex)
+    bound = term_bound(Information(products, nothing, 0.0), tolerance, unit)
+    weak = weak_directions(terms_covariance, names, experiment.free_beam.beam.stiffness_unit, terms)
+    known = experiment.tolerances
+    scale = scale_direction((known.sensor_gain, known.youngs_modulus, known.density), bound, terms)
+    deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
+    return Expectation(
+        labels=(*parameters.labels, *labels),
+        deviation=np.sqrt(np.diag(covariance)),
+        terms_covariance=terms_covariance,
+        stiffness_deviation={name: deviation[joint, 0] for joint, name in enumerate(names)},
+        damping_deviation={name: deviation[joint, 1] for joint, name in enumerate(names)},
+        bound=bound,
+        weak_directions=weak if scale is None else (*weak, scale),
+    )
+
+
+def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
+    """Products of derivatives of all sets together, labels of the deviations and their tolerances."""
+    upper = HALF * len(experiment.joints)
+    parts: list[tuple[Complex, tuple[str, ...]]] = []
+    tolerances: dict[str, float] = {}
+    for each in experiment.sets:
+        model = ResponseModel(
+            experiment.free_beam,
+            tuple(joint.node for joint in experiment.joints),
+            each.response,
+            each.inputs,
+            each.frequency,
+        )
+        tolerance = experiment.tolerances.deviations(each.response, each.inputs, len(experiment.joints))
+        shape = (len(each.inputs), each.frequency.size)
+        noise = np.broadcast_to(np.asarray(each.noise, dtype=float), shape)
+        likelihood = ResponseLikelihood(model, np.zeros(shape, dtype=complex), noise, parameters, tolerance)
+        stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
+        response = model.condensed(likelihood.deviations(np.zeros(len(parameters.labels) + sum(tolerance > 0))))
+        labels = np.array(deviation_labels(each.response, each.inputs, parameters.names))[tolerance > 0]
+        parts.append((likelihood.information(response.on(stiffness)).products, tuple(labels.tolist())))
+        tolerances.update(zip(labels.tolist(), tolerance[tolerance > 0].tolist(), strict=True))
+    order = {label: upper + place for place, label in enumerate(tolerances)}
+    products = np.zeros((upper + len(order), upper + len(order)), dtype=complex)
+    for own, labels_of_set in parts:
+        places = [*range(upper), *(order[label] for label in labels_of_set)]
+        products[np.ix_(places, places)] += own
+    return products, tuple(tolerances), np.array(list(tolerances.values()))
+
+
+def _terms_slope(slope: Complex, deviations: int) -> Real:
+    """(12 joints, parameters) derivative of the terms, where joints are described where they sit."""
+    by_joint = slope.reshape(-1, 1, HALF, slope.shape[1])
+    terms = np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, slope.shape[1])
+    return np.hstack([terms, np.zeros((len(terms), deviations))])
+
+
+def _sizes(parameters: JointParameters, values: Real, prior: Real) -> Real:
+    """(parameters,) of the order of each parameter, for a bound on what nothing determines."""
+    reach = np.concatenate([parameters.reach(values), np.full(prior.size - values.size, np.inf)])
+    return np.where(np.isfinite(prior), prior, np.where(np.isfinite(reach), reach, 1.0))
+
+
+def _weights(prior: LinearPrior, names: Sequence[str]) -> Real:
+    labels = [f"{term}({name})" for name in names for term in TERMS]
+    unknown = set(prior.weights) - set(labels)
+    if unknown:
+        raise AnalysisError(f"a prior names {', '.join(sorted(unknown))}; the terms are {labels[0]} to {labels[-1]}")
+    return np.array([prior.weights.get(label, 0.0) for label in labels])

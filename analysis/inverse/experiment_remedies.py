@@ -1,0 +1,97 @@
+"""What would mend the weakest direction of an experiment: priors, accelerometers, a wider band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Real
+from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
+from analysis.inverse.experiment_information import Expectation, Experiment, LinearPrior, expected
+from analysis.inverse.joint_parameters import HALF
+from analysis.inverse.observability import term_units
+from analysis.inverse.regression import TERMS
+from analysis.structure.beam import FreeBeam
+
+
+@dataclass(frozen=True, eq=False)
+class Remedy:
+    """Something that might mend an experiment's weakest direction.
+
+    Attributes:
+        text: what, in words, with what the weakest direction comes to.
+        before, after: standard deviation of the weakest direction of the unmended experiment, in `stiffness_unit`.
+        expectation: of the mended experiment.
+    """
+
+    text: str
+    before: float
+    after: float
+    expectation: Expectation
+
+
+def remedies(
+    experiment: Experiment, pairs: Sequence[CylinderPair] = (), equality: float = 0.03, wider: float = 3.0
+) -> tuple[Remedy, ...]:
+    """What would mend the weakest direction: priors, accelerometers and a wider band, the best first.
+
+    Args:
+        experiment: with all terms as parameters.
+        pairs: how the joints are built; without them the cylinders are not tried.
+        equality: relative standard deviation within which k11 = k22 may be taken; half a degree on a 45-degree joint
+            whose cylinders are seven times stiffer along than across makes 1.3 %.
+        wider: factor by which the band might be opened.
+    """
+    before = expected(experiment)
+    direction = _weakest(before, experiment.free_beam)
+    first = experiment.sets[0]
+    ends = [Dof(node, Direction.X) for node in (1, len(experiment.free_beam.mesh.named))]
+    step = float(first.frequency[1] - first.frequency[0])
+    trials = [(f"taking k11 = k22 in each joint within {100 * equality:g} %", _with_equality(experiment, equality))]
+    if pairs:
+        cylinders = CylinderParameters(tuple(pairs), experiment.tolerances.inclination)
+        trials.append(("the cylinders as parameters", replace(experiment, parameters=cylinders)))
+    for end in ends:
+        another = replace(first, response=end)
+        trials.append((f"a second accelerometer at {end}", replace(experiment, sets=(*experiment.sets, another))))
+    if np.ndim(first.noise) == 0:
+        lines = np.arange(first.frequency[0], wider * first.frequency[-1], step)
+        sets = tuple(replace(each, frequency=lines) for each in experiment.sets)
+        trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
+
+    unit = term_units(experiment.free_beam, len(experiment.joints))
+    start = _along(before, direction, unit)
+    found = []
+    for text, trial in trials:
+        expectation = expected(trial)
+        after = _along(expectation, direction, unit)
+        found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after, expectation))
+    return tuple(sorted(found, key=lambda remedy: remedy.after))
+
+
+def _with_equality(experiment: Experiment, relative: float) -> Experiment:
+    priors = []
+    for joint in experiment.joints:
+        z = joint.dynamic_stiffness[1, 1]
+        for letter, size in (("k", abs(z.real)), ("h", abs(z.imag))):
+            weights = {f"{letter}11({joint.name})": 1.0, f"{letter}22({joint.name})": -1.0}
+            priors.append(LinearPrior(weights, relative * max(size, 1e-3 * abs(z))))
+    return replace(experiment, priors=(*experiment.priors, *priors))
+
+
+def _weakest(expectation: Expectation, free_beam: FreeBeam) -> Real:
+    """(12 joints,) combination of stiffnesses known least, its largest weight 1, in units of `stiffness_unit`."""
+    unit = term_units(free_beam, expectation.terms_covariance.shape[0] // len(TERMS))
+    stiffness = (np.arange(unit.size) // HALF) % 2 == 0
+    scaled = expectation.terms_covariance / np.outer(unit, unit) * np.outer(stiffness, stiffness)
+    _, vectors = np.linalg.eigh(scaled)
+    weakest = vectors[:, -1]
+    return np.asarray(weakest / weakest[np.argmax(np.abs(weakest))])
+
+
+def _along(expectation: Expectation, direction: Real, unit: Real) -> float:
+    weights = direction / unit
+    return float(np.sqrt(weights @ expectation.terms_covariance @ weights))

@@ -1,0 +1,77 @@
+"""What a result has to pass before it is shown as one: physics, fit and convergence. A gate that fails is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import Real
+from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, quantile
+from analysis.inverse.regression import UPPER
+from analysis.structure.joints import least_loss
+
+MISFIT = 1.5  # chi-square per datum above which stated noise does not explain what is left
+
+
+@dataclass(frozen=True)
+class Gate:
+    """One condition.
+
+    Attributes:
+        name: such as ``passivity of joint I``.
+        passed: whether it holds, within what is uncertain.
+        text: a sentence with figures.
+    """
+
+    name: str
+    passed: bool
+    text: str
+
+
+def passivity(joint: IdentifiedJoint) -> Gate:
+    """Whether no motion draws energy from the joint: h has no eigenvalue that is negative beyond its uncertainty."""
+    loss, motion = least_loss(joint.joint.dynamic_stiffness)
+    weights = np.array([(1 if p == q else 2) * (motion[p].conjugate() * motion[q]).real for p, q in UPPER])
+    deviation = float(np.sqrt(weights @ joint.covariance[HALF:, HALF:] @ weights))
+    half = quantile(np.inf) * deviation
+    passed = loss + half >= 0
+    verdict = "no motion draws energy from it" if passed else "a motion draws energy from it, which no elastomer can do"
+    text = f"least loss factor of joint {joint.name} {loss:.2g} +-{half:.1g} (95 %): {verdict}"
+    return Gate(f"passivity of joint {joint.name}", bool(passed), text)
+
+
+def reciprocity(joint: IdentifiedJoint) -> Gate:
+    """Symmetry, which the parameters cannot break."""
+    return Gate(f"reciprocity of joint {joint.name}", True, f"the matrix of joint {joint.name} is symmetric as assumed")
+
+
+def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> Gate:
+    """Whether the stated noise explains what the model leaves over.
+
+    Args:
+        per_line: (lines,) chi-square per datum.
+        per_row: (rows,) chi-square per datum.
+        frequency: (lines,) Hz.
+        inputs: (rows,).
+    """
+    total = float(np.mean(per_row))
+    text = f"chi-square is {total:.3g} per datum"
+    if total > MISFIT:
+        row, line = int(np.argmax(per_row)), int(np.argmax(per_line))
+        text += (
+            f", above {MISFIT:g}: the model does not explain the data; worst at {inputs[row]} ({per_row[row]:.3g}) "
+            f"and near {frequency[line]:.1f} Hz ({per_line[line]:.3g})"
+        )
+    return Gate("fit", total <= MISFIT, text)
+
+
+def convergence(converged: bool, expected: float) -> Gate:
+    """Whether the search ended at a minimum.
+
+    Args:
+        converged: whether it says so.
+        expected: by how much another step would lower chi-square.
+    """
+    return Gate("convergence", converged, f"another step would lower chi-square by {expected:.1g}")

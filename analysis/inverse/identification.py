@@ -1,0 +1,146 @@
+"""Joint matrices from measured modes, the paper's way: Sections 3, 5 and 7.
+
+Averaging of the longitudinal components, expansion to the joints, weighted regression for each joint,
+intervals. What the numbers rest on is judged apart, by the information in the modes themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.inverse import regression
+from analysis.inverse.expansion import joint_motion
+from analysis.inverse.joint_estimate import JointEstimate, estimate, joint_of
+from analysis.inverse.longitudinal import averaged
+from analysis.inverse.observability import determined, modal_bound
+from analysis.inverse.propagation import ModalUncertainty, propagated_covariance
+from analysis.inverse.weak_directions import WeakDirection, weak_directions
+from analysis.modes import Modes
+from analysis.structure.beam import FreeBeam
+from analysis.structure.forward import eigensolution
+from analysis.structure.joints import Joint
+from analysis.structure.mode_agreement import mode_errors
+
+PAPER_DOFS = (
+    Dof(1, Direction.X),
+    Dof(1, Direction.Y),
+    Dof(3, Direction.Y),
+    Dof(9, Direction.Y),
+    Dof(11, Direction.Y),
+    Dof(11, Direction.X),
+)
+"""The components that Section 3 uses: points on either side of each joint, and both ends along the beam."""
+
+BAND = 1.5  # modes of the identified model are sought up to so many times the highest measured frequency
+
+
+def identify_joints(
+    free_beam: FreeBeam,
+    modes: Modes,
+    joint_nodes: Mapping[str, int],
+    measured: Sequence[Dof] = PAPER_DOFS,
+    average_longitudinal: bool = True,
+) -> dict[str, JointEstimate]:
+    """Symmetric k and h of every joint from measured modes, Eqs. (17)-(44).
+
+    Args:
+        free_beam: the beam without joints, with its C and known masses.
+        modes: measured, three or more; their covariances, where given, are propagated.
+        joint_nodes: node by name of joint, any number.
+        measured: shape components to use, at least three for each joint.
+        average_longitudinal: whether x components are averaged in magnitude and phase first, as in Section 3.
+
+    Raises:
+        AnalysisError: a component is missing, or modes or components are too few for the joints.
+    """
+    nodes = _checked(joint_nodes)
+    shapes = np.stack([modes.at(dof) for dof in measured], axis=1)
+    if average_longitudinal:
+        shapes = averaged(shapes, measured)
+    motion = joint_motion(free_beam, modes.poles, shapes, measured, nodes)
+    solved = [regression.solve(motion.displacement[:, j], motion.force[:, j]) for j in range(len(nodes))]
+
+    joints = [joint_of(name, node, found) for (name, node), found in zip(joint_nodes.items(), solved, strict=True)]
+    bound = information_bound(free_beam, joints, modes, measured)
+    values = np.concatenate([found.terms for found in solved])
+    known = np.zeros(values.size, dtype=bool) if bound is None else determined(bound, values)
+    propagated = None
+    if ModalUncertainty.of(modes, measured) is not None:
+        propagated = propagated_covariance(free_beam, modes, nodes, measured, average_longitudinal)
+    return {
+        joint.name: estimate(
+            joint.name, joint.node, found, None if propagated is None else propagated[at, at], known[at]
+        )
+        for joint, found, at in zip(joints, solved, _places(len(joints)), strict=True)
+    }
+
+
+def information_bound(
+    free_beam: FreeBeam, joints: Sequence[Joint], modes: Modes, measured: Sequence[Dof] = PAPER_DOFS
+) -> Real | None:
+    """(12 joints, 12 joints) Cramer-Rao bound of modes as uncertain as the measured ones, about identified joints.
+
+    Where the modes carry no covariance, that of a careful test is taken: see `ModalUncertainty.nominal`.
+
+    Args:
+        free_beam: the beam without joints.
+        joints: as identified.
+        modes: as measured.
+        measured: components that count.
+
+    Returns:
+        The bound, or None where the joints do not give back as many modes as were measured.
+    """
+    predicted = eigensolution(free_beam, joints, BAND * float(np.max(modes.frequency)), measured)
+    if predicted.poles.size < modes.poles.size:
+        return None
+    chosen = Modes(modes.poles, np.stack([modes.at(dof) for dof in measured], axis=1), tuple(measured))
+    order = [pair.predicted for pair in mode_errors(chosen, predicted)]
+    shapes = predicted.shapes[order]
+    scale = np.sum(shapes.conj() * chosen.shapes, axis=1) / np.sum(np.abs(shapes) ** 2, axis=1)
+    alike = Modes(predicted.poles[order], shapes * scale[:, None], tuple(measured))
+    uncertainty = ModalUncertainty.of(modes, measured) or ModalUncertainty.nominal(alike, measured)
+    return modal_bound(free_beam, joints, alike, measured, uncertainty)
+
+
+def what_is_weak(
+    free_beam: FreeBeam,
+    modes: Modes,
+    estimates: Mapping[str, JointEstimate],
+    measured: Sequence[Dof] = PAPER_DOFS,
+) -> tuple[WeakDirection, ...] | None:
+    """Combinations of joint terms that these modes hardly determine, in words, the weakest first.
+
+    Args:
+        free_beam: the beam without joints.
+        modes: as measured.
+        estimates: by name of joint, from `identify_joints`.
+        measured: components that count.
+
+    Returns:
+        The combinations, or None where the identified joints do not give back as many modes as were measured:
+        nothing can be said then.
+    """
+    bound = information_bound(free_beam, [found.joint for found in estimates.values()], modes, measured)
+    if bound is None:
+        return None
+    values = np.concatenate([found.regression.terms for found in estimates.values()])
+    return weak_directions(bound, tuple(estimates), free_beam.beam.stiffness_unit, values)
+
+
+def _checked(joint_nodes: Mapping[str, int]) -> list[int]:
+    nodes = list(joint_nodes.values())
+    if not nodes or len(set(nodes)) < len(nodes):
+        raise AnalysisError(f"joints need a node each of their own, not {dict(joint_nodes)}")
+    return nodes
+
+
+def _places(joints: int) -> list[slice]:
+    """Where the terms of each joint stand among those of all."""
+    size = len(regression.TERMS)
+    return [slice(size * joint, size * (joint + 1)) for joint in range(joints)]

@@ -1,0 +1,202 @@
+"""An identified joint: its matrices, their 95 % intervals, and which terms are more than an assumption."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from analysis.frequency_response import Real
+from analysis.interval import CONFIDENCE
+from analysis.inverse.regression import UPPER, Regression
+from analysis.structure.joints import Joint
+
+ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter
+HALF = len(UPPER)
+
+Scalar = TypeVar("Scalar", np.float64, np.bool_)
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedJoint:
+    """A joint as identified, by whatever method. Rows and columns: x, y, rotation; N/m, N, N m.
+
+    Attributes:
+        name, node: of the joint.
+        stiffness, damping: (3, 3) k and h.
+        covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...].
+        k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
+        loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
+        loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
+        observable: (3, 3) whether the stiffness can be told from zero and is determined on its own by the data, with
+            nothing assumed: see `observability.determined`.
+    """
+
+    name: str
+    node: int
+    stiffness: Real
+    damping: Real
+    covariance: Real
+    k_ci95: Real
+    h_ci95: Real
+    loss_factor: Real
+    loss_factor_ci95: Real
+    observable: NDArray[np.bool_]
+
+    @property
+    def joint(self) -> Joint:
+        """The joint for a forward prediction."""
+        return Joint(self.name, self.node, np.asarray(self.stiffness + 1j * self.damping))
+
+    @property
+    def best_covariance(self) -> Real:
+        """(12, 12) the one to keep: of all that is known of the errors."""
+        return self.covariance
+
+
+@dataclass(frozen=True, eq=False)
+class JointEstimate(IdentifiedJoint):
+    """A joint as identified from modes, Section 5.
+
+    `covariance` is that of the paper's regression, Section 7: residual scatter alone, every equation counted three
+    times, which makes it too small. Each interval is the wider of two: Student's from the residual scatter, every
+    equation counted once, and the normal one from `propagated_covariance`.
+
+    Attributes:
+        propagated_covariance: (12, 12) what the covariance of the measured modes leads to; None where they have none.
+        regression: residuals of Fig. 5, s^2 and R^2.
+    """
+
+    propagated_covariance: Real | None
+    regression: Regression
+
+    @property
+    def best_covariance(self) -> Real:
+        """(12, 12) the propagated one where there is one."""
+        return self.covariance if self.propagated_covariance is None else self.propagated_covariance
+
+    @property
+    def paper_k_ci95(self) -> Real:
+        """(3, 3, 2) intervals as the paper makes them for Table 2: normal, from `covariance`."""
+        terms, half = self.regression.terms, quantile(np.inf) * np.sqrt(np.diag(self.covariance))
+        return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
+
+
+def square(upper: NDArray[Scalar]) -> NDArray[Scalar]:
+    """(3, 3, ...) symmetric matrix of the upper triangle's terms (6, ...)."""
+    matrix = np.empty((3, 3, *upper.shape[1:]), dtype=upper.dtype)
+    for value, (p, q) in zip(upper, UPPER, strict=True):
+        matrix[p, q] = matrix[q, p] = value
+    return matrix
+
+
+def joint_of(name: str, node: int, regression: Regression) -> Joint:
+    """The joint that a regression found."""
+    return Joint(name, node, square(regression.terms[:HALF]) + 1j * square(regression.terms[HALF:]))
+
+
+def estimate(
+    name: str, node: int, regression: Regression, propagated: Real | None, determined: NDArray[np.bool_]
+) -> JointEstimate:
+    """Matrices and intervals of one joint.
+
+    Args:
+        name: of the joint.
+        node: of the joint.
+        regression: its solution.
+        propagated: (12, 12) covariance from that of the modes, or None.
+        determined: (12,) which terms the modes determine whatever is assumed.
+    """
+    covariances = [(regression.honest_covariance, quantile(regression.freedom))]
+    if propagated is not None:
+        covariances.append((propagated, quantile(np.inf)))
+    common = identified(name, node, regression.terms, regression.covariance, covariances, determined)
+    return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
+
+
+def identified(
+    name: str,
+    node: int,
+    terms: Real,
+    covariance: Real,
+    widths: Sequence[tuple[Real, float]],
+    determined: NDArray[np.bool_],
+) -> IdentifiedJoint:
+    """Matrices and intervals of one joint.
+
+    Args:
+        name: of the joint.
+        node: of the joint.
+        terms: (12,) k's and h's upper triangle.
+        covariance: (12, 12) to state.
+        widths: covariances (12, 12) and quantiles that intervals are made of; the widest counts.
+        determined: (6,) or more: which stiffnesses the data determine whatever is assumed.
+    """
+    half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
+    limits = np.stack([terms - half, terms + half], axis=-1)
+
+    diagonal = np.sqrt(np.abs(np.diag(square(terms[:HALF]))))
+    floor = ROUNDING * np.array([diagonal[p] * diagonal[q] for p, q in UPPER])
+    real = np.abs(terms[:HALF]) > np.maximum(half[:HALF], floor)
+    ratio, ratio_limits = _loss_factors(terms, widths)
+    ratio, ratio_limits = np.where(real, ratio, np.nan), np.where(real[:, None], ratio_limits, np.nan)
+
+    return IdentifiedJoint(
+        name=name,
+        node=node,
+        stiffness=square(terms[:HALF]),
+        damping=square(terms[HALF:]),
+        covariance=covariance,
+        k_ci95=square(limits[:HALF]),
+        h_ci95=square(limits[HALF:]),
+        loss_factor=square(ratio),
+        loss_factor_ci95=square(ratio_limits),
+        observable=square(real & determined[:HALF]),
+    )
+
+
+def ratio_interval(
+    numerator: float, denominator: float, covariance: Real, quantile: float
+) -> tuple[float, float] | None:
+    """Interval of a ratio by Fieller's theorem (J. Roy. Stat. Soc. B 16, 1954, 175-185).
+
+    Args:
+        numerator: estimate.
+        denominator: estimate.
+        covariance: (2, 2) of numerator and denominator.
+        quantile: of Student's or the normal distribution.
+
+    Returns:
+        Lower and upper end, or None where the denominator cannot be told from zero.
+    """
+    (v_n, v_nd), (_, v_d) = covariance * quantile**2
+    free = denominator**2 - v_d
+    if free <= 0:
+        return None
+    middle = (numerator * denominator - v_nd) / free
+    inner = v_n * denominator**2 - 2 * numerator * denominator * v_nd + v_d * numerator**2 - (v_n * v_d - v_nd**2)
+    half = np.sqrt(max(inner, 0.0)) / free
+    return float(middle - half), float(middle + half)
+
+
+def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, float]]) -> tuple[Real, Real]:
+    """(6,) h / k and (6, 2) the widest interval; nan where some interval of k includes zero."""
+    ratio, limits = np.full(HALF, np.nan), np.full((HALF, 2), np.nan)
+    for place in range(HALF):
+        k, h = terms[place], terms[HALF + place]
+        pair = np.ix_([HALF + place, place], [HALF + place, place])
+        intervals = [ratio_interval(h, k, covariance[pair], quantile) for covariance, quantile in covariances]
+        bounded = [interval for interval in intervals if interval is not None]
+        if len(bounded) == len(intervals):
+            ratio[place] = h / k
+            limits[place] = min(low for low, _ in bounded), max(high for _, high in bounded)
+    return ratio, limits
+
+
+def quantile(freedom: float) -> float:
+    """Of the two-sided interval, for Student's distribution or, at infinite freedom, the normal one."""
+    return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))

@@ -1,0 +1,192 @@
+"""The result of a maximum likelihood fit: joints, deviations of the bench, what is weak, predictions and gates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity, reciprocity
+from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
+from analysis.inverse.joint_parameters import matrices
+from analysis.inverse.levenberg_marquardt import Minimum, inverse
+from analysis.inverse.observability import term_units
+from analysis.inverse.response_band import ResponseBand, propagated_band
+from analysis.inverse.response_jacobian import deviation_columns, term_columns
+from analysis.inverse.response_likelihood import ResponseLikelihood
+from analysis.inverse.response_model import ResponseModel
+from analysis.inverse.term_information import TermBound, term_bound
+from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
+from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
+
+
+@dataclass(frozen=True, eq=False)
+class LikelihoodEstimate(IdentifiedJoint):
+    """A joint as identified from accelerances; `covariance` has noise, tolerances and misfit in it.
+
+    Attributes:
+        gates: passivity and reciprocity.
+    """
+
+    gates: tuple[Gate, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """All that a fit to accelerances says.
+
+    Attributes:
+        joints: by name.
+        labels: (parameters,) of the joints, then of the bench's deviations.
+        values: (parameters,) most likely.
+        covariance: (parameters, parameters) with noise multiplied by `noise_scale`.
+        deviations: of the bench, as estimated.
+        chi_square_per_line, chi_square_per_row: (lines,), (rows,) per datum; 1 is noise alone.
+        noise_scale: what the noise's variance was multiplied by: chi-square per degree of freedom where that exceeds
+            one, so that a model which does not quite fit gets wider intervals.
+        bound: what the data determine of the terms with nothing assumed about the joints.
+        weak_directions: combinations of terms that the data hardly determine, the weakest first.
+        gates: fit and convergence; the joints have their own.
+        likelihood: that was maximised.
+    """
+
+    joints: dict[str, LikelihoodEstimate]
+    labels: tuple[str, ...]
+    values: Real
+    covariance: Real
+    deviations: Deviations
+    chi_square_per_line: Real
+    chi_square_per_row: Real
+    noise_scale: float
+    bound: TermBound
+    weak_directions: tuple[WeakDirection, ...]
+    gates: tuple[Gate, ...]
+    likelihood: ResponseLikelihood
+
+    @property
+    def passed(self) -> bool:
+        """Whether all gates, those of the joints included, passed."""
+        own = [gate for joint in self.joints.values() for gate in joint.gates]
+        return all(gate.passed for gate in (*self.gates, *own))
+
+    @cached_property
+    def terms_covariance(self) -> Real:
+        """(12 joints, 12 joints) of the terms of all joints, with what they have in common."""
+        return _terms_covariance(self.likelihood, self.values, self.covariance)
+
+    def sum_of(self, p: int, q: int) -> tuple[complex, float, float]:
+        """Sum over all joints of k + i h at row `p`, column `q`, and the standard deviations of its parts."""
+        place = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index((min(p, q), max(p, q)))
+        total = sum(complex(joint.joint.dynamic_stiffness[p, q]) for joint in self.joints.values())
+        deviations = []
+        for half in range(2):
+            at = np.arange(len(self.joints)) * 2 * HALF + half * HALF + place
+            deviations.append(float(np.sqrt(np.sum(self.terms_covariance[np.ix_(at, at)]))))
+        return total, deviations[0], deviations[1]
+
+    @cached_property
+    def predicted(self) -> ResponseBand:
+        """Accelerances at the lines that were fitted, with blows where they are estimated to have fallen."""
+        likelihood = self.likelihood
+        response = likelihood.response(self.values)
+        columns = np.concatenate([term_columns(response), deviation_columns(response, likelihood.active)])
+        chain = likelihood.chain(self.values)
+        model = likelihood.model
+        responses = FrequencyResponses(model.frequency, response.accelerance, model.response, model.inputs)
+        return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
+
+    def predict(self, response: Dof, inputs: Sequence[Dof], frequency: Real) -> ResponseBand:
+        """Accelerances that were not measured, or not in this way, for blows on the drawing's nodes.
+
+        Those of the accelerometer of the fit are as it reads them, with its gain and where it sits; of another one, as
+        they would be without fault.
+
+        Args:
+            response: where acceleration is wanted.
+            inputs: (rows,) where force acts.
+            frequency: (lines,) Hz, above zero.
+        """
+        fit = self.likelihood
+        model = ResponseModel(fit.model.free_beam, fit.model.joint_nodes, response, tuple(inputs), frequency)
+        count = len(COMMON) + len(fit.model.joint_nodes)
+        kept = np.zeros(fit.tolerance.size, dtype=bool)
+        kept[:count] = True
+        if response != fit.model.response:
+            kept[[0, COMMON.index("sensor position")]] = False
+        known = np.where(kept, self.deviations.values, 0.0)[:count]
+        deviations = Deviations(np.concatenate([known, np.zeros(len(model.inputs))]), self.deviations.joints)
+        at = model.condensed(deviations).on(matrices(fit.upper(self.values)))
+        active = np.concatenate([(fit.active & kept)[:count], np.zeros(len(model.inputs), dtype=bool)])
+        columns = np.concatenate([term_columns(at), deviation_columns(at, active)])
+        terms = HALF * self.deviations.joints
+        rows = np.concatenate([np.arange(terms), terms + np.flatnonzero(kept[fit.active])])
+        chain = fit.chain(self.values)[rows]
+        responses = FrequencyResponses(frequency, at.accelerance, response, model.inputs)
+        return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
+
+
+def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
+    """What a minimum says.
+
+    Args:
+        likelihood: that was maximised.
+        found: where.
+    """
+    model, names = likelihood.model, likelihood.parameters.names
+    response = likelihood.response(found.values)
+    square = np.abs((likelihood.measured - response.accelerance) / likelihood.deviation) ** 2 / 2
+    freedom = 1 - len(found.values) / (2 * square.size)
+    scale = max(1.0, float(np.mean(square)) / freedom)
+
+    _, weight = likelihood.prior
+    covariance = inverse((found.at.normal - np.diag(weight)) / scale + np.diag(weight))
+    upper = likelihood.upper(found.values).reshape(len(names), HALF)
+    terms = np.hstack([upper.real, upper.imag])
+    terms_covariance = _terms_covariance(likelihood, found.values, covariance)
+    information = likelihood.information(response).scaled(1 / scale)
+    unit = term_units(model.free_beam, len(names))
+    bound = term_bound(information, likelihood.tolerance[likelihood.active], unit)
+    observable = bound.observable(terms.ravel()).reshape(terms.shape)
+
+    joints = {}
+    for joint, name in enumerate(names):
+        at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
+        own = terms_covariance[at, at]
+        common = identified(
+            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(np.inf))], observable[joint]
+        )
+        joints[name] = LikelihoodEstimate(**vars(common), gates=(reciprocity(common), passivity(common)))
+
+    per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
+    labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
+    weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
+    common_scale = scale_direction(likelihood.tolerance[:3], bound, terms.ravel())
+    return JointFit(
+        joints=joints,
+        labels=(*likelihood.parameters.labels, *labels.tolist()),
+        values=found.values,
+        covariance=covariance,
+        deviations=likelihood.deviations(found.values),
+        chi_square_per_line=per_line,
+        chi_square_per_row=per_row,
+        noise_scale=scale,
+        bound=bound,
+        weak_directions=weak if common_scale is None else (*weak, common_scale),
+        gates=(
+            goodness_of_fit(per_line, per_row, model.frequency, model.inputs),
+            convergence(found.converged, found.expected),
+        ),
+        likelihood=likelihood,
+    )
+
+
+def _terms_covariance(likelihood: ResponseLikelihood, values: Real, covariance: Real) -> Real:
+    """(12 joints, 12 joints) of the terms of all joints, from that of the parameters."""
+    chain = likelihood.chain(values)[: HALF * len(likelihood.parameters.names)]
+    by_joint = chain.reshape(-1, 1, HALF, chain.shape[1])
+    slope = np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, chain.shape[1])
+    return np.asarray(slope @ covariance @ slope.T)

@@ -1,0 +1,121 @@
+"""What joints are described by in a fit: real parameters, mapped to the dynamic stiffness z = k + i h of all joints.
+
+Here they are the terms of the matrices themselves; `cylinder_parameters` has those of the cylinders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from analysis.frequency_response import Complex, Real
+from analysis.inverse.regression import TERMS, UPPER
+from analysis.structure.joints import Joint
+
+HALF = len(UPPER)
+REACH = 0.3  # a start is taken to be off by so much of the size of a term
+SHORT_LEVER = 0.01  # m; a rotational stiffness is at least of the size of a translational one at this lever
+
+
+class JointParameters(Protocol):
+    """A description of joints by real parameters."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(joints,)."""
+
+    @property
+    def seen_from_drawing(self) -> bool:
+        """Whether z is that at the drawing's node, through a rigid lever, and not where the joint really sits."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """(parameters,) names."""
+
+    @property
+    def prior_mean(self) -> Real:
+        """(parameters,)."""
+
+    @property
+    def prior_deviation(self) -> Real:
+        """(parameters,) standard deviations; infinite where nothing is known beforehand."""
+
+    def start(self, joints: Sequence[Joint]) -> Real:
+        """(parameters,) nearest to `joints`."""
+
+    def reach(self, values: Real) -> Real:
+        """(parameters,) how far off a start `values` is taken to be; infinite where nothing is taken."""
+
+    def upper(self, values: Real) -> Complex:
+        """(6 joints,) upper terms of z of all joints, joint by joint."""
+
+    def slope(self, values: Real) -> Complex:
+        """(6 joints, parameters) derivative of `upper`."""
+
+
+def matrices(upper: Complex) -> Complex:
+    """(joints, 3, 3) symmetric z of upper terms (6 joints,)."""
+    terms = upper.reshape(-1, HALF)
+    found = np.empty((len(terms), 3, 3), dtype=complex)
+    for place, (p, q) in enumerate(UPPER):
+        found[:, p, q] = found[:, q, p] = terms[:, place]
+    return found
+
+
+def upper_terms(joints: Sequence[Joint]) -> Complex:
+    """(6 joints,) upper terms of the symmetric part of each joint's z."""
+    parts = [(joint.dynamic_stiffness + joint.dynamic_stiffness.T) / 2 for joint in joints]
+    return np.array([part[place] for part in parts for place in UPPER], dtype=complex)
+
+
+@dataclass(frozen=True)
+class SymmetricTerms:
+    """All twelve terms of each joint, k11 ... k33 and h11 ... h33, with nothing known beforehand.
+
+    Attributes:
+        names: (joints,).
+        seen_from_drawing: see `JointParameters`.
+    """
+
+    names: tuple[str, ...]
+    seen_from_drawing: bool = True
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Such as ``k11(I)``, joint by joint."""
+        return tuple(f"{term}({name})" for name in self.names for term in TERMS)
+
+    @property
+    def prior_mean(self) -> Real:
+        """Zeros."""
+        return np.zeros(len(self.labels))
+
+    @property
+    def prior_deviation(self) -> Real:
+        """Infinite."""
+        return np.full(len(self.labels), np.inf)
+
+    def start(self, joints: Sequence[Joint]) -> Real:
+        """The terms of `joints`."""
+        terms = upper_terms(joints).reshape(-1, 1, HALF)
+        return np.concatenate([terms.real, terms.imag], axis=1).ravel()
+
+    def reach(self, values: Real) -> Real:
+        """A share of the diagonal terms in their row and column."""
+        size = np.abs(matrices(self.upper(values)).diagonal(axis1=1, axis2=2))
+        size[:, 2] = np.maximum(size[:, 2], SHORT_LEVER**2 * np.max(size, axis=1))
+        terms = np.array([[np.sqrt(row[p] * row[q]) for p, q in UPPER] for row in size])
+        return REACH * np.tile(terms, 2).ravel()
+
+    def upper(self, values: Real) -> Complex:
+        """k + i h."""
+        terms = values.reshape(-1, 2, HALF)
+        return np.asarray(terms[:, 0] + 1j * terms[:, 1]).ravel()
+
+    def slope(self, values: Real) -> Complex:  # noqa: ARG002 - the same everywhere
+        """1 in each k and i in each h."""
+        return np.asarray(block_diag(*len(self.names) * [np.hstack([np.eye(HALF), 1j * np.eye(HALF)])]))

@@ -1,0 +1,157 @@
+"""What the measured modes can tell about the joints, whatever the procedure, and what they cannot.
+
+`modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information that poles and shape
+components hold about the terms of all joints, with the scale of each shape unknown. Nothing is assumed
+about the longitudinal motion. On the paper's bench it shows that only k11(I) + k11(II) is determined,
+for the bar hardly stretches; `weak_directions` says so in words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.inverse.expansion import JointMotion, joint_degrees, joint_motion, measured_degrees
+from analysis.inverse.propagation import ModalUncertainty, pole_change
+from analysis.inverse.regression import TERMS, UPPER
+from analysis.modes import Modes
+from analysis.structure.beam import FreeBeam
+from analysis.structure.joints import Joint
+
+UNKNOWN = 1e6  # standard deviation of a term that nothing determines, in units of `stiffness_unit`
+ENOUGH = 0.25  # half-width of the 95 % interval, as a share of the term
+HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
+SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
+EXACT = 1e-6  # least standard deviation of a shape component, relative to the largest
+
+
+def modal_bound(
+    free_beam: FreeBeam,
+    joints: Sequence[Joint],
+    modes: Modes,
+    measured: Sequence[Dof],
+    uncertainty: ModalUncertainty,
+) -> Real:
+    """(12 joints, 12 joints) smallest covariance that any unbiased estimate from such modes can have.
+
+    Args:
+        free_beam: the beam without joints.
+        joints: at which the bound is taken.
+        modes: those of `free_beam` on `joints`, from `forward.eigensolution`. Measured ones do not solve
+            the model exactly, and every inconsistency would count as information.
+        measured: components of the shapes that count.
+        uncertainty: of the modes' data; that of the shapes holds for their scale.
+
+    Raises:
+        AnalysisError: the components do not determine the motion of the joints.
+    """
+    nodes = [joint.node for joint in joints]
+    shapes = np.stack([modes.at(dof) for dof in measured], axis=1)
+    motion = joint_motion(free_beam, modes.poles, shapes, measured, nodes)
+    in_poles, in_shapes = _model_change(free_beam, joints, modes, motion, measured)
+
+    per_data = pole_change(modes, 2)  # d lambda / d(f, eta), inverted to d(f, eta) / d lambda
+    two_by_two = np.stack([per_data.real, per_data.imag], axis=1)
+    of_poles = np.linalg.solve(two_by_two, np.stack([in_poles.real, in_poles.imag], axis=1))
+    design = _whiten(uncertainty.pole, np.asarray(of_poles).reshape(-1, of_poles.shape[-1]))
+    information = design.T @ design
+    for shape, change, covariance in zip(shapes, in_shapes, uncertainty.shape, strict=True):
+        floor = (EXACT * np.max(np.abs(shape))) ** 2 * np.eye(len(covariance))
+        scale = np.stack([np.concatenate([z.real, z.imag]) for z in (shape, 1j * shape)], axis=1)
+        columns = _whiten(covariance + floor, np.column_stack([np.concatenate([change.real, change.imag]), scale]))
+        free, _ = np.linalg.qr(columns[:, -2:])
+        seen = columns[:, :-2] - free @ (free.T @ columns[:, :-2])
+        information += seen.T @ seen
+
+    return bounded_inverse(information, term_units(free_beam, len(joints)))
+
+
+def term_units(free_beam: FreeBeam, joints: int) -> Real:
+    """(12 joints,) what the terms of all joints are divided by: EI/L^3, EI/L^2 and EI/L."""
+    return np.tile([free_beam.beam.stiffness_unit[place] for place in UPPER], 2 * joints)
+
+
+def bounded_inverse(information: Real, unit: Real) -> Real:
+    """Inverse of a Fisher information (terms, terms); what nothing determines is known to `UNKNOWN` units (terms,)."""
+    scaled = information * np.outer(unit, unit) + np.eye(unit.size) / UNKNOWN**2
+    balance = 1 / np.sqrt(np.diag(scaled))
+    inverse = np.linalg.inv(scaled * np.outer(balance, balance))
+    return np.asarray(inverse * np.outer(balance * unit, balance * unit))
+
+
+def _model_change(
+    free_beam: FreeBeam, joints: Sequence[Joint], modes: Modes, motion: JointMotion, measured: Sequence[Dof]
+) -> tuple[Complex, Complex]:
+    """Derivatives of poles (modes, terms) and of measured components (modes, measured, terms) in all joint terms.
+
+    A mode solves (1 + z H(lambda)) p = 0 with the joint forces p and the free beam's receptance H at the joints.
+    """
+    held = joint_degrees(free_beam, [joint.node for joint in joints])
+    rows = measured_degrees(free_beam, measured)
+    count = held.size
+    stiffness = block_diag(*(joint.dynamic_stiffness for joint in joints))
+    terms = _unit_changes(len(joints))
+    poles = modes.poles
+    at_joints, slope = (f(poles, held, held) for f in (free_beam.receptance, free_beam.receptance_slope))
+    at_rows, rows_slope = (f(poles, rows, held) for f in (free_beam.receptance, free_beam.receptance_slope))
+
+    of_poles = np.empty((poles.size, len(terms)), dtype=complex)
+    of_shapes = np.empty((poles.size, len(measured), len(terms)), dtype=complex)
+    for mode in range(poles.size):
+        u = motion.displacement[mode].ravel()
+        p = motion.force[mode].ravel()
+        # unknown change of p and of lambda; the last row keeps the scale of p
+        bordered = np.zeros((count + 1, count + 1), dtype=complex)
+        bordered[:count, :count] = np.eye(count) + stiffness @ at_joints[mode]
+        bordered[:count, count] = stiffness @ slope[mode] @ p
+        bordered[count, :count] = p.conj()
+        size = np.concatenate([np.abs(np.diag(stiffness)), [1.0]])
+        size[size == 0] = 1.0
+        right = np.concatenate([-(terms @ u).T, np.zeros((1, len(terms)))])
+        change = np.linalg.solve(bordered / size[:, None], right / size[:, None])
+        of_poles[mode] = change[count]
+        of_shapes[mode] = at_rows[mode] @ change[:count] + np.outer(rows_slope[mode] @ p, change[count])
+    return of_poles, of_shapes
+
+
+def _unit_changes(joints: int) -> Complex:
+    """(12 joints, 3 joints, 3 joints) change of all joints' z for a unit of each term."""
+    changes = np.zeros((len(TERMS) * joints, 3 * joints, 3 * joints), dtype=complex)
+    for joint in range(joints):
+        for number, factor in enumerate((1.0, 1j)):
+            for place, (p, q) in enumerate(UPPER):
+                row, column = 3 * joint + p, 3 * joint + q
+                changes[len(TERMS) * joint + len(UPPER) * number + place, [row, column], [column, row]] = factor
+    return changes
+
+
+def _whiten(covariance: Real, columns: Real) -> Real:
+    """L^-1 `columns` with covariance = L L^t."""
+    scale = np.sqrt(np.diag(covariance))
+    try:
+        factor = np.linalg.cholesky(covariance / np.outer(scale, scale))
+    except np.linalg.LinAlgError as error:
+        raise AnalysisError("a covariance of the modes is not positive definite") from error
+    return np.asarray(np.linalg.solve(factor, columns / scale[:, None]))
+
+
+def determined(bound: Real, values: Real) -> NDArray[np.bool_]:
+    """(terms,) whether each term is known on its own, to a quarter of its value, and not in a sum or difference only.
+
+    A term is known in a sum only where its correlation with another one leaves the two of them undetermined in one
+    direction and forty times better known in the other. Better data do not change that, only another experiment does.
+
+    Args:
+        bound: (terms, terms) least covariance, as from `modal_bound`.
+        values: (terms,).
+    """
+    deviation = np.sqrt(np.diag(bound))
+    correlation = np.abs(bound / np.outer(deviation, deviation)) - np.eye(len(bound))
+    known = HALF_WIDTH * deviation < ENOUGH * np.abs(values)
+    return np.asarray(known & (np.max(correlation, axis=1) < SUM_ONLY))

@@ -1,0 +1,180 @@
+"""How likely measured accelerances are, for joints and a bench that deviates from its drawing.
+
+Errors are Gaussian, independent from line to line and of known variance, per real and imaginary part. Chi-square is
+-2 log likelihood, with the priors of the parameters in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.inverse.joint_parameters import HALF, JointParameters, matrices
+from analysis.inverse.levenberg_marquardt import Linearised
+from analysis.inverse.response_jacobian import deviation_columns, term_columns
+from analysis.inverse.response_model import CondensedBeam, ResponseModel, SupportedResponse
+from analysis.inverse.tolerances import COMMON, Deviations
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """What accelerances say of upper terms of z and of deviations, both as if complex.
+
+    Attributes:
+        products: (columns, columns) J^H W J over the columns of z's upper terms, then of the active deviations.
+        descent: (columns,) J^H W r.
+        chi_square: r^H W r.
+    """
+
+    products: Complex
+    descent: Complex
+    chi_square: float
+
+    def scaled(self, factor: float) -> Information:
+        """The same with the noise's variance divided by `factor`."""
+        return Information(factor * self.products, factor * self.descent, factor * self.chi_square)
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseLikelihood:
+    """A sum of squares over joint parameters, then deviations of the bench.
+
+    Attributes:
+        model: the experiment.
+        measured: (rows, lines) accelerances, (m/s^2)/N.
+        deviation: (rows, lines) their standard deviation, per real and imaginary part.
+        parameters: of the joints.
+        tolerance: (4 + joints + rows,) standard deviations of the bench's deviations; zero holds one at nil.
+    """
+
+    model: ResponseModel
+    measured: Complex
+    deviation: Real
+    parameters: JointParameters
+    tolerance: Real
+
+    def __post_init__(self) -> None:
+        expected = (len(self.model.inputs), self.model.frequency.size)
+        if self.measured.shape != expected or self.deviation.shape != expected:
+            raise AnalysisError(f"accelerances and their deviation must have shape (rows, lines) = {expected}")
+        if not np.all(self.deviation > 0):
+            raise AnalysisError("the standard deviation of the accelerances must be above zero at every line")
+
+    @property
+    def data(self) -> int:
+        """Number of real and imaginary parts."""
+        return 2 * self.measured.size
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """(4 + joints + rows,) which deviations of the bench are parameters."""
+        return self.tolerance > 0
+
+    @cached_property
+    def prior(self) -> tuple[Real, Real]:
+        """(parameters,) means, and one over the variances."""
+        mean = np.concatenate([self.parameters.prior_mean, np.zeros(int(np.sum(self.active)))])
+        deviation = np.concatenate([self.parameters.prior_deviation, self.tolerance[self.active]])
+        return mean, 1 / deviation**2
+
+    @cached_property
+    def as_drawn(self) -> CondensedBeam:
+        """The free beam of a bench that does not deviate."""
+        return self.model.condensed(Deviations.none(len(self.model.joint_nodes), len(self.model.inputs)))
+
+    def within(self, highest: float, inflation: float) -> ResponseLikelihood:
+        """The same up to `highest` Hz, with the standard deviation raised by a share of the measured accelerances."""
+        keep = self.model.frequency <= highest
+        measured = self.measured[:, keep]
+        return replace(
+            self,
+            model=replace(self.model, frequency=self.model.frequency[keep]),
+            measured=measured,
+            deviation=np.hypot(self.deviation[:, keep], inflation * np.abs(measured)),
+        )
+
+    def deviations(self, values: Real) -> Deviations:
+        """Of the bench, from parameters (parameters,)."""
+        found = np.zeros(self.tolerance.size)
+        found[self.active] = values[len(self.parameters.labels) :]
+        return Deviations(found, len(self.model.joint_nodes))
+
+    def response(self, values: Real) -> SupportedResponse:
+        """The model's, for parameters (parameters,)."""
+        free = self.model.condensed(self.deviations(values)) if np.any(self.active) else self.as_drawn
+        return free.on(matrices(self.upper(values)))
+
+    def upper(self, values: Real) -> Complex:
+        """(6 joints,) upper terms of z of all joints where they really sit."""
+        own = self.parameters.upper(values[: len(self.parameters.labels)])
+        return np.asarray(self._moved(self.deviations(values))[0] @ own)
+
+    def cost(self, values: Real) -> float:
+        """Chi-square with priors; infinite for a bench that cannot be."""
+        deviations = self.deviations(values)
+        if min(deviations.gain, deviations.youngs_modulus, deviations.density) <= -1:
+            return float("inf")
+        mean, weight = self.prior
+        left = (self.measured - self.response(values).accelerance) / self.deviation
+        return float(np.vdot(left, left).real + np.sum(weight * (values - mean) ** 2))
+
+    def information(self, response: SupportedResponse) -> Information:
+        """Products of the whitened derivatives about `response`."""
+        weight = 1 / self.deviation
+        terms, deviations = term_columns(response), deviation_columns(response, self.active)
+        weighted = np.concatenate([terms, deviations]) * weight
+        columns: Complex = np.asarray(weighted, dtype=complex).reshape(len(weighted), -1)
+        left = ((self.measured - response.accelerance) * weight).ravel()
+        conjugate = columns.conj()
+        return Information(
+            np.asarray(conjugate @ columns.T), np.asarray(conjugate @ left), float(np.vdot(left, left).real)
+        )
+
+    def chain(self, values: Real) -> Complex:
+        """(columns, parameters) derivative of z's upper terms and of the active deviations in the parameters."""
+        count = len(self.parameters.labels)
+        moved, slopes = self._moved(self.deviations(values))
+        found: Complex = block_diag(moved @ self.parameters.slope(values[:count]), np.eye(int(np.sum(self.active))))
+        in_places = np.zeros((self.tolerance.size, len(moved)), dtype=complex)
+        in_places[len(COMMON) : len(COMMON) + len(slopes)] = slopes @ self.parameters.upper(values[:count])
+        found[: len(moved), count:] = in_places[self.active].T
+        return found
+
+    def _moved(self, deviations: Deviations) -> tuple[Real, Real]:
+        """Upper terms where the joints really sit, from those that the parameters give: (6 joints, 6 joints).
+
+        Terms of matrices are parameters as seen from the drawing's node, through a rigid lever: a joint's place and its
+        k23 then have hardly anything to do with each other, where otherwise they would trade along a curve.
+
+        Returns:
+            The map, and (joints, 6 joints, 6 joints) its derivatives in the joints' positions.
+        """
+        places = deviations.joint_positions
+        maps, slopes = np.zeros((2, len(places), HALF, HALF))
+        maps[:] = np.eye(HALF)
+        if self.parameters.seen_from_drawing:
+            maps[:, 2, 1] = maps[:, 4, 3] = -places
+            maps[:, 5, 4], maps[:, 5, 3] = -2 * places, places**2
+            slopes[:, 2, 1] = slopes[:, 4, 3] = -1
+            slopes[:, 5, 4], slopes[:, 5, 3] = -2, 2 * places
+        own = np.zeros((len(places), len(places) * HALF, len(places) * HALF))
+        for joint, slope in enumerate(slopes):
+            at = slice(HALF * joint, HALF * (joint + 1))
+            own[joint, at, at] = slope
+        return np.asarray(block_diag(*maps)), own
+
+    def linearised(self, values: Real) -> Linearised:
+        """The normal equations about parameters (parameters,)."""
+        found, chain, (mean, weight) = self.information(self.response(values)), self.chain(values), self.prior
+        off = values - mean
+        return Linearised(
+            cost=found.chi_square + float(np.sum(weight * off**2)),
+            descent=np.real(chain.conj().T @ found.descent) - weight * off,
+            normal=np.real(chain.conj().T @ found.products @ chain) + np.diag(weight),
+        )

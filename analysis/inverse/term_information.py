@@ -1,0 +1,59 @@
+"""What accelerances determine of joint terms, with nothing assumed about the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from analysis.frequency_response import Real
+from analysis.inverse.joint_parameters import HALF
+from analysis.inverse.observability import ENOUGH, HALF_WIDTH, bounded_inverse, determined
+from analysis.inverse.response_likelihood import Information
+
+
+@dataclass(frozen=True, eq=False)
+class TermBound:
+    """Cramer-Rao bounds of the terms of all joints, (12 joints, 12 joints), in the order of `regression.TERMS`.
+
+    Attributes:
+        as_drawn: where the bench is known exactly.
+        within_tolerances: where it deviates by what its tolerances allow.
+    """
+
+    as_drawn: Real
+    within_tolerances: Real
+
+    def observable(self, values: Real) -> NDArray[np.bool_]:
+        """(12 joints,) which terms the data determine on their own, to a quarter of their value.
+
+        A common factor, which gain, E and rho leave open, ties all terms together without making any a sum of others:
+        so what is known in a sum only is judged with the bench as drawn.
+
+        Args:
+            values: (12 joints,) of the terms.
+        """
+        wide = HALF_WIDTH * np.sqrt(np.diag(self.within_tolerances))
+        return np.asarray(determined(self.as_drawn, values) & (wide < ENOUGH * np.abs(values)))
+
+
+def term_bound(information: Information, tolerance: Real, unit: Real) -> TermBound:
+    """Bounds from the products of derivatives.
+
+    Args:
+        information: over upper terms of z, then active deviations.
+        tolerance: (active,) standard deviations of the latter.
+        unit: (12 joints,) of the terms.
+    """
+    joints = unit.size // (2 * HALF)
+    chain = block_diag(*joints * [np.hstack([np.eye(HALF), 1j * np.eye(HALF)])], np.eye(tolerance.size))
+    normal = np.real(chain.conj().T @ information.products @ chain)
+    count = unit.size
+    terms, across, others = normal[:count, :count], normal[:count, count:], normal[count:, count:]
+    lost = np.zeros_like(terms)
+    if tolerance.size:
+        scaled = others * np.outer(tolerance, tolerance) + np.eye(tolerance.size)
+        lost = across * tolerance @ np.linalg.solve(scaled, (across * tolerance).T)
+    return TermBound(bounded_inverse(terms, unit), bounded_inverse(terms - lost, unit))

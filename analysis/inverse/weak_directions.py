@@ -1,0 +1,122 @@
+"""Combinations of joint terms that the data hardly determine, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.inverse.observability import SUM_ONLY
+from analysis.inverse.regression import TERMS, UPPER
+from analysis.inverse.term_information import TermBound
+
+LEADING = 0.3  # weights below this share of the largest are left out of the words
+
+
+@dataclass(frozen=True, eq=False)
+class WeakDirection:
+    """A combination of joint terms that the data hardly determine.
+
+    Attributes:
+        text: such as "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.04";
+            where coupling or rotation is in it, terms count in EI/L^2 and EI/L.
+        terms: names and weights of what it is made of, the largest weight 1.
+        standard_deviation: of that combination, in units of EI/L^3 (EI/L^2, EI/L for coupling, rotation).
+    """
+
+    text: str
+    terms: tuple[tuple[str, float], ...]
+    standard_deviation: float
+
+
+def weak_directions(
+    covariance: Real, joint_names: Sequence[str], unit: Real, values: Real, share: float = 0.1
+) -> tuple[WeakDirection, ...]:
+    """Combinations of terms that the data hardly determine, the weakest first.
+
+    They are eigenvectors of the covariance of all stiffnesses, and of that of all dampings, scaled by `unit`: those
+    uncertain by more than `share` of the largest term, and those that two terms share which are known in a sum only.
+
+    Args:
+        covariance: (12 joints, 12 joints) of the terms of all joints.
+        joint_names: (joints,).
+        unit: (3, 3) what terms are divided by, such as `Beam.stiffness_unit`.
+        values: (12 joints,) the terms themselves.
+        share: of the largest stiffness or damping.
+    """
+    found = []
+    half = len(UPPER)
+    scale = np.tile([unit[place] for place in UPPER], 2 * len(joint_names))
+    names = [f"{term}({joint})" for joint in joint_names for term in TERMS]
+    scaled, values = covariance / np.outer(scale, scale), values / scale
+    for kind in range(2):
+        chosen = np.flatnonzero((np.arange(scale.size) // half) % 2 == kind)
+        block = scaled[np.ix_(chosen, chosen)]
+        limit = share * np.max(np.abs(values[chosen]))
+        variances, vectors = np.linalg.eigh(block)
+        for variance, vector in zip(variances, vectors.T, strict=True):
+            leading = np.flatnonzero(np.abs(vector) > LEADING * np.max(np.abs(vector)))
+            within = block[np.ix_(leading, leading)]
+            if variance > limit**2 or _split(within, variance):
+                found.append(_in_words(vector[leading], [names[chosen[i]] for i in leading], within))
+    return tuple(sorted(found, key=lambda direction: -direction.standard_deviation))
+
+
+def scale_direction(tolerances: Sequence[float] | Real, bound: TermBound, values: Real) -> WeakDirection | None:
+    """The common factor of all terms, which accelerances leave open: k, E, rho and the gain may grow together.
+
+    Args:
+        tolerances: relative ones of gain, E and rho; with one of them exact, so is the factor.
+        bound: of the terms, for comparison.
+        values: (terms,).
+
+    Returns:
+        The factor, relative, or None where it is known.
+    """
+    if not np.all(np.asarray(tolerances) > 0):
+        return None
+    deviation = float(1 / np.sqrt(np.sum(1 / np.square(tolerances))))
+    known = np.abs(values) > 0
+    best = np.min(np.sqrt(np.diag(bound.as_drawn))[known] / np.abs(values[known]), initial=np.inf)
+    if best >= deviation:
+        return None
+    text = (
+        f"a common factor of all terms is known to {_short(100 * deviation)} % (one standard deviation), as well as "
+        f"gain, density and Young's modulus are; without it the best known term to {_short(100 * float(best))} %"
+    )
+    return WeakDirection(text, (("all terms", 1.0),), deviation)
+
+
+def _split(covariance: Real, variance: float) -> bool:
+    """Whether terms of this covariance are known in a sum only, and a direction of this variance is not that sum."""
+    deviation = np.sqrt(np.diag(covariance))
+    correlation = np.abs(covariance / np.outer(deviation, deviation)) - np.eye(len(covariance))
+    return bool(np.max(correlation) >= SUM_ONLY and variance > np.max(np.diag(covariance)) / 2)
+
+
+def _in_words(vector: Real, names: Sequence[str], block: Real) -> WeakDirection:
+    weights = vector / vector[np.argmax(np.abs(vector))]
+    weights = np.where(np.abs(np.abs(weights) - 1) < 0.1, np.sign(weights), weights) * np.sign(weights[0])
+    deviation = float(np.sqrt(weights @ block @ weights))
+    unit = "" if any("3" in name for name in names) else " EI/L^3"
+    text = f"{_sum(weights, names)} is known to +-{_short(deviation)}{unit} (one standard deviation)"
+    if len(names) == 2:
+        other = weights * (1, -1)
+        text += f", {_sum(other, names)} to {_short(np.sqrt(max(other @ block @ other, 0.0)))}"
+    return WeakDirection(text, tuple(zip(names, weights.tolist(), strict=True)), deviation)
+
+
+def _sum(weights: Real, names: Sequence[str]) -> str:
+    text = ""
+    for weight, name in zip(weights, names, strict=True):
+        size = "" if abs(weight) == 1 else f"{abs(weight):.1f} "
+        sign = (" - " if weight < 0 else " + ") if text else ("-" if weight < 0 else "")
+        text += f"{sign}{size}{name}"
+    return text
+
+
+def _short(number: float) -> str:
+    """Two digits, without an exponent where that is readable."""
+    return f"{float(f'{number:.2g}'):g}"

@@ -1,0 +1,1 @@
+"""From blows to modes: spectra and their scatter, checks of a blow, poles, shapes and their covariance."""

@@ -1,0 +1,112 @@
+"""Least-squares complex frequency-domain estimator of poles, for every model order up to a highest.
+
+Accelerances are fitted by fractions of polynomials in z = exp(i w dt), with one denominator for all rows
+(P. Guillaume, P. Verboven, S. Vanlanduit, H. Van der Auweraer, B. Peeters, "A poly-reference implementation of
+the least-squares complex frequency-domain estimator", IMAC XXI, 2003). The denominator has square matrix
+coefficients, a row and a column for each fixed sensor. With one accelerometer and a roving hammer reciprocity makes
+the blows the rows and the accelerometer the one reference, so the coefficients are numbers and the poles of order
+n are the n roots of one polynomial: orders up to 60 take milliseconds.
+
+Linear least squares weighs the equation and not the measurement, so its damping is biased by up to some per cent.
+The poles are for choosing a model (`stabilisation`) and for starting `modal_refinement`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+
+
+@dataclass(frozen=True)
+class OrderPoles:
+    """The stable poles of one model order.
+
+    Attributes:
+        order: degree of the denominator.
+        poles: (n,) in rad/s, positive imaginary part, negative real part, sorted by frequency.
+    """
+
+    order: int
+    poles: Complex
+
+
+def lscf_poles(frequency: Real, response: Complex, highest_order: int = 60) -> tuple[OrderPoles, ...]:
+    """Poles of every order from 1 to `highest_order`.
+
+    Args:
+        frequency: (lines,) in Hz, rising; spacing need not be even.
+        response: (rows, lines) or (rows, references, lines) frequency responses of any unit.
+        highest_order: degree of the largest denominator.
+
+    Raises:
+        AnalysisError: too few lines for the order.
+    """
+    block = response[:, None, :] if response.ndim == 2 else response
+    rows, references, lines = block.shape
+    if 2 * rows * lines <= (highest_order + 1) * (rows + references):
+        raise AnalysisError(f"{lines} lines in {rows} rows are too few for order {highest_order}; lower the order")
+    step = 1 / (2 * frequency[-1])
+    denominators = _denominators(_reduced_normal_matrix(frequency * step, block, highest_order), references)
+    return tuple(OrderPoles(order, _stable_poles(one, step)) for order, one in enumerate(denominators, start=1))
+
+
+def _reduced_normal_matrix(cycles: Real, block: Complex, order: int) -> Real:
+    """Normal equations of the denominator, numerators eliminated: ((order + 1) references,) square, power by power.
+
+    Every block is Toeplitz in the powers of z because |z| = 1, so only its lags are summed over the lines.
+    """
+    _, references, lines = block.shape
+    size = order + 1
+    powers = np.vander(np.exp(2j * np.pi * cycles), size, increasing=True)
+    toeplitz = order + np.arange(size)[None, :] - np.arange(size)[:, None]
+    numerator = _lags(np.ones(lines), powers)[toeplitz]  # the same for every row
+    mixed = _lags(block, powers)[..., toeplitz].transpose(2, 0, 3, 1)
+    own = _lags(np.einsum("ril,rjl->ijl", block.conj(), block), powers)[..., toeplitz].transpose(2, 0, 3, 1)
+    coupling = mixed.reshape(size, -1)
+    solved = np.linalg.pinv(numerator, rcond=size * np.finfo(float).eps, hermitian=True) @ coupling
+    by_row = (-1, size * references)
+    normal = own.reshape(by_row) - coupling.reshape(by_row).T @ solved.reshape(by_row)
+    return np.asarray(normal)
+
+
+def _lags(values: Complex | Real, powers: Complex) -> Real:
+    """Real parts (..., 2 order + 1) of the sums over lines of values (..., lines) times z^-order to z^order."""
+    even, odd = values.real @ powers.real, values.imag @ powers.imag
+    return np.concatenate([(even + odd)[..., :0:-1], even - odd], axis=-1)
+
+
+def _denominators(normal: Real, references: int) -> list[Real]:
+    """Least-squares coefficients (order + 1, references, references) of every order, that of the lowest power 1.
+
+    Fixing the lowest power makes poles that only fit noise unstable, which tells them from those of the structure
+    (B. Cauberghe, P. Guillaume, P. Verboven, S. Vanlanduit, E. Parloo, "On the influence of the parameter constraint
+    on the stability of the poles and the discrimination capabilities of the stabilisation diagrams", MSSP 19, 2005).
+    The equations of an order are the leading ones of the highest, and so is the Cholesky factor.
+    """
+    square, right = normal[references:, references:], -normal[references:, :references]
+    sizes = range(references, len(square) + 1, references)
+    try:
+        factor = np.linalg.cholesky(square)
+    except np.linalg.LinAlgError:  # data without noise have fewer poles than the highest order
+        free = [np.linalg.lstsq(square[:n, :n], right[:n], rcond=None)[0] for n in sizes]
+    else:
+        half = solve_triangular(factor, right, lower=True)
+        free = [solve_triangular(factor[:n, :n], half[:n], lower=True, trans="T") for n in sizes]
+    unit = np.eye(references)
+    return [np.concatenate([unit, coefficients]).reshape(-1, references, references) for coefficients in free]
+
+
+def _stable_poles(denominator: Real, step: float) -> Complex:
+    """Decaying poles of positive frequency of a matrix polynomial in z, lowest power first."""
+    order, references = denominator.shape[0] - 1, denominator.shape[1]
+    companion = np.eye(order * references, k=-references)
+    companion[:references] = -denominator[1:].transpose(1, 0, 2).reshape(references, order * references)
+    inverse = np.linalg.eigvals(companion).astype(complex)  # of z: the lowest power's coefficient is the identity
+    poles = -np.log(inverse[inverse.imag < 0]) / step
+    poles = poles[poles.real < 0]
+    return np.asarray(poles[np.argsort(poles.imag)])

@@ -1,0 +1,59 @@
+"""Covariance of modes from the scatter of single blows, which hangs together from line to line.
+
+A blow a millimetre beside its mark, or harder than the others, changes the accelerance at all lines together. Noise
+that is independent from line to line averages out over a fit of two thousand lines; this does not, and intervals that
+count on it are too narrow by a factor of three to twenty. So every blow's share in the average is followed through the
+fit, to first order, and the squares of what it does are added up: the covariance of White's sandwich with the blows
+for clusters (H. White, Econometrica 48, 1980; K.-Y. Liang, S. L. Zeger, Biometrika 73, 1986). It needs no model of the
+hand and includes the noise, which scatters from blow to blow like everything else.
+
+What all blows of a point share, a mark that is painted beside its place, no blow can tell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analysis.frequency_response import Complex, Real
+from analysis.modal.modal_model import modal_basis
+from analysis.modal.modal_refinement import ModalData, ModalFit, stacked
+
+
+def covariance_from_scatter(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:
+    """Covariance of poles and of modal constants, as `ModalFit.pole_covariance` and `.constants_covariance` have it.
+
+    Args:
+        data: what was fitted.
+        fit: the best fit to it.
+        scatter: (rows, blows, lines) how far each blow moves the average of its row.
+
+    Returns:
+        (2 modes, 2 modes) of [Re, Im, Re, Im, ...] of the poles in 1/s^2, and (modes, 2 rows, 2 rows) of [real parts,
+        imaginary parts] of the constants of each mode.
+    """
+    modes, rows = fit.constants.shape
+    poles, constants = _changes(data, fit, scatter)
+    constants = constants.reshape(-1, rows, modes, 2).transpose(2, 0, 3, 1).reshape(modes, -1, 2 * rows)
+    return poles.T @ poles, constants.transpose(0, 2, 1) @ constants
+
+
+def _changes(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:
+    """Of the poles (rows blows, 2 modes) and of the constants (rows blows, rows, 2 modes) by each blow alone."""
+    modes, rows = fit.constants.shape
+    blows, lines = scatter.shape[1:]
+    basis = modal_basis(data.frequency, fit.poles, len(fit.residual_terms), data.kind, data.decay)
+    columns = stacked(basis.columns)
+    parts = np.stack([fit.constants.real, fit.constants.imag], axis=-1)
+    gradients = np.empty((rows, blows, 2 * modes))
+    held = np.zeros((rows, blows, rows, 2 * modes))  # constants, were the poles known
+    for row in range(rows):
+        weight = np.tile(1 / data.deviation[row], 2)
+        moved = np.concatenate([scatter[row].real, scatter[row].imag], axis=1) * weight
+        weighted = columns * weight[:, None]
+        linear = moved @ weighted @ fit.linear_covariance[row]
+        slope = np.einsum("lmfp,mf->lmp", basis.derivatives, parts[:, row]).reshape(lines, 2 * modes)
+        gradients[row] = (moved - linear @ weighted.T) @ (stacked(slope) * weight[:, None])
+        held[row, :, row] = linear[:, : 2 * modes]
+    poles = gradients.reshape(-1, 2 * modes) @ fit.pole_covariance
+    by_poles = np.einsum("rcp,bp->brc", fit.sensitivity[:, : 2 * modes], poles)
+    return poles, held.reshape(by_poles.shape) + by_poles

@@ -1,0 +1,207 @@
+"""Averaged accelerances from the records of hammer blows.
+
+Conventions: D. J. Ewins, Modal Testing, 2nd ed., Chapter 3; ISO 7626-5 for impact excitation. The window is
+rectangular unless asked for: a blow and its response start and end within the record, so anything else would only
+add damping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.modal.response_variance import blow_scatter, smoothed_variance, variance_from_scatter
+
+
+class Estimator(StrEnum):
+    """How force and acceleration are averaged: H1 trusts the force, H2 the acceleration, HV neither more."""
+
+    H1 = "H1"
+    H2 = "H2"
+    HV = "Hv"
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows on the records; none by default.
+
+    Attributes:
+        force_duration: in s from the end of the pre-trigger, after which the force is set to zero, with a cosine taper
+            over the last tenth. None leaves the force as it is.
+        decay: in 1/s; force and acceleration are multiplied by exp(-decay t). The accelerance is then that of a
+            structure whose poles lie `decay` further left: give the same `decay` to `estimate_modes`, or take it out
+            of modes with `pole_parameters.without_window`.
+    """
+
+    force_duration: float | None = None
+    decay: float = 0.0
+
+    def added_loss_factor(self, frequency: Real) -> Real:
+        """What the exponential window adds to the loss factor of a mode at `frequency` in Hz, for small damping."""
+        return np.asarray(self.decay / (np.pi * frequency))
+
+
+RECTANGULAR = Windows()
+_FEWEST_FOR_SCATTER = 4  # blows: three independent ones hardly tell how two parts of a modal constant scatter
+
+
+@dataclass(frozen=True)
+class AveragedResponse:
+    """The average of the blows at one point; arrays are (lines,).
+
+    Attributes:
+        accelerance: complex, in (m/s^2)/N.
+        coherence: in 0..1; 1 throughout for a single blow.
+        scatter: (blows, lines) how far each blow moves the average, in (m/s^2)/N; zero for a single blow.
+    """
+
+    accelerance: Complex
+    coherence: Real
+    scatter: Complex
+
+    @property
+    def variance(self) -> Real:
+        """(lines,) per real and imaginary part, in ((m/s^2)/N)^2; zero for a single blow."""
+        return variance_from_scatter(self.scatter)
+
+
+def average(force: Complex, acceleration: Complex, estimator: Estimator = Estimator.H1) -> AveragedResponse:
+    """Average the spectra (blows, lines) of the blows at one point.
+
+    H1 is sum(A F*) / sum(F F*), H2 sum(A A*) / sum(F A*), Hv their geometric mean, which minimises the errors of
+    both channels in proportion to their size.
+
+    Raises:
+        AnalysisError: no blow, or no force at some line.
+    """
+    if force.shape[0] == 0:
+        raise AnalysisError("no blow to average")
+    cross = np.sum(acceleration * force.conj(), axis=0)
+    force_power = np.sum(np.abs(force) ** 2, axis=0)
+    acceleration_power = np.sum(np.abs(acceleration) ** 2, axis=0)
+    if not np.all(force_power > 0):
+        raise AnalysisError("the force record is zero; check the hammer's cable")
+    coherence = np.abs(cross) ** 2 / (force_power * np.maximum(acceleration_power, np.finfo(float).tiny))
+    coherence = np.clip(coherence, np.finfo(float).tiny, 1.0)
+    exponent = {Estimator.H1: 0.0, Estimator.HV: 0.5, Estimator.H2: 1.0}[estimator]
+    accelerance = cross / force_power * coherence**-exponent
+    single = force.shape[0] == 1
+    scatter = np.zeros_like(force) if single else blow_scatter(force, acceleration, accelerance)
+    return AveragedResponse(accelerance, coherence, scatter)
+
+
+def responses_from_blows(
+    force: Sequence[Real],
+    acceleration: Sequence[Real],
+    sample_rate: float,
+    response: Dof,
+    inputs: Sequence[Dof],
+    highest_frequency: float | None = None,
+    estimator: Estimator | str = Estimator.H1,
+    *,
+    pre_trigger: int = 0,
+    windows: Windows = RECTANGULAR,
+    smoothed_over: int = 5,
+) -> FrequencyResponses:
+    """Average the blows at each point to accelerances with coherence and variance.
+
+    Args:
+        force: for each point struck, (blows, samples) in N.
+        acceleration: the same records of the accelerometer, in m/s^2.
+        sample_rate: in Hz.
+        response: where the accelerometer sits.
+        inputs: the points struck, in the order of `force`.
+        highest_frequency: in Hz; lines above it are left out. None keeps all.
+        estimator: H1, H2 or Hv.
+        pre_trigger: samples before the blow; their mean is a sensor's offset and is subtracted.
+        windows: on the records.
+        smoothed_over: lines over which the variance is averaged, see `smoothed_variance`.
+
+    Returns:
+        Accelerances in (m/s^2)/N; coherence and variance are None where a point was struck only once, scatter where
+        one was struck less than four times.
+
+    Raises:
+        AnalysisError: no blow at a point, records of unequal shape, or a record without force.
+    """
+    samples = _common_length(force, acceleration, inputs)
+    spectra = _Spectra(samples, sample_rate, pre_trigger, windows)
+    rows = [
+        average(spectra.of_force(struck), spectra.of_acceleration(heard), Estimator(estimator))
+        for struck, heard in zip(force, acceleration, strict=True)
+    ]
+    frequency = np.asarray(np.fft.rfftfreq(samples, 1 / sample_rate), dtype=np.float64)
+    keep = frequency <= (np.inf if highest_frequency is None else highest_frequency)
+    repeated = all(len(blows) > 1 for blows in force)
+    variance = smoothed_variance(np.array([row.variance for row in rows]), smoothed_over)
+    return FrequencyResponses(
+        frequency=frequency[keep],
+        accelerance=np.array([row.accelerance[keep] for row in rows]),
+        response=response,
+        inputs=tuple(inputs),
+        coherence=np.array([row.coherence[keep] for row in rows]) if repeated else None,
+        variance=variance[:, keep] if repeated else None,
+        scatter=_stacked([row.scatter[:, keep] for row in rows]),
+    )
+
+
+def _stacked(scatter: Sequence[Complex]) -> Complex | None:
+    """(rows, most blows, lines), zero where a row has fewer blows than another; None where one has too few."""
+    if min(map(len, scatter)) < _FEWEST_FOR_SCATTER:
+        return None
+    most = max(map(len, scatter))
+    return np.array([np.pad(row, ((0, most - len(row)), (0, 0))) for row in scatter])
+
+
+def _common_length(force: Sequence[Real], acceleration: Sequence[Real], inputs: Sequence[Dof]) -> int:
+    """Number of samples of all records, after a check of their shapes."""
+    if not 0 < len(force) == len(acceleration) == len(inputs):
+        raise AnalysisError(
+            f"{len(force)} points have force, {len(acceleration)} acceleration, {len(inputs)} a name; give all three"
+        )
+    samples = int(force[0].shape[-1])
+    for struck, heard, point in zip(force, acceleration, inputs, strict=True):
+        if struck.ndim != 2 or struck.shape != heard.shape or struck.shape[1] != samples:
+            raise AnalysisError(
+                f"at {point} force has shape {struck.shape} and acceleration {heard.shape}; "
+                f"give (blows, samples) with {samples} samples as at {inputs[0]}"
+            )
+        if struck.shape[0] == 0:
+            raise AnalysisError(f"no blow at {point}")
+    return samples
+
+
+@dataclass(frozen=True)
+class _Spectra:
+    """Offset, windows and Fourier transform of records (blows, samples)."""
+
+    samples: int
+    sample_rate: float
+    pre_trigger: int
+    windows: Windows
+
+    def of_force(self, record: Real) -> Complex:
+        duration = self.windows.force_duration
+        if duration is None:
+            return self.of_acceleration(record)
+        time = (np.arange(self.samples) - self.pre_trigger) / self.sample_rate
+        taper = np.clip((duration - time) / (0.1 * duration), 0, 1)
+        return self._transformed(self._centred(record) * (1 - np.cos(np.pi * taper)) / 2)
+
+    def of_acceleration(self, record: Real) -> Complex:
+        return self._transformed(self._centred(record))
+
+    def _centred(self, record: Real) -> Real:
+        if self.pre_trigger == 0:
+            return record
+        return np.asarray(record - np.mean(record[:, : self.pre_trigger], axis=1, keepdims=True))
+
+    def _transformed(self, record: Real) -> Complex:
+        time = np.arange(self.samples) / self.sample_rate
+        return np.asarray(np.fft.rfft(record * np.exp(-self.windows.decay * time), axis=1))

@@ -1,0 +1,1 @@
+"""The beam and what holds it: elements, joints, their assembly, and what it does: modes and accelerances."""

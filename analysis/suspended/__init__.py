@@ -1,0 +1,1 @@
+"""The suspended bar, a test of its own: its damping, and what its frequencies say of material and size."""

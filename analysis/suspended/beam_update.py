@@ -1,0 +1,247 @@
+"""Material and dimensions of a bar from its free frequencies, within the tolerances stated for them.
+
+The most probable parameters (maximum a posteriori) minimise
+
+    chi^2 = (ln f - ln f(p))^t S^-1 (ln f - ln f(p)) + sum (ln p / p_0)^2 / tolerance^2,
+
+S the covariance of the measured ln f and of the model's own error. Priors are Gaussian in the logarithm, which keeps
+parameters positive and is the same as Gaussian in p for tolerances of a few per cent. With p_0 and S right, the
+least chi^2 is distributed as chi-square with as many degrees of freedom as there are data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import chdtrc
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+from analysis.structure.beam import Beam, Mesh, Theory
+from analysis.suspended.beam_slopes import PARAMETERS, free_frequencies
+from analysis.suspended.free_modes import ElasticModes
+
+ITERATIONS = 30
+CONVERGED = 1e-6  # gain in chi-square: every parameter is within a thousandth of its standard deviation
+DISAGREE = 0.01  # p-value of chi-square
+WEIGHED = np.array([0.0, 1.0, 1.0, 1.0, 1.0])
+"""Exponents of the parameters in the bar's mass rho L h w."""
+
+
+@dataclass(frozen=True)
+class BeamTolerances:
+    """Standard deviations of what is stated of a bar; nought says that the drawing is exact.
+
+    Attributes:
+        youngs_modulus: relative.
+        density: relative.
+        length: m; of a steel tape.
+        height: in the plane of bending, m; of callipers.
+        width: m; of callipers.
+        frequency: of the model's frequencies, relative and each on its own; four elements between eleven nodes put
+            the third elastic mode 0.8e-4 high.
+
+    Raises:
+        AnalysisError: one is negative or not finite.
+    """
+
+    youngs_modulus: float = 0.005
+    density: float = 0.003
+    length: float = 5e-4
+    height: float = 5e-5
+    width: float = 5e-5
+    frequency: float = 1e-4
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value >= 0):
+                raise AnalysisError(f"the beam's tolerance {name} is {value}; it must be zero or a positive number")
+
+    def relative(self, beam: Beam) -> Real:
+        """(5,) as a share of each parameter, in the order of `PARAMETERS`."""
+        sizes = np.array([beam.length, beam.height, beam.width])
+        lengths = np.array([self.length, self.height, self.width])
+        return np.concatenate([[self.youngs_modulus, self.density], lengths / sizes])
+
+
+@dataclass(frozen=True, eq=False)
+class BeamUpdate:
+    """The most probable bar.
+
+    Attributes:
+        drawn, beam: the bar before and after.
+        mesh: of the bar after; the nodes have moved with its length.
+        tolerances: that were allowed.
+        covariance: (5, 5) of ln p after the update, in the order of `PARAMETERS`.
+        slopes: (modes, 5) d ln f / d ln p.
+        numbers: (modes,) r of the modes, as in the paper.
+        frequency: (modes,) of the bar after the update, Hz.
+        misfit: (modes,) ln of measured over updated frequency.
+        deviation: (modes,) standard deviation expected of `misfit`: measurement and model.
+        chi_square: at the optimum.
+        degrees_of_freedom: of chi-square.
+        weighed: whether the mass of the bar was among the data.
+    """
+
+    drawn: Beam
+    beam: Beam
+    mesh: Mesh
+    tolerances: BeamTolerances
+    covariance: Real
+    slopes: Real
+    numbers: tuple[int, ...]
+    frequency: Real
+    misfit: Real
+    deviation: Real
+    chi_square: float
+    degrees_of_freedom: int
+    weighed: bool
+
+    @property
+    def p_value(self) -> float:
+        """How probable a chi-square as large as this is, tolerances and errors being right."""
+        return float(chdtrc(self.degrees_of_freedom, self.chi_square))
+
+    @property
+    def consistent(self) -> bool:
+        """Whether data and tolerances agree; where they do not, no interval of this update can be relied on."""
+        return self.p_value >= DISAGREE
+
+    @property
+    def prior_deviation(self) -> Real:
+        """(5,) standard deviation of ln p before the update."""
+        return self.tolerances.relative(self.drawn)
+
+    @property
+    def deviations_used(self) -> Real:
+        """(5,) how far each parameter went, in tolerances; nought where its tolerance is."""
+        prior = self.prior_deviation
+        moved = np.array([np.log(getattr(self.beam, name) / getattr(self.drawn, name)) for name in PARAMETERS])
+        return np.asarray(moved / np.where(prior > 0, prior, np.inf))
+
+    def parameter(self, name: str) -> Estimate:
+        """A parameter of the bar after the update, in the unit of `Beam`."""
+        return self.combination({name: 1.0})
+
+    def combination(self, exponents: Mapping[str, float]) -> Estimate:
+        """A product of powers of the parameters, such as {"youngs_modulus": 1, "density": -1} for E / rho."""
+        powers = np.array([exponents.get(name, 0.0) for name in PARAMETERS])
+        value = float(np.prod([getattr(self.beam, name) ** exponents.get(name, 0.0) for name in PARAMETERS]))
+        return Estimate(value, value * float(np.sqrt(powers @ self.covariance @ powers)))
+
+    def correlation(self, first: str, second: str) -> float:
+        """Between two parameters after the update; nought where the tolerance of one is."""
+        places = [PARAMETERS.index(first), PARAMETERS.index(second)]
+        block = self.covariance[np.ix_(places, places)]
+        size = float(np.sqrt(block[0, 0] * block[1, 1]))
+        return float(block[0, 1]) / size if size > 0 else 0.0
+
+
+def update_beam(
+    measured: ElasticModes,
+    drawn: Beam,
+    mesh: Mesh,
+    tolerances: BeamTolerances,
+    *,
+    theory: Theory = Theory.TIMOSHENKO,
+    point_masses: Mapping[int, float] | None = None,
+    weighed: Estimate | None = None,
+) -> BeamUpdate:
+    """The bar that is most probable after its free frequencies, by Gauss and Newton with exact derivatives.
+
+    Args:
+        measured: elastic modes of the free bar.
+        drawn: the bar as stated.
+        mesh: its nodes.
+        tolerances: of what is stated.
+        theory: of the model.
+        point_masses: what is mounted on the bar, kg by node.
+        weighed: mass of the bare bar in kg, from a balance. It is what tells the density from Young's modulus.
+
+    Raises:
+        AnalysisError: all tolerances are nought, the model and the data are both exact, or the search does not settle.
+    """
+    prior = tolerances.relative(drawn)
+    free = np.flatnonzero(prior)
+    if free.size == 0:
+        raise AnalysisError("every tolerance of the beam is nought, so there is nothing to update")
+    model = _Model(drawn, mesh, tuple(number - 1 for number in measured.numbers), theory, point_masses, weighed)
+    data, covariance = _data(measured, tolerances.frequency, weighed)
+    try:
+        root = np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError as error:
+        raise AnalysisError("these frequencies have no valid covariance; state a tolerance of frequency") from error
+
+    steps = np.zeros(free.size)  # in tolerances
+    for _ in range(ITERATIONS):
+        change = np.zeros(prior.size)
+        change[free] = prior[free] * steps
+        beam, moved, expected, slopes = model.at(change)
+        columns = np.vstack([np.linalg.solve(root, slopes[:, free] * prior[free]), np.eye(free.size)])
+        left = np.concatenate([np.linalg.solve(root, data - expected), -steps])
+        step = np.linalg.lstsq(columns, left, rcond=None)[0]
+        gain = float(np.sum((columns @ step) ** 2))
+        if gain < CONVERGED:
+            break
+        steps = steps + step
+    else:
+        raise AnalysisError(
+            f"the search for the bar would still gain {gain:.1g} in chi-square after {ITERATIONS} steps; "
+            "state narrower tolerances, or an error of the frequencies"
+        )
+    after = np.zeros((prior.size, prior.size))
+    inverse = np.linalg.pinv(columns) * prior[free, None]
+    after[np.ix_(free, free)] = inverse @ inverse.T
+    modes = slice(len(measured.numbers))
+    return BeamUpdate(
+        drawn=drawn,
+        beam=beam,
+        mesh=moved,
+        tolerances=tolerances,
+        covariance=after,
+        slopes=slopes[modes],
+        numbers=measured.numbers,
+        frequency=np.exp(expected[modes]),
+        misfit=(data - expected)[modes],
+        deviation=np.sqrt(np.diag(covariance))[modes],
+        chi_square=float(left @ left),
+        degrees_of_freedom=data.size,
+        weighed=weighed is not None,
+    )
+
+
+def _data(measured: ElasticModes, model_error: float, weighed: Estimate | None) -> tuple[Real, Real]:
+    """(data,) ln f of every mode, and ln m of the bar where it was weighed; their covariance with the model's error."""
+    data = np.log(measured.frequency)
+    covariance = measured.frequency_covariance / np.outer(measured.frequency, measured.frequency)
+    covariance = covariance + model_error**2 * np.eye(data.size)
+    if weighed is None:
+        return data, covariance
+    return np.append(data, np.log(weighed.value)), block_diag(covariance, (weighed.standard_error / weighed.value) ** 2)
+
+
+@dataclass(frozen=True)
+class _Model:
+    """What a changed bar should show."""
+
+    drawn: Beam
+    mesh: Mesh
+    places: tuple[int, ...]
+    theory: Theory
+    point_masses: Mapping[int, float] | None
+    weighed: Estimate | None
+
+    def at(self, change: Real) -> tuple[Beam, Mesh, Real, Real]:
+        """The bar after `change` of ln p, its mesh, what is expected of the data, and the slopes of that by ln p."""
+        scale = zip(PARAMETERS, np.exp(change).tolist(), strict=True)
+        beam = replace(self.drawn, **{name: getattr(self.drawn, name) * factor for name, factor in scale})
+        moved = replace(self.mesh, positions=self.mesh.positions * (beam.length / self.mesh.positions[-1]))
+        frequency, slopes = free_frequencies(beam, moved, self.places, self.theory, self.point_masses)
+        if self.weighed is None:
+            return beam, moved, np.log(frequency), slopes
+        mass = beam.density * beam.area * beam.length
+        return beam, moved, np.log([*frequency, mass]), np.vstack([slopes, WEIGHED])

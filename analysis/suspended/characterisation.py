@@ -1,0 +1,167 @@
+"""The test of the suspended bar, Section 7: Table 1 with intervals, the bar's damping, and its material and dimensions.
+
+What identification of joints needs from it is `FreeBeamResult.free_beam`: the updated bar with its proportional C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.interval import Estimate
+from analysis.modes import Modes
+from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, Theory, assemble
+from analysis.suspended.beam_identifiability import statements
+from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, update_beam
+from analysis.suspended.free_modes import ElasticModes, elastic_modes
+from analysis.suspended.rayleigh import RayleighDamping, rayleigh_damping
+from analysis.suspended.suspension import SOFT, Suspension
+
+
+@dataclass(frozen=True)
+class FreeModeRow:
+    """A row of Table 1: measured frequency and damping beside both theories, in Hz.
+
+    Attributes:
+        mode: number r as in the paper, the rigid modes being 1 to 3.
+        experiment: frequency of the free bar, Hz, or None where the mode was not measured.
+        damping_ratio: of the free bar, or None.
+        timoshenko, euler_bernoulli: of the bar as drawn, Hz.
+        updated: of the bar after the update, Timoshenko, Hz.
+    """
+
+    mode: int
+    experiment: Estimate | None
+    damping_ratio: Estimate | None
+    timoshenko: float
+    euler_bernoulli: float
+    updated: float
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBeamResult:
+    """What a test of the suspended bar says.
+
+    Attributes:
+        elastic: the elastic modes that were found.
+        table: Table 1.
+        damping_ratios: of the elastic modes from the lowest up, for `assemble`; nought where one was not measured.
+        rayleigh: whether C = alpha M + beta K would do; None where one mode was measured only.
+        update: the bar after the update.
+        free_beam: that bar with its damping and what is mounted on it.
+        statements: what is not determined or not right, one sentence each.
+    """
+
+    elastic: ElasticModes
+    table: tuple[FreeModeRow, ...]
+    damping_ratios: tuple[float, ...]
+    rayleigh: RayleighDamping | None
+    update: BeamUpdate
+    free_beam: FreeBeam
+    statements: tuple[str, ...]
+
+
+def characterise_free_beam(
+    modes: Modes,
+    beam: Beam,
+    mesh: Mesh,
+    tolerances: BeamTolerances | None = None,
+    *,
+    suspension: Suspension | None = None,
+    lowest_frequency: float | None = None,
+    point_masses: Mapping[int, float] | None = None,
+    weighed: Estimate | None = None,
+    rows: int = 3,
+) -> FreeBeamResult:
+    """Compare the measured modes of a suspended bar with theory, and update the bar.
+
+    Args:
+        modes: measured, with the covariance of their poles.
+        beam: as drawn.
+        mesh: with the measured nodes.
+        tolerances: of the drawing; those of `BeamTolerances` by default.
+        suspension: whose part is taken out of frequencies and damping; None where it is not known.
+        lowest_frequency: modes below it, Hz, are the suspension's; half of the first elastic mode by default.
+        point_masses: what is mounted on the bar, such as the accelerometer, kg by node.
+        weighed: mass of the bare bar, kg, where it was weighed.
+        rows: of the table, or as many as were measured if that is more.
+
+    Raises:
+        AnalysisError: no elastic mode is found, the modes have no covariance, or the bar cannot be updated.
+    """
+    drawn = {theory: assemble(beam, mesh, theory, point_masses=point_masses) for theory in Theory}
+    elastic = elastic_modes(modes, drawn[Theory.TIMOSHENKO], lowest_frequency, suspension)
+    update = update_beam(
+        elastic, beam, mesh, tolerances or BeamTolerances(), point_masses=point_masses, weighed=weighed
+    )
+    measured = [elastic.damping_estimate(RIGID_MODES + 1 + place) for place in range(elastic.numbers[-1] - RIGID_MODES)]
+    ratios = tuple(max(0.0, found.value) if found is not None else 0.0 for found in measured)
+    updated = assemble(update.beam, update.mesh, damping_ratios=ratios, point_masses=point_masses)
+    rayleigh = None
+    if len(elastic.numbers) > 1:
+        rayleigh = rayleigh_damping(elastic.angular_frequency, elastic.damping_ratio, elastic.damping_covariance)
+    last = max(RIGID_MODES + rows, elastic.numbers[-1])
+    return FreeBeamResult(
+        elastic=elastic,
+        table=tuple(
+            FreeModeRow(
+                mode=number,
+                experiment=elastic.frequency_estimate(number),
+                damping_ratio=elastic.damping_estimate(number),
+                timoshenko=float(drawn[Theory.TIMOSHENKO].frequency[number - 1]),
+                euler_bernoulli=float(drawn[Theory.EULER_BERNOULLI].frequency[number - 1]),
+                updated=float(updated.frequency[number - 1]),
+            )
+            for number in range(RIGID_MODES + 1, last + 1)
+        ),
+        damping_ratios=ratios,
+        rayleigh=rayleigh,
+        update=update,
+        free_beam=updated,
+        statements=(
+            *_of_suspension(elastic, suspension),
+            *_of_modes(elastic),
+            *([rayleigh.text] if rayleigh is not None else []),
+            *statements(update),
+        ),
+    )
+
+
+def _of_suspension(elastic: ElasticModes, suspension: Suspension | None) -> list[str]:
+    first = float(elastic.frequency[0])
+    if suspension is None:
+        if not elastic.suspension_modes:
+            return ["the suspension is not known: what it adds to frequencies and damping was not taken out"]
+        highest = max(elastic.suspension_modes)
+        return [
+            f"a rigid mode at {highest:.3g} Hz was measured: a suspension of that frequency raises mode "
+            f"{elastic.numbers[0]} by up to {2 * (highest / first) ** 2:.2g} (relative), which was not taken out; "
+            "state the frequency of its bounce and where it holds the bar"
+        ]
+    share = suspension.frequency / first
+    found = [
+        f"the suspension at {suspension.frequency:g} Hz raised mode {elastic.numbers[0]} by "
+        f"{elastic.suspension_shift[0]:.2g} Hz, which was taken out"
+    ]
+    if share > SOFT:
+        found.append(
+            f"the suspension bounces at {share:.0%} of the first elastic mode; hang the bar softer than {SOFT:.0%}"
+        )
+    return found
+
+
+def _of_modes(elastic: ElasticModes) -> list[str]:
+    found = []
+    if elastic.others:
+        listed = ", ".join(f"{frequency:.1f}" for frequency in elastic.others)
+        found.append(f"{listed} Hz: no elastic mode of this bar in its plane of bending; not used")
+    missing = sorted(set(range(RIGID_MODES + 1, elastic.numbers[-1])) - set(elastic.numbers))
+    if missing:
+        found.append(f"mode {', '.join(map(str, missing))} was not measured; its damping is taken to be nought")
+    errors = np.sqrt(np.diag(elastic.damping_covariance))
+    for number, ratio, error in zip(elastic.numbers, elastic.damping_ratio, errors, strict=True):
+        if ratio < 2 * error:
+            found.append(f"the damping ratio of mode {number}, {ratio:.2g} +- {error:.1g}, cannot be told from nought")
+    return found

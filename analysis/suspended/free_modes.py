@@ -1,0 +1,184 @@
+"""The elastic modes of a suspended bar: which of the measured modes they are, freed from what the suspension adds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.optimize import linear_sum_assignment
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+from analysis.modes import Modes
+from analysis.structure.beam import RIGID_MODES, FreeBeam
+from analysis.structure.mode_agreement import mac
+from analysis.suspended.suspension import Suspension, participation
+
+NEAR = 0.1  # largest difference in the logarithm of frequency between a measured mode and its prediction
+ALIKE = 0.8  # least modal assurance criterion of the two
+_APART = 1e3  # cost of a pair that is none: more than all true pairs together
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticModes:
+    """Elastic modes of the free bar from a test in which it was suspended.
+
+    Attributes:
+        numbers: (modes,) r as in the paper, the rigid modes being 1 to 3; rising.
+        frequency: (modes,) undamped natural frequency of the free bar, Hz.
+        damping_ratio: (modes,) viscous, of the free bar.
+        covariance: (2 modes, 2 modes) of [f_4, zeta_4, f_5, ...] in Hz and 1, with what is not known of the suspension.
+        suspension_shift: (modes,) by how much the suspension raised the measured frequency, Hz; taken out.
+        assurance: (modes,) modal assurance criterion of measured and predicted shape.
+        suspension_modes: frequencies of the measured modes below the limit, Hz; not used.
+        others: frequencies of measured modes that are no elastic mode of this bar in its plane, Hz; not used.
+    """
+
+    numbers: tuple[int, ...]
+    frequency: Real
+    damping_ratio: Real
+    covariance: Real
+    suspension_shift: Real
+    assurance: Real
+    suspension_modes: tuple[float, ...]
+    others: tuple[float, ...]
+
+    @property
+    def frequency_covariance(self) -> Real:
+        """(modes, modes) Hz^2."""
+        return self.covariance[::2, ::2]
+
+    @property
+    def damping_covariance(self) -> Real:
+        """(modes, modes) of the damping ratios."""
+        return self.covariance[1::2, 1::2]
+
+    @property
+    def angular_frequency(self) -> Real:
+        """(modes,) w_r, rad/s."""
+        return 2 * np.pi * self.frequency
+
+    def frequency_estimate(self, number: int) -> Estimate | None:
+        """Frequency of mode r = `number` in Hz, None where it was not measured."""
+        return self._estimate(number, self.frequency, self.frequency_covariance)
+
+    def damping_estimate(self, number: int) -> Estimate | None:
+        """Damping ratio of mode r = `number`, None where it was not measured."""
+        return self._estimate(number, self.damping_ratio, self.damping_covariance)
+
+    def _estimate(self, number: int, values: Real, covariance: Real) -> Estimate | None:
+        if number not in self.numbers:
+            return None
+        place = self.numbers.index(number)
+        return Estimate(float(values[place]), float(np.sqrt(covariance[place, place])))
+
+
+def elastic_modes(
+    modes: Modes,
+    free_beam: FreeBeam,
+    lowest_frequency: float | None = None,
+    suspension: Suspension | None = None,
+) -> ElasticModes:
+    """Find the elastic modes of the bar among measured ones, and take out what the suspension adds to them.
+
+    A measured mode is the predicted one that it is nearest to in frequency, within 10 %, with a modal assurance
+    criterion of 0.8 or more. Where several qualify, as many modes as possible are paired.
+
+    Args:
+        modes: of the suspended bar, with the covariance of the poles.
+        free_beam: the bar as drawn, with what is mounted on it, on a mesh that has the measured nodes.
+        lowest_frequency: modes below, Hz, are those of the suspension; half of the first elastic mode by default.
+        suspension: of the bar; None where nothing is to be taken out.
+
+    Raises:
+        AnalysisError: the poles have no covariance, no mode is an elastic one, a node is unknown, or the suspension
+            bounces above the limit.
+    """
+    if modes.pole_covariance is None:
+        raise AnalysisError("the measured modes have no covariance; without it nothing can be said of the bar")
+    limit = 0.5 * float(free_beam.frequency[RIGID_MODES]) if lowest_frequency is None else lowest_frequency
+    if suspension is not None and suspension.frequency >= limit:
+        raise AnalysisError(
+            f"the suspension bounces at {suspension.frequency:g} Hz, not below the limit of {limit:g} Hz between its "
+            "modes and the elastic ones; hang the bar softer or lower the limit"
+        )
+    natural, covariance = _natural(modes)
+    above = np.flatnonzero(natural[:, 0] >= limit)
+    paired, places, assurance = _pairs(modes, free_beam, above)
+    if paired.size == 0:
+        raise AnalysisError(
+            f"none of the modes at {natural[:, 0].round(2).tolist()} Hz is within {NEAR:.0%} of an elastic mode of the "
+            f"bar, which has them at {free_beam.frequency[RIGID_MODES : RIGID_MODES + 3].round(1).tolist()} Hz, ...; "
+            "check its dimensions and the nodes that were struck"
+        )
+    kept = np.stack([2 * paired, 2 * paired + 1], axis=1).ravel()
+    values, covariance = natural[paired], covariance[np.ix_(kept, kept)]
+    freed, covariance = _freed(values, covariance, free_beam, places.tolist(), suspension)
+    return ElasticModes(
+        numbers=tuple(1 + place for place in places.tolist()),
+        frequency=freed[:, 0],
+        damping_ratio=freed[:, 1],
+        covariance=covariance,
+        suspension_shift=values[:, 0] - freed[:, 0],
+        assurance=assurance,
+        suspension_modes=tuple(natural[natural[:, 0] < limit, 0].tolist()),
+        others=tuple(natural[np.setdiff1d(above, paired), 0].tolist()),
+    )
+
+
+def _natural(modes: Modes) -> tuple[Real, Real]:
+    """(modes, 2) undamped frequencies |lambda| / 2 pi in Hz and damping ratios; covariance of [f, zeta, f, zeta, ...].
+
+    With lambda = i w sqrt(1 + i eta): |lambda| = w (1 + eta^2)^(1/4) and zeta = sin(arctan(eta) / 2).
+    """
+    angle = np.arctan(modes.loss_factor) / 2
+    stretch = (1 + modes.loss_factor**2) ** 0.25
+    slope = block_diag(
+        *(
+            [[s, f * eta / (2 * s**3)], [0.0, np.cos(a) / (2 * s**4)]]
+            for f, eta, s, a in zip(modes.frequency, modes.loss_factor, stretch, angle, strict=True)
+        )
+    )
+    return np.stack([modes.frequency * stretch, np.sin(angle)], axis=1), slope @ modes.pole_covariance @ slope.T
+
+
+def _pairs(
+    modes: Modes, free_beam: FreeBeam, candidates: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Real]:
+    """Measured modes, places of their predictions, and assurance, by rising frequency."""
+    shapes = free_beam.shapes[[free_beam.mesh.degree(dof) for dof in modes.dofs]]
+    moving = np.max(np.abs(shapes), axis=0) > 1e-6 * np.max(np.abs(shapes))
+    elastic = np.flatnonzero(moving & (np.arange(moving.size) >= RIGID_MODES))
+    distance = np.abs(np.log(free_beam.frequency[elastic] / modes.frequency[candidates, None]))
+    assurance = mac(modes.shapes[candidates], shapes[:, elastic].T.astype(complex))
+    cost = np.where((distance <= NEAR) & (assurance >= ALIKE), 1 - assurance + distance / NEAR, _APART)
+    rows, columns = linear_sum_assignment(cost)
+    true = cost[rows, columns] < _APART
+    rows, columns = rows[true], columns[true]
+    rising = np.argsort(elastic[columns])
+    rows, columns = rows[rising], columns[rising]
+    return candidates[rows], elastic[columns], assurance[rows, columns]
+
+
+def _freed(
+    measured: Real, covariance: Real, free_beam: FreeBeam, places: list[int], suspension: Suspension | None
+) -> tuple[Real, Real]:
+    """(modes, 2) frequencies and damping ratios of the free bar, and their covariance."""
+    if suspension is None:
+        return measured, covariance
+    part = participation(suspension, free_beam, places)
+    added = suspension.frequency**2 * part.mean
+    square = measured[:, 0] ** 2 - added
+    if np.any(square <= 0):
+        raise AnalysisError(f"a suspension of {suspension.frequency:g} Hz explains a whole mode; check its frequency")
+    found, free = measured[:, 0], np.sqrt(square)
+    ratio = (measured[:, 1] * found - suspension.loss_factor * added / (2 * found)) / free
+    by_added = np.stack([-1 / (2 * free), (ratio / free - suspension.loss_factor / found) / (2 * free)], axis=1)
+    own = np.stack([found / free, found / free], axis=1).ravel()
+    together = (by_added * (2 * suspension.frequency * suspension.standard_error * part.mean)[:, None]).ravel()
+    apart = by_added * (suspension.frequency**2 * part.deviation)[:, None]
+    unknown = np.outer(together, together) + block_diag(*(np.outer(mode, mode) for mode in apart))
+    return np.stack([free, ratio], axis=1), covariance * np.outer(own, own) + unknown

@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.direct.constitutive import Parameter, dynamic_stiffness
+from analysis.direct.corrections import Effect, RigCorrections, correct, measured_stiffness
+from analysis.direct.cylinder_terms import cylinder_terms
+from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.elastomer_law import ElastomerLaw
+from analysis.direct.joint_law import JointLaw, fit_cylinder_law
+from analysis.direct.law_fit import fit_elastomer_law
+from analysis.errors import AnalysisError
+from analysis.interval import Estimate
+
+TRUE = np.log([0.8e6, 1.3, 0.06, 0.2, 2e-5, 0.55, 0.3, 0.8, 1e-2, 0.4])
+AMPLITUDES_PP, FREQUENCIES = (1e-5, 5e-5, 1e-4), (5.0, 10.0, 20.0, 35.0, 60.0, 90.0, 130.0, 200.0)
+
+
+def truth(amplitude_pp: float, frequency: float, other: float = 0.0) -> complex:
+    """Kraus and fractional Zener, and as much of something `other` than them."""
+    law, _ = dynamic_stiffness(TRUE, np.array([amplitude_pp / 2]), np.array([frequency]), 50.0)
+    bump = other * math.exp(-((math.log(amplitude_pp / 3e-5) / 0.8) ** 2))
+    return complex(law[0]) * (1 + bump * (1 - 0.2j) - 0.3 * other * math.exp(-frequency / 15))
+
+
+def sweep(rng: np.random.Generator | None, error: float = 1e-3, other: float = 0.0) -> list[DynamicStiffness]:
+    points = []
+    for amplitude_pp in AMPLITUDES_PP:
+        for frequency in FREQUENCIES:
+            value = truth(amplitude_pp, frequency, other)
+            noise = 0j if rng is None else complex(*rng.standard_normal(2)) * error * abs(value)
+            point = from_polar(frequency, amplitude_pp, abs(value), 0.0, error)
+            points.append(replace(point, complex_stiffness=value + noise))
+    return points
+
+
+@pytest.fixture(scope="module")
+def law() -> ElastomerLaw:
+    return fit_elastomer_law(sweep(np.random.default_rng(0)))
+
+
+def test_points_that_follow_the_law_are_predicted_between_and_beyond_them(law: ElastomerLaw) -> None:
+    for amplitude_pp, frequency, within in ((2e-5, 15.0, 0.02), (7e-5, 50.0, 0.01), (1e-5, 100.0, 0.002)):
+        found = law.at(amplitude_pp, frequency)
+        assert found.complex_stiffness == pytest.approx(truth(amplitude_pp, frequency), rel=within)
+    assert 0.5 < law.chi_square / law.degrees_of_freedom < 2
+
+
+def test_parameters_lie_within_their_errors(law: ElastomerLaw) -> None:
+    for parameter in Parameter:
+        off = law.logarithms[parameter] - TRUE[parameter]
+        estimate = law.parameter(parameter)
+        assert abs(off) < 3 * estimate.standard_error / estimate.value, parameter
+
+
+@pytest.mark.parametrize("other", [0.0, 0.05])
+def test_intervals_hold_between_the_measured_amplitudes_even_of_another_law(other: float) -> None:
+    rng = np.random.default_rng(7)
+    asked = [(amplitude_pp, frequency) for amplitude_pp in (7e-6, 2e-5, 3e-5, 7e-5) for frequency in (8.0, 50.0, 170.0)]
+    inside = []
+    for _ in range(5):
+        found = fit_elastomer_law(sweep(rng, other=other))
+        for amplitude_pp, frequency in asked:
+            true, point = truth(amplitude_pp, frequency, other), found.at(amplitude_pp, frequency)
+            for estimate, value in (
+                (point.stiffness_estimate, true.real),
+                (point.loss_factor_estimate, true.imag / true.real),
+            ):
+                low, high = estimate.interval()
+                inside.append(low <= value <= high)
+    assert np.mean(inside) > 0.9
+
+
+def test_a_specimen_of_another_law_is_said_to_be_one() -> None:
+    found = fit_elastomer_law(sweep(np.random.default_rng(1), other=0.1))
+    own = fit_elastomer_law(sweep(np.random.default_rng(1)))
+    assert found.chi_square > 10 * found.degrees_of_freedom
+    assert f"{found.chi_square:.4g} on {found.degrees_of_freedom} degrees" in found.text
+    error, honest = (each.at(3e-5, 50.0).stiffness_estimate.standard_error for each in (found, own))
+    assert error > 1.5 * honest
+
+
+def test_the_interval_opens_away_from_what_was_measured(law: ElastomerLaw) -> None:
+    errors = [law.at(amplitude_pp, 50.0).stiffness_estimate for amplitude_pp in (1e-5, 7e-6, 4e-6, 1e-6)]
+    relative = [estimate.standard_error / estimate.value for estimate in errors]
+    assert relative == sorted(relative)
+    assert relative[-1] > 5 * relative[0]
+
+
+def test_a_question_outside_of_the_measured_range_is_called_so(law: ElastomerLaw) -> None:
+    assert law.beyond(1e-5, 200.0) == ()
+    assert law.beyond(2e-5, 7.0) == ()
+    assert law.beyond(4e-6, 469.0) == (
+        "0.004 mm is below the measured 0.01 mm",
+        "469 Hz is above the measured 200 Hz",
+    )
+
+
+def test_the_unit_of_force_changes_nothing_but_the_unit() -> None:
+    points = sweep(np.random.default_rng(3))
+    scaled = [
+        replace(point, complex_stiffness=1e3 * point.complex_stiffness, covariance=1e6 * point.covariance)
+        for point in points
+    ]
+    plain, other = (fit_elastomer_law(each).at(2e-5, 30.0) for each in (points, scaled))
+    assert other.complex_stiffness == pytest.approx(1e3 * plain.complex_stiffness, rel=1e-3)
+    np.testing.assert_allclose(np.sqrt(np.diag(other.covariance)), 1e3 * np.sqrt(np.diag(plain.covariance)), rtol=0.05)
+
+
+def test_what_points_share_is_shared_by_predictions() -> None:
+    frame = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 5e-9)})
+    seen = [
+        replace(point, complex_stiffness=measured_stiffness(point.complex_stiffness, point.frequency, frame.values))
+        for point in sweep(None)
+    ]
+    found = fit_elastomer_law(correct(seen, frame))
+    point = found.at(1e-5, 60.0)
+    (shared,) = point.shared_errors.values()
+    assert shared.real == pytest.approx((truth(1e-5, 60.0) ** 2).real * 5e-9, rel=0.05)
+    assert point.stiffness_estimate.standard_error >= abs(shared.real)
+    k_inf = found.parameter(Parameter.K_INF)
+    assert k_inf.standard_error > k_inf.value * math.sqrt(found.covariance[Parameter.K_INF, Parameter.K_INF])
+    assert [record.effect for record in point.corrections] == ["frame_compliance"]
+
+
+def test_a_surface_is_the_law_point_by_point(law: ElastomerLaw) -> None:
+    surface = law.surface((4e-6, 2e-5), (10.0, 50.0, 300.0))
+    assert surface.stiffness.shape == (2, 3)
+    assert surface.stiffness_ci95.shape == (2, 3, 2)
+    point = law.at(2e-5, 50.0)
+    assert surface.stiffness[1, 1] == point.stiffness
+    assert tuple(surface.loss_factor_ci95[1, 1]) == point.loss_factor_estimate.interval()
+    np.testing.assert_array_equal(surface.measured, [[False, False, False], [True, True, False]])
+
+
+def test_a_joints_law_has_the_terms_of_its_cylinders() -> None:
+    compression = sweep(None)
+    pair = [replace(point, complex_stiffness=0.4 * point.complex_stiffness) for point in compression]
+    angled = [replace(point, complex_stiffness=1.2 * point.complex_stiffness) for point in compression]
+    joint = JointLaw(fit_cylinder_law(cylinder_terms(compression, pair, angled)), -math.pi / 4)
+    terms, b = joint.at(1e-5, 60.0), truth(1e-5, 60.0)
+    assert terms.k11.complex_stiffness == pytest.approx(1.2 * b, rel=5e-3)
+    assert terms.k12.complex_stiffness == pytest.approx(0.8 * b, rel=5e-3)
+    assert joint.frequencies == (5.0, 200.0)
+    assert joint.beyond(1e-5, 60.0) == ()
+
+
+def test_too_few_points_are_refused() -> None:
+    with pytest.raises(AnalysisError, match="5 points do not determine a law"):
+        fit_elastomer_law(sweep(None)[:5])
+
+
+def test_what_is_no_spring_is_refused() -> None:
+    points = sweep(None)
+    with pytest.raises(AnalysisError, match="needs it positive"):
+        fit_elastomer_law([replace(points[0], complex_stiffness=-1e6 + 0j), *points])
+
+
+@pytest.mark.parametrize(("amplitude_pp", "frequency"), [(0.0, 50.0), (1e-5, -1.0), (math.nan, 50.0)])
+def test_asking_at_no_amplitude_or_frequency_is_refused(
+    law: ElastomerLaw, amplitude_pp: float, frequency: float
+) -> None:
+    with pytest.raises(AnalysisError, match="has to be positive"):
+        law.at(amplitude_pp, frequency)

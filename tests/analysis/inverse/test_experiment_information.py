@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.inverse.cylinder_parameters import CylinderPair
+from analysis.inverse.experiment_information import Experiment, LinearPrior, PlannedSet, expected
+from analysis.inverse.experiment_remedies import remedies
+from analysis.inverse.regression import UPPER
+from analysis.inverse.tolerances import Tolerances
+
+if TYPE_CHECKING:
+    from tests.analysis.conftest import Bench
+
+STATED = Tolerances(0.005, 0.005, 0.003, 0.001, 0.001, 0.0015, np.radians(0.5))
+
+
+@pytest.fixture(scope="module")
+def experiment(bench: Bench) -> Experiment:
+    """The paper's: eleven points, one accelerometer, 20 to 1024 Hz every half hertz."""
+    planned = PlannedSet(Dof.parse("3y"), bench.inputs, np.linspace(20.0, 1024.0, 2009), 0.003)
+    return Experiment(bench.free_beam, bench.joints, (planned,))
+
+
+def test_the_papers_experiment_holds_what_an_independent_code_found(experiment: Experiment) -> None:
+    found = expected(experiment)
+    unit = np.array([experiment.free_beam.beam.stiffness_unit[place] for place in UPPER])
+    first, second = (found.stiffness_deviation[name] / unit for name in ("I", "II"))
+    for deviation in (first, second):
+        assert deviation[2] == pytest.approx(0.005, abs=5e-4)  # k13
+        assert deviation[3] == pytest.approx(0.015, abs=0.003)  # k22
+        assert deviation[4] == pytest.approx(0.0013, abs=3e-4)  # k23
+        assert deviation[5] == pytest.approx(0.0002, abs=5e-5)  # k33
+    assert first[1] == pytest.approx(0.04, abs=0.006)
+    assert second[1] == pytest.approx(0.05, abs=0.006)
+    weak = {direction.text for direction in found.weak_directions}
+    assert weak == {
+        f"{x}11(I) - {x}11(II) is known to +-27 EI/L^3 (one standard deviation), {x}11(I) + {x}11(II) to 0.042"
+        for x in "kh"
+    }
+
+
+def test_with_the_tolerances_stated_the_common_factor_is_weak_as_well(experiment: Experiment) -> None:
+    found = expected(replace(experiment, tolerances=STATED))
+    assert found.weak_directions[-1].text.startswith("a common factor of all terms is known to 0.23 %")
+    k22 = [joint.dynamic_stiffness[1, 1].real for joint in experiment.joints]
+    for value, name in zip(k22, ("I", "II"), strict=True):
+        assert 0.0019 < found.stiffness_deviation[name][3] / value < 0.003
+
+
+def test_more_lines_or_less_noise_sharpen_as_they_should(experiment: Experiment) -> None:
+    (planned,) = experiment.sets
+    quieter = expected(replace(experiment, sets=(replace(planned, noise=0.0015),)))
+    twice = expected(replace(experiment, sets=(planned, planned)))
+    for name, deviation in expected(experiment).stiffness_deviation.items():
+        np.testing.assert_allclose(quieter.stiffness_deviation[name], deviation / 2, rtol=1e-6)
+        np.testing.assert_allclose(twice.stiffness_deviation[name], deviation / np.sqrt(2), rtol=1e-6)
+
+
+def test_a_prior_on_the_difference_determines_it(experiment: Experiment) -> None:
+    prior = LinearPrior({"k11(I)": 1.0, "k11(II)": -1.0}, 1e3)
+    found = expected(replace(experiment, priors=(prior,)))
+    assert found.stiffness_deviation["I"][0] < 1e3
+    with pytest.raises(AnalysisError, match=r"k44\(I\)"):
+        expected(replace(experiment, priors=(LinearPrior({"k44(I)": 1.0}, 1.0),)))
+
+
+def test_remedies_are_ranked_and_say_what_they_bring(experiment: Experiment) -> None:
+    pairs = tuple(
+        CylinderPair(name, (angle, angle - np.sign(angle) * np.pi), 0.006)
+        for name, angle in (("I", -np.pi / 4), ("II", np.pi / 4))
+    )
+    (planned,) = experiment.sets
+    coarser = replace(planned, frequency=np.arange(20.0, 1025.0, 4.0))
+    found = remedies(replace(experiment, sets=(coarser,), tolerances=STATED), pairs)
+    assert [remedy.after for remedy in found] == sorted(remedy.after for remedy in found)
+    assert found[0].text.startswith("the cylinders as parameters: from +-")
+    assert found[0].after < 0.1 * found[0].before
+    assert {remedy.text.split(":")[0] for remedy in found} == {
+        "the cylinders as parameters",
+        "taking k11 = k22 in each joint within 3 %",
+        "a second accelerometer at 1x",
+        "a second accelerometer at 11x",
+        "lines up to 3068 Hz at the same noise",
+    }
+
+
+def test_an_experiment_without_a_set_is_refused(experiment: Experiment) -> None:
+    with pytest.raises(AnalysisError, match="at least one set"):
+        expected(replace(experiment, sets=()))

@@ -1,0 +1,214 @@
+"""Blows are judged on synthetic records behind anti-alias filters, which ring after every short pulse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow
+
+LIMITS = BlowLimits(lowest_peak_force=10.0)
+OVERSAMPLING = 16
+SAMPLES = 1024
+TRIGGER = 100
+
+
+@dataclass(frozen=True)
+class Bounce:
+    fraction: float
+    delay: float  # s
+
+
+def contact(time: Real, width: float, shape: str) -> Real:
+    """A contact of the hammer centred at 0, height 1."""
+    inside = np.abs(time) < width / 2
+    arch = np.cos(np.pi * np.where(inside, time, 0) / width)
+    return np.where(inside, arch if shape == "half-sine" else arch**2, 0.0)
+
+
+def filter_response(cycles: Real, kind: str) -> Complex:
+    """Anti-alias filter at frequencies in cycles per sample of the slow rate."""
+    if kind == "linear-phase":  # as in a sigma-delta converter: flat to 0.453, nothing above 0.547
+        return np.interp(cycles, [0.453, 0.547], [1, 0]).astype(np.complex128)
+    design = signal.butter(8, 0.4, analog=True, output="zpk")
+    if kind == "elliptic":
+        design = signal.ellip(8, 0.1, 80, 0.45, analog=True, output="zpk")
+    return np.asarray(signal.freqs_zpk(*design, worN=cycles)[1], dtype=np.complex128)
+
+
+FILTERS = ("linear-phase", "butterworth", "elliptic")
+
+
+def force_record(
+    rng: np.random.Generator, rate: float, kind: str, peak: float, noise: float, bounce: Bounce | None = None
+) -> Real:
+    """A blow as a converter at `rate` sees it."""
+    width, shape = rng.uniform(0.3e-3, 2e-3), rng.choice(["half-sine", "sine-squared"])
+    fine = SAMPLES * OVERSAMPLING
+    time = (np.arange(fine) / OVERSAMPLING - TRIGGER - rng.uniform(0, 1)) / rate
+    force = contact(time, width, shape)
+    if bounce is not None:
+        force = force + bounce.fraction * contact(time - width - bounce.delay, width * rng.uniform(0.95, 1.05), shape)
+    cycles = np.asarray(np.fft.rfftfreq(fine, 1 / OVERSAMPLING), dtype=np.float64)
+    spectrum = np.fft.rfft(force) * filter_response(cycles, kind)
+    return peak * np.fft.irfft(spectrum, fine)[::OVERSAMPLING] + noise * rng.standard_normal(SAMPLES)
+
+
+def ringing_beam(rng: np.random.Generator, rate: float) -> Real:
+    time = (np.arange(SAMPLES) - TRIGGER) / rate
+    ring = np.where(time > 0, np.exp(-30 * time) * np.sin(2 * np.pi * 80 * time), 0.0)
+    return (40 * ring + 0.02 * rng.standard_normal(SAMPLES))[None, :]
+
+
+def judged(seed: int, bounce: Bounce | None = None, limits: BlowLimits = LIMITS) -> BlowVerdict:
+    """A blow drawn from the seed: rate, filter, width, shape, force and noise."""
+    rng = np.random.default_rng(seed)
+    rate = float(rng.choice([4096.0, 5120.0, 25600.0]))
+    peak = float(np.exp(rng.uniform(np.log(30), np.log(500))))
+    noise = rng.uniform(0.002, 0.05)
+    force = force_record(rng, rate, FILTERS[seed % 3], peak, noise, bounce)
+    return check_blow(force, ringing_beam(rng, rate), rate, TRIGGER, limits)
+
+
+def clean_force(peak: float = 100.0) -> Real:
+    rng = np.random.default_rng(0)
+    time = (np.arange(SAMPLES) - TRIGGER) / 4096.0
+    return peak * contact(time, 1e-3, "half-sine") + 0.02 * rng.standard_normal(SAMPLES)
+
+
+def beam() -> Real:
+    return ringing_beam(np.random.default_rng(1), 4096.0)
+
+
+def test_a_clean_single_blow_is_never_refused() -> None:
+    refused = {seed: verdict.reasons for seed in range(1000) if not (verdict := judged(seed)).accepted}
+    assert refused == {}
+
+
+def test_a_bounce_at_the_limit_is_missed_in_less_than_one_blow_in_a_hundred() -> None:
+    missed = 0
+    for seed in range(600):
+        delay = np.random.default_rng([seed, 1]).uniform(2.5e-3, 30e-3)
+        missed += judged(seed, Bounce(LIMITS.bounce, delay)).accepted
+    assert missed <= 6
+
+
+def test_a_double_hit_is_told_with_its_size_and_delay() -> None:
+    force = clean_force()
+    force += np.roll(0.2 * force, 41)
+    verdict = check_blow(force, beam(), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.DOUBLE_HIT,)
+    assert verdict.second_contact == pytest.approx(0.2, rel=0.02)
+    assert "20." in str(verdict.reasons[0])
+    assert "10.0 ms after" in str(verdict.reasons[0])
+
+
+def test_a_contact_before_the_peak_is_a_double_hit_too() -> None:
+    force = clean_force()
+    force += np.roll(0.3 * force, -20)
+    verdict = check_blow(force, beam(), 4096.0, TRIGGER, LIMITS)
+    assert BlowFault.DOUBLE_HIT in verdict.faults
+    assert "4.9 ms before" in str(verdict.reasons[0])
+
+
+def test_a_weak_blow_is_refused_with_its_peak_in_the_reason() -> None:
+    verdict = check_blow(clean_force(peak=6.0), beam(), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.WEAK,)
+    assert "6.0 N" in str(verdict.reasons[0])
+    assert "10 N" in str(verdict.reasons[0])
+
+
+def test_a_blow_too_noisy_to_see_a_bounce_is_refused_as_weak() -> None:
+    rng = np.random.default_rng(2)
+    verdict = check_blow(clean_force(20.0) + 0.5 * rng.standard_normal(SAMPLES), beam(), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.WEAK,)
+    assert "noise hides" in str(verdict.reasons[0])
+
+
+def test_an_overload_that_the_device_reports_refuses_the_blow() -> None:
+    verdict = check_blow(clean_force(), beam(), 4096.0, TRIGGER, LIMITS, overloaded=True)
+    assert verdict.faults == (BlowFault.OVERLOAD,)
+    assert "100 N" in str(verdict.reasons[0])
+
+
+@pytest.mark.parametrize("channel", ["force", "accelerometer 1"])
+def test_a_clipped_channel_is_named(channel: str) -> None:
+    force, acceleration = clean_force(), beam()
+    if channel == "force":
+        force = np.minimum(force, 60.0)
+    else:
+        acceleration = np.clip(acceleration, -25.0, 25.0)
+    verdict = check_blow(force, acceleration, 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.CLIPPED,)
+    assert channel in str(verdict.reasons[0])
+
+
+def quantised(signal: Real, full_scale: float, bits: int) -> Real:
+    step = 2 * full_scale / 2**bits
+    return np.asarray(np.clip(np.round(signal / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1) * step)
+
+
+def test_two_samples_at_the_end_of_a_24_bit_converter_are_enough() -> None:
+    blunt = clean_force() + np.roll(clean_force(), 1)  # two samples at the crest
+    force = quantised(blunt, 150.0, 24)
+    assert np.count_nonzero(force == force.max()) == 2
+    verdict = check_blow(force, quantised(beam(), 500.0, 24), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.CLIPPED,)
+    assert "2 samples stand at its extreme, 150" in str(verdict.reasons[0])
+
+
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_the_steps_of_a_converter_are_not_taken_for_clipping(bits: int) -> None:
+    """Coarse steps make two samples equal at the crest in many a blow."""
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        force = force_record(rng, 4096.0, FILTERS[seed % 3], 100.0, 0.02)
+        acceleration = quantised(ringing_beam(rng, 4096.0), 500.0, bits)
+        verdict = check_blow(quantised(force, 2200.0, bits), acceleration, 4096.0, TRIGGER, LIMITS)
+        assert BlowFault.CLIPPED not in verdict.faults, verdict.reasons
+
+
+def test_a_peak_far_from_the_trigger_is_a_late_trigger() -> None:
+    verdict = check_blow(clean_force(), beam(), 4096.0, TRIGGER - 30, LIMITS)
+    assert verdict.faults == (BlowFault.LATE_TRIGGER,)
+    assert "7.3 ms after" in str(verdict.reasons[0])
+    assert verdict.peak_delay == pytest.approx(30 / 4096)
+
+
+def test_a_dead_accelerometer_is_named() -> None:
+    rng = np.random.default_rng(3)
+    alive, dead = beam()[0], 0.02 * rng.standard_normal(SAMPLES)
+    verdict = check_blow(clean_force(), np.array([alive, dead]), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.NO_RESPONSE,)
+    assert "accelerometer 2" in str(verdict.reasons[0])
+
+
+def test_an_accelerometer_that_reads_zero_throughout_is_dead() -> None:
+    verdict = check_blow(clean_force(), np.zeros(SAMPLES), 4096.0, TRIGGER, LIMITS)
+    assert verdict.faults == (BlowFault.NO_RESPONSE,)
+
+
+def test_a_soft_tip_is_refused_only_where_a_highest_frequency_is_asked_for() -> None:
+    time = (np.arange(SAMPLES) - TRIGGER) / 4096.0
+    soft = 100 * np.exp(-((time / 1.2e-3) ** 2)) + 0.01 * np.random.default_rng(0).standard_normal(SAMPLES)
+    asked = BlowLimits(lowest_peak_force=10.0, highest_frequency=1024.0)
+    assert check_blow(soft, beam(), 4096.0, TRIGGER, LIMITS).accepted
+    verdict = check_blow(soft, beam(), 4096.0, TRIGGER, asked)
+    assert verdict.faults == (BlowFault.SOFT,)
+    assert "1024 Hz" in str(verdict.reasons[0])
+    assert check_blow(clean_force(), beam(), 4096.0, TRIGGER, asked).accepted
+
+
+def test_a_record_without_pre_trigger_cannot_be_judged() -> None:
+    with pytest.raises(AnalysisError, match="longer pre-trigger"):
+        check_blow(clean_force(), beam(), 4096.0, 10, LIMITS)
+
+
+def test_records_of_different_length_are_refused() -> None:
+    with pytest.raises(AnalysisError, match="equal samples"):
+        check_blow(clean_force()[:-1], beam(), 4096.0, TRIGGER, LIMITS)

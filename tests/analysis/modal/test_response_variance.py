@@ -1,0 +1,83 @@
+"""Variances of accelerances from scatter, coherence, neighbouring lines and residuals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex
+from analysis.modal.response_variance import (
+    blow_scatter,
+    smoothed_variance,
+    variance_from_coherence,
+    variance_from_neighbours,
+    variance_from_residual,
+    variance_from_scatter,
+)
+
+LINES = 2000
+
+
+def noise(rng: np.random.Generator, *shape: int) -> Complex:
+    return np.asarray(rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
+
+
+def test_coherence_of_ten_blows_gives_their_variance_without_bias() -> None:
+    rng = np.random.default_rng(0)
+    force = noise(rng, 10, LINES) + 30
+    acceleration = 2 * force + noise(rng, 10, LINES)
+    cross, power = np.sum(acceleration * force.conj(), axis=0), np.sum(np.abs(force) ** 2, axis=0)
+    accelerance = cross / power
+    coherence = np.abs(cross) ** 2 / power / np.sum(np.abs(acceleration) ** 2, axis=0)
+    true = np.mean(1 / power)
+    assert np.mean(variance_from_coherence(accelerance, coherence, 10)) == pytest.approx(true, rel=0.03)
+    assert np.mean(variance_from_scatter(blow_scatter(force, acceleration, accelerance))) == pytest.approx(
+        true, rel=0.03
+    )
+
+
+def test_variance_from_coherence_tends_to_the_textbook_formula() -> None:
+    value = variance_from_coherence(np.array([3.0 + 4j]), np.array([0.9]), 100_001)
+    assert value[0] == pytest.approx((1 - 0.9) / (2 * 100_000 * 0.9) * 25)
+
+
+@pytest.mark.parametrize(("coherence", "averages"), [(0.9, 1), (1.1, 10), (-0.1, 10)])
+def test_an_impossible_coherence_is_refused(coherence: float, averages: int) -> None:
+    with pytest.raises(AnalysisError):
+        variance_from_coherence(np.array([1 + 0j]), np.array([coherence]), averages)
+
+
+def test_one_blow_has_no_scatter() -> None:
+    with pytest.raises(AnalysisError, match="twice"):
+        blow_scatter(np.ones((1, 4), complex), np.ones((1, 4), complex), np.ones(4, complex))
+
+
+def test_neighbouring_lines_tell_the_noise_under_a_resonance() -> None:
+    rng = np.random.default_rng(1)
+    frequency = np.linspace(0.5, 1000, LINES)
+    peak = -(frequency**2) / (400**2 * (1 + 0.02j) - frequency**2)
+    found = variance_from_neighbours(peak[None, :] + 0.01 * noise(rng, 3, LINES))
+    assert np.median(found) == pytest.approx(1e-4, rel=0.05)
+
+
+def test_residuals_tell_a_floor_from_a_part_that_grows_with_the_response() -> None:
+    rng = np.random.default_rng(2)
+    fitted = (10 ** rng.uniform(-2, 2, (2, LINES))).astype(np.complex128)
+    true = 0.05**2 + (0.03 * np.abs(fitted)) ** 2
+    found = variance_from_residual(fitted + np.sqrt(true) * noise(rng, 2, LINES), fitted)
+    np.testing.assert_allclose(found, true, rtol=0.2)
+
+
+def test_a_row_that_fits_exactly_keeps_a_small_variance() -> None:
+    fitted = np.linspace(1, 2, 50)[None, :].astype(np.complex128)
+    found = variance_from_residual(fitted, fitted)
+    assert np.all(found > 0)
+    assert np.all(found < 1e-16)
+
+
+def test_smoothing_keeps_the_mean_and_lowers_the_scatter_of_a_variance() -> None:
+    rough = np.random.default_rng(3).chisquare(18, (1, LINES)) / 18
+    smooth = smoothed_variance(rough, 5)
+    assert np.mean(smooth) == pytest.approx(np.mean(rough), rel=1e-2)
+    assert np.std(smooth) == pytest.approx(np.std(rough) / np.sqrt(5), rel=0.1)

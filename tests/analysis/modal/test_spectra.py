@@ -1,0 +1,185 @@
+"""Accelerances averaged from synthetic blows on a system of one mode, whose response is known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.modal.pole_parameters import without_window
+from analysis.modal.spectra import Estimator, Windows, responses_from_blows
+from analysis.modes import Modes, poles_from
+
+RATE = 1024.0
+SAMPLES = 2048
+PRE_TRIGGER = 64
+POINT = Dof.parse("3y")
+OTHER = Dof.parse("1y")
+POLE = complex(poles_from(np.array([60.0]), np.array([0.03]))[0])
+FREQUENCY = np.fft.rfftfreq(SAMPLES, 1 / RATE)
+
+
+def accelerance(laplace: Complex) -> Complex:
+    """p^2 / (p - lambda)(p - conj lambda): one viscously damped mode of 1 kg."""
+    return np.asarray(laplace**2 / ((laplace - POLE) * (laplace - POLE.conjugate())))
+
+
+EXACT = accelerance(np.asarray(2j * np.pi * FREQUENCY, dtype=np.complex128))
+
+
+def blows(seed: int, count: int, force_noise: float = 0.0, acceleration_noise: float = 0.0) -> tuple[Real, Real]:
+    """Force and acceleration (blows, samples); the mode has died away within the record."""
+    rng = np.random.default_rng(seed)
+    time = (np.arange(SAMPLES) - PRE_TRIGGER) / RATE
+    peaks = rng.uniform(80, 120, (count, 1))
+    force = peaks * np.exp(-(((time - 3e-3) / 1e-3) ** 2))
+    acceleration = np.fft.irfft(np.fft.rfft(force, axis=1) * EXACT, SAMPLES, axis=1)
+    force = force + force_noise * rng.standard_normal(force.shape)
+    return force, acceleration + acceleration_noise * rng.standard_normal(force.shape)
+
+
+def averaged(
+    force: Real, acceleration: Real, estimator: Estimator = Estimator.H1, windows: Windows | None = None
+) -> FrequencyResponses:
+    return responses_from_blows(
+        [force], [acceleration], RATE, POINT, [POINT], 400.0, estimator,
+        pre_trigger=PRE_TRIGGER, windows=windows or Windows(),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("estimator", list(Estimator))
+def test_blows_without_noise_give_the_exact_accelerance_with_coherence_one(estimator: Estimator) -> None:
+    found = averaged(*blows(0, 3), estimator)
+    lines = found.frequency > 0
+    np.testing.assert_allclose(found.accelerance[0, lines], EXACT[: found.frequency.size][lines], rtol=1e-6)
+    assert found.coherence is not None
+    np.testing.assert_allclose(found.coherence[0, lines], 1.0, atol=1e-9)
+
+
+def test_lines_end_at_the_highest_frequency() -> None:
+    found = averaged(*blows(0, 2))
+    assert found.frequency[-1] == 400.0
+    assert found.frequency[1] == RATE / SAMPLES
+
+
+def test_h1_is_biased_by_noise_in_the_force_h2_by_noise_in_the_response_and_hv_lies_between() -> None:
+    line = int(np.argmin(np.abs(FREQUENCY - 200.0)))
+    noisy_force, noisy_response = blows(1, 1000, 1.0, 0.0), blows(1, 1000, 0.0, 1.0)
+    h1, h2, hv = (abs(averaged(*noisy_force, e).accelerance[0, line] / EXACT[line]) for e in Estimator)
+    assert h1 < 0.9
+    assert h1 < hv < h2 == pytest.approx(1, abs=0.03)
+    assert hv**2 == pytest.approx(h1 * h2)
+    h1, h2, hv = (abs(averaged(*noisy_response, e).accelerance[0, line] / EXACT[line]) for e in Estimator)
+    assert h2 > 1.1
+    assert h2 > hv > h1 == pytest.approx(1, abs=0.03)
+
+
+def test_variance_from_ten_blows_is_that_of_many_repeated_averages() -> None:
+    repeats = [averaged(*blows(seed, 10, 0.02, 0.5)) for seed in range(300)]
+    scatter = np.array([r.accelerance[0] - EXACT[: r.frequency.size] for r in repeats])
+    stated = np.mean([r.variance[0] for r in repeats if r.variance is not None], axis=0)
+    lines = slice(10, 600)
+    for part in (scatter.real, scatter.imag):
+        assert np.mean(np.var(part[:, lines], axis=0) / stated[lines]) == pytest.approx(1, abs=0.03)
+
+
+def test_a_single_blow_has_neither_coherence_nor_variance() -> None:
+    found = averaged(*blows(0, 1))
+    assert found.coherence is None
+    assert found.variance is None
+
+
+def test_an_offset_before_the_trigger_is_removed_before_windows_act() -> None:
+    force, acceleration = blows(0, 2)
+    window = Windows(decay=3.0)
+    clean, offset = averaged(force, acceleration, windows=window), averaged(force + 2, acceleration - 5, windows=window)
+    np.testing.assert_allclose(offset.accelerance, clean.accelerance, rtol=1e-9, atol=1e-9)
+
+
+def test_an_exponential_window_moves_the_pole_left_by_its_decay() -> None:
+    found = averaged(*blows(0, 2), windows=Windows(decay=5.0))
+    expected = accelerance(np.asarray(5.0 + 2j * np.pi * found.frequency, dtype=np.complex128))
+    left_at_the_end = np.exp(POLE.real * SAMPLES / RATE)
+    np.testing.assert_allclose(found.accelerance[0], expected, atol=3 * left_at_the_end * np.max(np.abs(expected)))
+
+
+def modes_of(frequency: float, loss_factor: float) -> Modes:
+    poles = poles_from(np.array([frequency]), np.array([loss_factor]))
+    return Modes(poles, np.ones((1, 1), complex), (POINT,), pole_covariance=np.diag([1e-4, 1e-6]))
+
+
+def test_the_damping_that_a_window_adds_is_stated_and_taken_out_of_modes() -> None:
+    true, windowed = modes_of(60.0, 0.03), Modes(np.array([POLE - 5.0]), np.ones((1, 1), complex), (POINT,))
+    np.testing.assert_allclose(without_window(windowed, 5.0).poles, true.poles, rtol=1e-14)
+    added = Windows(decay=5.0).added_loss_factor(true.frequency)
+    np.testing.assert_allclose(windowed.loss_factor - true.loss_factor, added, rtol=2e-3)
+
+
+def test_the_covariance_of_modes_without_window_follows_by_their_derivatives() -> None:
+    def frequency_and_loss_factor(shift: tuple[float, float]) -> Real:
+        modes = without_window(modes_of(60.0 + shift[0], 0.08 + shift[1]), 5.0)
+        return np.concatenate([modes.frequency, modes.loss_factor])
+
+    steps = ((1e-4, 0.0), (0.0, 1e-6))
+    change = np.stack(
+        [
+            (frequency_and_loss_factor(step) - frequency_and_loss_factor((-step[0], -step[1]))) / (2 * sum(step))
+            for step in steps
+        ],
+        axis=1,
+    )
+    covariance = without_window(modes_of(60.0, 0.08), 5.0).pole_covariance
+    assert covariance is not None
+    np.testing.assert_allclose(covariance, change @ np.diag([1e-4, 1e-6]) @ change.T, rtol=1e-5)
+
+
+def test_a_window_that_adds_more_damping_than_a_mode_has_is_refused() -> None:
+    modes = Modes(np.array([POLE]), np.ones((1, 1), complex), (POINT,))
+    with pytest.raises(AnalysisError, match="more damping than mode 1"):
+        without_window(modes, 50.0)
+
+
+def test_a_force_window_removes_the_noise_behind_the_blow() -> None:
+    force, acceleration = blows(3, 200, force_noise=1.0)
+    line = int(np.argmin(np.abs(FREQUENCY - 200.0)))
+    plain, windowed = averaged(force, acceleration), averaged(force, acceleration, windows=Windows(force_duration=0.05))
+    bias, windowed_bias = (abs(abs(r.accelerance[0, line] / EXACT[line]) - 1) for r in (plain, windowed))
+    assert windowed_bias < 0.2 * bias
+
+
+@given(gain=st.floats(1e-3, 1e3), push=st.floats(1e-3, 1e3))
+def test_accelerance_scales_with_the_gains_and_coherence_does_not(gain: float, push: float) -> None:
+    force, acceleration = blows(5, 3, 0.02, 0.1)
+    base, scaled = averaged(force, acceleration), averaged(push * force, gain * acceleration)
+    assert base.variance is not None
+    assert scaled.variance is not None
+    np.testing.assert_allclose(scaled.accelerance, base.accelerance * gain / push, rtol=1e-9, atol=1e-12 * gain / push)
+    np.testing.assert_allclose(scaled.variance, base.variance * (gain / push) ** 2, rtol=1e-6)
+
+
+def test_a_point_without_blows_is_named() -> None:
+    force, acceleration = blows(0, 2)
+    with pytest.raises(AnalysisError, match="no blow at 1y"):
+        responses_from_blows([force, force[:0]], [acceleration, acceleration[:0]], RATE, POINT, [POINT, OTHER])
+
+
+def test_records_of_unequal_length_name_the_point() -> None:
+    force, acceleration = blows(0, 2)
+    with pytest.raises(AnalysisError, match="at 1y force has shape"):
+        responses_from_blows([force, force[:, 1:]], [acceleration, acceleration[:, 1:]], RATE, POINT, [POINT, OTHER])
+
+
+def test_a_point_without_a_name_is_refused() -> None:
+    force, acceleration = blows(0, 2)
+    with pytest.raises(AnalysisError, match="give all three"):
+        responses_from_blows([force], [acceleration], RATE, POINT, [])
+
+
+def test_a_dead_hammer_is_named() -> None:
+    force, acceleration = blows(0, 2)
+    with pytest.raises(AnalysisError, match="hammer's cable"):
+        averaged(0 * force, acceleration)

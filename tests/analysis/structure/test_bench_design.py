@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.errors import AnalysisError
+from analysis.structure.beam import Beam, Mesh, assemble
+from analysis.structure.bench_design import bench_design, joint_design
+from analysis.structure.joints import Joint, inclined_support
+
+if TYPE_CHECKING:
+    from tests.analysis.conftest import Bench
+
+BAR = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
+
+
+@given(
+    stiffness_ratio=st.floats(1e-3, 1e3),
+    aspect_ratio=st.floats(1.01, 50),
+    inclination=st.floats(-1.57, 1.57),
+    rotation_ratio=st.floats(0, 10),
+    loss_factor=st.floats(0, 0.5),
+)
+def test_the_design_of_an_inclined_support_is_what_it_was_made_of(
+    stiffness_ratio: float, aspect_ratio: float, inclination: float, rotation_ratio: float, loss_factor: float
+) -> None:
+    lossy = stiffness_ratio * (1 + 1j * loss_factor)
+    support = inclined_support(BAR, "I", 2, lossy, aspect_ratio, inclination, rotation_ratio)
+    found = joint_design(BAR, support)
+    assert found.stiffness_ratio == pytest.approx(stiffness_ratio, rel=1e-9)
+    assert found.aspect_ratio == pytest.approx(aspect_ratio, rel=1e-9)
+    turned = (found.inclination - inclination + np.pi / 2) % np.pi - np.pi / 2
+    assert turned == pytest.approx(0, abs=1e-7)
+    assert -np.pi / 2 < found.inclination <= np.pi / 2
+    assert found.rotation_ratio == pytest.approx(rotation_ratio, rel=1e-9, abs=1e-12)
+    assert found.loss_factors == pytest.approx((loss_factor, loss_factor), abs=1e-9)
+
+
+def test_the_papers_bench_keeps_to_what_it_was_designed_for_but_for_the_stiffer_joint(bench: Bench) -> None:
+    """Cylinders of a = 0.36e6 and b = 2.30e6 N/m at joint I, 0.49e6 and 2.70e6 at joint II, at 45 degrees."""
+    found = bench_design(bench.free_beam, bench.joints)
+    first, second = found.joints
+    unit = bench.free_beam.beam.stiffness_unit[0, 0]
+    assert first.stiffness_ratio == pytest.approx(2 * 0.36e6 / unit)
+    assert first.aspect_ratio == pytest.approx(2.30 / 0.36)
+    assert np.degrees(first.inclination) == pytest.approx(45)
+    assert np.degrees(second.inclination) == pytest.approx(-45)
+    assert first.loss_factors == pytest.approx((0.12, 0.11))
+    assert found.first_elastic == pytest.approx(160, abs=0.5)
+    assert found.first_longitudinal == pytest.approx(2809, abs=1)
+    assert len(found.statements) == 1
+    assert found.statements[0].startswith("joint II: k-bar = 52.1 is above 50")
+
+
+def test_a_joint_alike_in_all_directions_has_no_inclination_and_is_complained_of() -> None:
+    even = Joint("I", 2, np.diag([1e5, 1e5, 10.0]).astype(complex))
+    found = joint_design(BAR, even)
+    assert (found.aspect_ratio, found.inclination) == (1.0, 0.0)
+    free_beam = assemble(BAR, Mesh.through([0.0, 0.1, 0.8, 0.914]))
+    assert "joint I: R = 1 is below 2" in bench_design(free_beam, [even]).statements[0]
+
+
+def test_a_beam_that_is_too_long_and_contacts_that_are_no_points_are_said() -> None:
+    long = replace(BAR, length=3.0)
+    free_beam = assemble(long, Mesh.through([0.0, 1.5, 3.0]))
+    found = bench_design(free_beam, [], contact_length=0.2)
+    assert ["first elastic" in found.statements[0], "longitudinal" in found.statements[1]] == [True, True]
+    assert "contacts of 0.2 m are 0.067 of the beam's length" in found.statements[2]
+
+
+def test_a_joint_that_does_not_push_back_is_refused_with_its_stiffness() -> None:
+    with pytest.raises(AnalysisError, match=r"joint II has a stiffness of -2e\+05 N/m in one direction"):
+        joint_design(BAR, Joint("II", 10, np.diag([1e5, -2e5, 1.0]).astype(complex)))

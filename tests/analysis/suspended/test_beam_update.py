@@ -1,0 +1,233 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+from analysis.structure.beam import Beam, Mesh, Theory
+from analysis.suspended.beam_identifiability import MODULUS_BY_DENSITY, SLENDER, statements, twins
+from analysis.suspended.beam_slopes import PARAMETERS, free_frequencies
+from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, update_beam
+from analysis.suspended.free_modes import ElasticModes
+from simlab import beam as simlab_beam
+
+BAR = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
+NODES = np.array([0.0, 0.06, 0.2, 0.4, 0.6, 0.8, 0.94, 1.0])
+EXACT = 1e-8  # relative error of frequencies that are as good as exact
+ONLY_MATERIAL = BeamTolerances(0.005, 0.003, 0.0, 0.0, 0.0, frequency=0.0)
+CALLIPERS = BeamTolerances(frequency=0.0)
+
+
+def mesh_of(beam: Beam) -> Mesh:
+    return Mesh.through(NODES * beam.length, 1)
+
+
+def seen(frequency: Real, error: float = EXACT) -> ElasticModes:
+    """Measured elastic modes 4, 5, ... with this relative error of every frequency."""
+    count = frequency.size
+    errors = np.stack([error * frequency, np.full(count, 1e-5)], axis=1).ravel()
+    return ElasticModes(
+        numbers=tuple(range(4, 4 + count)),
+        frequency=frequency,
+        damping_ratio=np.full(count, 0.001),
+        covariance=np.diag(errors**2),
+        suspension_shift=np.zeros(count),
+        assurance=np.ones(count),
+        suspension_modes=(),
+        others=(),
+    )
+
+
+def frequencies(beam: Beam, modes: int = 3, theory: Theory = Theory.TIMOSHENKO) -> Real:
+    return free_frequencies(beam, mesh_of(beam), range(3, 3 + modes), theory)[0]
+
+
+def weight(beam: Beam) -> float:
+    return beam.density * beam.area * beam.length
+
+
+def changed(**relative: float) -> Beam:
+    return replace(BAR, **{name: getattr(BAR, name) * (1 + share) for name, share in relative.items()})
+
+
+def update(true: Beam, tolerances: BeamTolerances, weighed: Estimate | None = None) -> BeamUpdate:
+    return update_beam(seen(frequencies(true)), BAR, mesh_of(BAR), tolerances, weighed=weighed)
+
+
+relative = st.floats(-0.01, 0.01)
+
+
+@settings(max_examples=20, deadline=None)
+@given(modulus=relative, density=relative)
+def test_e_by_rho_is_recovered_from_exact_frequencies_while_e_and_rho_alone_stay_at_their_tolerances(
+    modulus: float, density: float
+) -> None:
+    true = changed(youngs_modulus=modulus, density=density)
+    found = update(true, ONLY_MATERIAL)
+    ratio = found.combination(MODULUS_BY_DENSITY)
+    assert ratio.value == pytest.approx(true.youngs_modulus / true.density, rel=3e-8)
+    assert ratio.standard_error / ratio.value < 3 * EXACT
+    # two parameters of which only the difference is known: the best split is by their variances
+    of_modulus, of_density = 0.005**2, 0.003**2
+    difference = np.log((1 + modulus) / (1 + density))
+    assert np.log(found.beam.youngs_modulus / BAR.youngs_modulus) == pytest.approx(
+        difference * of_modulus / (of_modulus + of_density), abs=1e-7
+    )
+    alone = np.sqrt(1 / (1 / of_modulus + 1 / of_density))
+    for name in ("youngs_modulus", "density"):
+        estimate = found.parameter(name)
+        assert estimate.standard_error / estimate.value == pytest.approx(alone, rel=1e-6)
+    assert found.correlation("youngs_modulus", "density") == pytest.approx(1, abs=1e-9)
+    assert twins(found)[0].cosine == pytest.approx(-1, abs=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(modulus=relative, density=relative)
+def test_a_balance_tells_the_density_from_youngs_modulus(modulus: float, density: float) -> None:
+    true = changed(youngs_modulus=modulus, density=density)
+    found = update(true, ONLY_MATERIAL, weighed=Estimate(weight(true), EXACT))
+    assert found.beam.youngs_modulus == pytest.approx(true.youngs_modulus, rel=1e-7)
+    assert found.beam.density == pytest.approx(true.density, rel=1e-7)
+
+
+@settings(max_examples=20, deadline=None)
+@given(modulus=relative, height=relative)
+def test_a_stocky_bar_tells_its_height_from_its_modulus_if_frequencies_and_theory_are_exact(
+    modulus: float, height: float
+) -> None:
+    true = changed(youngs_modulus=modulus, height=height)
+    only_two = BeamTolerances(0.01, 0.0, 0.0, 0.01 * BAR.height, 0.0, frequency=0.0)
+    found = update(true, only_two)
+    for name in PARAMETERS:
+        assert getattr(found.beam, name) == pytest.approx(getattr(true, name), rel=2e-6)
+    assert found.misfit == pytest.approx(np.zeros(3), abs=1e-8)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.tuples(relative, relative, relative, relative, relative))
+def test_whatever_the_bar_the_combination_of_a_slender_one_is_known_and_the_frequencies_come_back(
+    shares: tuple[float, float, float, float, float],
+) -> None:
+    true = changed(**dict(zip(PARAMETERS, shares, strict=True)))
+    generous = BeamTolerances(0.01, 0.01, 0.01 * BAR.length, 0.01 * BAR.height, 0.01 * BAR.width, frequency=1e-5)
+    found = update(true, generous)
+    np.testing.assert_allclose(found.frequency, frequencies(true), rtol=3e-5)
+    np.testing.assert_allclose(found.frequency, frequencies(found.beam), rtol=1e-10)
+    slender = found.combination(SLENDER)
+    true_slender = np.prod([getattr(true, name) ** power for name, power in SLENDER.items()])
+    assert abs(slender.value - true_slender) < 4 * slender.standard_error
+    assert slender.standard_error / slender.value < 1e-3  # of 0.02 beforehand
+    assert found.mesh.positions[-1] == pytest.approx(found.beam.length, rel=1e-14)
+
+
+def test_intervals_cover_and_chi_square_is_one_a_datum_when_bars_scatter_as_their_tolerances_say() -> None:
+    rng = np.random.default_rng(20261)
+    tolerances, error = BeamTolerances(frequency=1e-4), 5e-5
+    prior = tolerances.relative(BAR)
+    runs, covered, chi_square = 600, np.zeros(len(PARAMETERS)), []
+    for _ in range(runs):
+        shares = np.exp(prior * rng.standard_normal(prior.size)) - 1
+        true = changed(**dict(zip(PARAMETERS, shares.tolist(), strict=True)))
+        data = frequencies(true) * np.exp(np.hypot(error, tolerances.frequency) * rng.standard_normal(3))
+        found = update_beam(seen(data, error), BAR, mesh_of(BAR), tolerances)
+        chi_square.append(found.chi_square)
+        for place, name in enumerate(PARAMETERS):
+            low, high = found.parameter(name).interval()
+            covered[place] += low <= getattr(true, name) <= high
+    three_deviations = 3 * np.sqrt(0.95 * 0.05 / runs)
+    assert np.all(np.abs(covered / runs - 0.95) < three_deviations)
+    assert np.mean(chi_square) == pytest.approx(3, abs=3 * np.sqrt(6 / runs))
+
+
+def test_the_covariance_is_the_inverse_of_fisher_information_and_prior() -> None:
+    found = update_beam(seen(frequencies(BAR), 2e-4), BAR, mesh_of(BAR), BeamTolerances(frequency=1e-4))
+    prior = BeamTolerances().relative(BAR)
+    information = found.slopes.T @ found.slopes / (4e-8 + 1e-8) + np.diag(1 / prior**2)
+    np.testing.assert_allclose(found.covariance, np.linalg.inv(information), rtol=1e-7, atol=1e-14)
+
+
+def test_an_exact_drawing_that_is_right_leaves_nothing_to_do() -> None:
+    found = update(BAR, CALLIPERS)
+    np.testing.assert_allclose(found.deviations_used, 0, atol=1e-6)
+    assert found.chi_square < 1e-6
+    assert found.consistent
+
+
+def test_a_bar_computed_by_other_means_is_recovered_within_its_interval() -> None:
+    """By a Ritz series instead of elements, on the default mesh."""
+    true = changed(youngs_modulus=0.007)
+    bar = simlab_beam.Bar(true.length, true.height, true.width, true.youngs_modulus, true.poisson_ratio, true.density)
+    data = simlab_beam.free_modes(bar).frequency[3:6]
+    only_modulus = BeamTolerances(0.01, 0.0, 0.0, 0.0, 0.0)
+    found = update_beam(seen(data), BAR, Mesh.through(np.linspace(0, BAR.length, 11)), only_modulus)
+    low, high = found.parameter("youngs_modulus").interval()
+    assert low < true.youngs_modulus < high
+    assert (high - low) / true.youngs_modulus < 6e-4
+    assert found.consistent
+
+
+def test_the_six_modes_of_a_recorded_free_beam_are_those_of_a_slender_bar_to_a_third_of_a_percent() -> None:
+    """Hz, what three tools find in a published record; material and dimensions are not told, so they are loose."""
+    recorded = np.array([51.5, 142.18, 278.66, 460.39, 687.16, 958.5])
+    drawn = replace(BAR, length=1.0, height=0.01)
+    loose = BeamTolerances(youngs_modulus=0.3, height=0.002, frequency=0.002)
+    found = update_beam(seen(recorded, 1e-4), drawn, Mesh.through(np.linspace(0, 1, 11)), loose)
+    assert np.max(np.abs(found.misfit)) < 0.0033
+    assert found.consistent
+
+
+def test_point_masses_are_not_taken_for_density() -> None:
+    masses = {3: 0.03, 7: 0.01}
+    true = changed(youngs_modulus=0.004)
+    data = free_frequencies(true, mesh_of(true), (3, 4, 5), point_masses=masses)[0]
+    found = update_beam(seen(data), BAR, mesh_of(BAR), ONLY_MATERIAL, point_masses=masses)
+    assert found.combination(MODULUS_BY_DENSITY).value == pytest.approx(true.youngs_modulus / true.density, rel=1e-4)
+    without = update_beam(seen(data), BAR, mesh_of(BAR), ONLY_MATERIAL)
+    assert not without.consistent
+
+
+def test_a_bar_beyond_its_tolerances_is_said_to_disagree() -> None:
+    found = update(changed(height=0.02), BeamTolerances())
+    assert not found.consistent
+    assert found.p_value < 1e-4
+    sentence = statements(found)[0]
+    assert sentence.startswith("frequencies and tolerances disagree, so no interval here can be relied on")
+    assert "the best bar has its Young's modulus +3.4 tolerances off" in sentence  # the twin with the wider tolerance
+
+
+def test_a_measurement_within_its_tolerances_is_not_said_to_disagree() -> None:
+    assert not any("disagree" in text for text in statements(update(changed(height=0.001), BeamTolerances())))
+
+
+def test_what_frequencies_do_not_say_is_said() -> None:
+    said = " | ".join(statements(update(BAR, BeamTolerances())))
+    assert "show as the ratio E / rho" in said
+    assert "weigh the bar" in said
+    assert "width does not show in these frequencies" in said
+    assert "Young's modulus and density (cosine -1.0000" in said
+    weighed = statements(update(BAR, BeamTolerances(), weighed=Estimate(weight(BAR), 1e-3)))
+    assert not any("weigh the bar" in text for text in weighed)
+    exact = " | ".join(statements(update(BAR, replace(BeamTolerances(), width=0.0))))
+    assert "width was taken to be exact" in exact
+
+
+def test_nothing_loose_is_refused() -> None:
+    with pytest.raises(AnalysisError, match="every tolerance of the beam is nought"):
+        update(BAR, BeamTolerances(0, 0, 0, 0, 0))
+
+
+def test_frequencies_without_any_error_are_refused() -> None:
+    with pytest.raises(AnalysisError, match="state a tolerance of frequency"):
+        update_beam(seen(frequencies(BAR), 0.0), BAR, mesh_of(BAR), CALLIPERS)
+
+
+@pytest.mark.parametrize("value", [-0.1, float("inf"), float("nan")])
+def test_an_impossible_tolerance_is_refused_by_name(value: float) -> None:
+    with pytest.raises(AnalysisError, match="tolerance height is"):
+        BeamTolerances(height=value)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.dof import Direction, Dof
-from analysis.frequency_response import FrequencyResponses
+from analysis.frequency_response import Complex, FrequencyResponses
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
@@ -52,6 +53,8 @@ class Measurement:
         sets: roving-hammer sets, the reference set first.
         points: sine points in the order of measuring.
         raw: whether both were computed here from raw records, not imported as numbers.
+        scatter: by set number, (rows, blows, lines) how far each blow moves the average of its row, in (m/s^2)/N; only
+            where the single blows are at hand, and enough of them at each point.
     """
 
     title: str
@@ -59,6 +62,12 @@ class Measurement:
     sets: tuple[FrequencyResponseSet, ...]
     points: tuple[SinePoint, ...]
     raw: bool
+    scatter: Mapping[int, Complex] = field(default_factory=dict)
+
+    def responses(self, index: int = 0) -> FrequencyResponses:
+        """Set `index` as analysis has it, with the scatter of its blows where that is known."""
+        measured = self.sets[index]
+        return replace(responses_of(measured), scatter=self.scatter.get(measured.number))
 
 
 def dof(stored: StoredDof) -> Dof:

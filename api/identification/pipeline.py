@@ -33,7 +33,7 @@ from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.structure.forward import accelerance, eigensolution
 from analysis.structure.mode_agreement import ModeError, mode_errors
 from api.errors import ApiError
-from api.identification.measurement import Measurement, responses_of
+from api.identification.measurement import Measurement
 from store.bundle_setup import Article
 
 CONFIGURATIONS = ("compression", "shear", "angled")
@@ -232,7 +232,7 @@ def tolerances_of(article: Article) -> Tolerances:
 
 def _inverse(measurement: Measurement) -> Inverse:
     article = measurement.article
-    measured = responses_of(measurement.sets[0])
+    measured = measurement.responses()
     modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
     beam = free_beam_of(article)
     nodes = {joint.name: joint.node for joint in article.joints}

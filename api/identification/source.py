@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex
 from analysis.modal.spectra import responses_from_blows
 from api.errors import ApiError
 from api.identification.measurement import Measurement, SinePoint, dof, sine_point
@@ -56,19 +57,21 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
         raise ApiError(f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify")
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
     with progress("accelerances", len(blows)) as advance:
-        sets = tuple(
+        struck = [
             _accelerances(catalogue, article, [blow for blow in blows if blow.set_number == number], step, advance)
             for number, step in enumerate(sequence.hammer_steps, start=1)
             if any(blow.set_number == number for blow in blows)
-        )
+        ]
+    sets = tuple(measured for measured, _ in struck)
+    scatter = {measured.number: moves for measured, moves in struck if moves is not None}
     points = _sine_points(catalogue, records, progress) if records else ()
-    return Measurement(run.title, article, sets, points, raw=True)
+    return Measurement(run.title, article, sets, points, raw=True, scatter=scatter)
 
 
 def _accelerances(
     catalogue: Catalogue, article: Article, blows: Sequence[Blow], step: HammerStep, advance: Advance
-) -> FrequencyResponseSet:
-    """One set from the raw blows of a hammer step."""
+) -> tuple[FrequencyResponseSet, Complex | None]:
+    """One set from the raw blows of a hammer step, and how far each of them moves its average."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
     forces, accelerations, points, rate = [], [], [], 0.0
     for point, struck in groupby(blows, key=lambda blow: blow.point):
@@ -89,7 +92,7 @@ def _accelerances(
     )
     peaks = [blow.peak_force for blow in blows if blow.peak_force is not None]
     temperatures = [blow.temperature_c for blow in blows if blow.temperature_c is not None]
-    return FrequencyResponseSet(
+    measured = FrequencyResponseSet(
         number=blows[0].set_number,
         response=response,
         inputs=tuple(points),
@@ -105,6 +108,7 @@ def _accelerances(
         block_seconds=step.block_seconds,
         estimator="H1",
     )
+    return measured, computed.scatter
 
 
 def _sine_points(catalogue: Catalogue, records: Sequence[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:

@@ -1,0 +1,48 @@
+"""What identification works on: the raw blows of a run tell how they scatter, imported averages cannot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.modal.estimation import ModalEstimate, estimate_modes
+from api.identification.measurement import Measurement
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+
+BAND = (20.0, 1024.0)
+
+
+@pytest.fixture(scope="module")
+def measurement(demo: Path) -> Measurement:
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        return measurement_of_run(catalogue, 1)
+
+
+def test_a_run_measured_here_knows_how_far_each_blow_moves_its_average(measurement: Measurement) -> None:
+    responses = measurement.responses()
+    assert responses.scatter is not None
+    assert responses.variance is not None
+    assert responses.scatter.shape == (11, 10, responses.frequency.size)
+    variance = np.sum(np.abs(responses.scatter) ** 2, axis=1) / 2
+    assert np.sum(variance, axis=1) == pytest.approx(np.sum(responses.variance, axis=1), rel=0.02)
+
+
+def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(measurement: Measurement) -> None:
+    responses = measurement.responses()
+    counted = estimate_modes(responses, BAND)
+    lines_alone = estimate_modes(replace(responses, scatter=None), BAND)
+    assert np.all(counted.modes.poles == lines_alone.modes.poles)
+    assert np.median(widths(counted) / widths(lines_alone)) > 1.5
+
+
+def widths(estimate: ModalEstimate) -> np.ndarray:
+    return np.diff(estimate.frequency_ci95, axis=1).ravel()
+
+
+def test_averages_of_a_bundle_have_no_scatter(exported: Path) -> None:
+    assert measurement_of_bundle(read_bundle(exported)).responses().scatter is None

@@ -14,6 +14,7 @@ from rig.operator import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
+    BlowSuspected,
     Event,
     PointStarted,
     RateCoerced,
@@ -111,6 +112,9 @@ class SequenceProgress:
                 self._advance(self._blows)
             case BlowRefused(point, blow, reason):
                 self._say(f"blow {blow} at {point} refused: {reason}")
+            case BlowSuspected(point, blow, reason):
+                self._say(f"blow {blow} at {point} left out: {reason}; strike one more")
+                self._advance(self._blows, -1)
             case BlowMissed(point, blow, waited):
                 self._say(f"blow {blow} at {point}: nobody struck within {waited:g} s")
             case SpecimenMounted(specimen, configuration):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.modal.blow_check import BlowLimits, BlowVerdict, check_blow
+from analysis.modal.blow_check import BlowLimits, BlowReason, BlowVerdict, check_blow
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
 from daq.device import Chassis
@@ -21,6 +21,7 @@ from rig.operator import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
+    BlowSuspected,
     Observer,
     Operator,
     PointFinished,
@@ -28,6 +29,7 @@ from rig.operator import (
     RateCoerced,
     unobserved,
 )
+from rig.point_blows import PointBlows
 
 PAPER_POINTS = (
     *(Dof(node, Direction.Y) for node in (1, 3, 4, 5, 6, 7, 8, 9, 11)),
@@ -175,13 +177,16 @@ class _Session:
         Raises:
             PointGivenUpError: too many in a row did not.
         """
-        accepted, refused, blow = already.accepted, already.refused, already.last_blow
+        refused, blow = already.refused, already.last_blow
+        together = PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
+        accepted = already.accepted
         in_a_row = 0
         while accepted < self.settings.blows:
             blow += 1
-            reason = self._refusal(point, blow, accepted)
+            reason = self._refusal(point, blow, accepted, together)
+            accepted = already.accepted + together.accepted
             if reason is None:
-                accepted, in_a_row = accepted + 1, 0
+                in_a_row = 0
                 continue
             refused, in_a_row = refused + 1, in_a_row + 1
             if in_a_row == self.settings.refusals_in_a_row:
@@ -191,7 +196,7 @@ class _Session:
                 )
         self.observer(PointFinished(point, accepted, refused))
 
-    def _refusal(self, point: Dof, blow: int, accepted: int) -> str | None:
+    def _refusal(self, point: Dof, blow: int, accepted: int, together: PointBlows) -> str | None:
         """Take one blow; the reason why it does not count, None where it does."""
         try:
             block = self.control.carry_out(lambda: self._take(point, blow), self.observer)
@@ -199,7 +204,15 @@ class _Session:
             self.observer(BlowMissed(point, blow, self.settings.blow_timeout))
             return f"nobody struck within {self.settings.blow_timeout:g} s"
         verdict = self._judge(block)
+        suspects: dict[int, BlowReason] = {}
+        if verdict.accepted:
+            force, acceleration = block.value(self.settings.hammer), block.value(self.accelerometers[0])
+            suspects = together.add(blow, force, acceleration, block.sample_rate)
+            verdict = replace(verdict, reasons=tuple(suspects[number] for number in suspects if number == blow))
         self.sink.add_blow(point, blow, block, verdict)
+        for number, suspicion in suspects.items():
+            if number != blow:
+                self.observer(BlowSuspected(point, number, str(suspicion)))
         if verdict.accepted:
             self.observer(BlowAccepted(point, blow, accepted + 1, self.settings.blows, verdict.peak_force))
             return None

@@ -120,6 +120,18 @@ class BlowRefused(Event):
 
 
 @dataclass(frozen=True)
+class BlowSuspected(Event):
+    """Blow `blow` at `point` was accepted, but does not fit those that came after it, for `reason`; strike one more.
+
+    It stays in the store as it was taken; averages leave it out.
+    """
+
+    point: Dof
+    blow: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class BlowMissed(Event):
     """Nobody struck `point` within `waited` seconds of blow `blow` being armed."""
 

@@ -23,6 +23,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
         {
             "format": FORMAT,
             "title": found.measurement.title,
+            "blows_left_out": found.measurement.left_out,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,

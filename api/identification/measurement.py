@@ -55,6 +55,7 @@ class Measurement:
         raw: whether both were computed here from raw records, not imported as numbers.
         scatter: by set number, (rows, blows, lines) how far each blow moves the average of its row, in (m/s^2)/N; only
             where the single blows are at hand, and enough of them at each point.
+        left_out: accepted blows that the others of their point contradict, and so are in no average; one sentence each.
     """
 
     title: str
@@ -63,6 +64,7 @@ class Measurement:
     points: tuple[SinePoint, ...]
     raw: bool
     scatter: Mapping[int, Complex] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
 
     def responses(self, index: int = 0) -> FrequencyResponses:
         """Set `index` as analysis has it, with the scatter of its blows where that is known."""

@@ -70,7 +70,11 @@ def _responses(session: Session, run_id: int, found: Identification) -> int:
         session,
         kind=AnalysisKind.FREQUENCY_RESPONSES,
         method=first.estimator,
-        settings={"window": first.window, "highest_frequency": float(first.frequency[-1])},
+        settings={
+            "window": first.window,
+            "highest_frequency": float(first.frequency[-1]),
+            "left_out": list(found.measurement.left_out),
+        },
         runs=[run_id],
     )
     for measured in found.measurement.sets:

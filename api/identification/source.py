@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -14,6 +15,7 @@ from analysis.modal.spectra import responses_from_blows
 from api.errors import ApiError
 from api.identification.measurement import Measurement, SinePoint, dof, sine_point
 from api.progress import Advance, Progress, silent
+from rig.point_blows import contradicted
 from rig.sequence import DISPLACEMENT, FORCE, HammerStep, sequence_from
 from store.analyses import AnalysisKind, latest_analysis
 from store.blows import Blow, list_blows
@@ -62,31 +64,56 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
             for number, step in enumerate(sequence.hammer_steps, start=1)
             if any(blow.set_number == number for blow in blows)
         ]
-    sets = tuple(measured for measured, _ in struck)
-    scatter = {measured.number: moves for measured, moves in struck if moves is not None}
     points = _sine_points(catalogue, records, progress) if records else ()
-    return Measurement(run.title, article, sets, points, raw=True, scatter=scatter)
+    return Measurement(
+        title=run.title,
+        article=article,
+        sets=tuple(each.measured for each in struck),
+        points=points,
+        raw=True,
+        scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
+        left_out=tuple(text for each in struck for text in each.left_out),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Struck:
+    """A set from raw blows, how far each of them moves its average, and which were left out, and why."""
+
+    measured: FrequencyResponseSet
+    scatter: Complex | None
+    left_out: tuple[str, ...]
 
 
 def _accelerances(
     catalogue: Catalogue, article: Article, blows: Sequence[Blow], step: HammerStep, advance: Advance
-) -> tuple[FrequencyResponseSet, Complex | None]:
-    """One set from the raw blows of a hammer step, and how far each of them moves its average."""
+) -> _Struck:
+    """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
     forces, accelerations, points, rate = [], [], [], 0.0
+    left_out = list[str]()
     for point, struck in groupby(blows, key=lambda blow: blow.point):
-        force, acceleration = [], []
+        force, acceleration, numbers = [], [], []
         for blow in struck:
             if blow.waveform is None:
                 raise ApiError(f"blow {blow.number} at {point} has no record; measure the point again")
             waveform = catalogue.waveforms.read(blow.waveform)
             force.append(waveform.value(step.hammer))
             acceleration.append(waveform.value(step.accelerometer))
+            numbers.append(blow.number)
             rate = waveform.sample_rate
             advance(1)
-        forces.append(np.array(force))
-        accelerations.append(np.array(acceleration))
+        together = np.array(force), np.array(acceleration)
+        reasons = contradicted(*together, rate, step.highest_frequency)
+        counts = [reason is None for reason in reasons]
+        forces.append(together[0][counts])
+        accelerations.append(together[1][counts])
         points.append(point)
+        left_out += [
+            f"set {blows[0].set_number}, blow {number} at {point}: {reason}"
+            for number, reason in zip(numbers, reasons, strict=True)
+            if reason is not None
+        ]
     computed = responses_from_blows(
         forces, accelerations, rate, dof(response), [dof(point) for point in points], step.highest_frequency
     )
@@ -108,7 +135,7 @@ def _accelerances(
         block_seconds=step.block_seconds,
         estimator="H1",
     )
-    return measured, computed.scatter
+    return _Struck(measured, computed.scatter, tuple(left_out))
 
 
 def _sine_points(catalogue: Catalogue, records: Sequence[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:

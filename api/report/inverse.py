@@ -25,12 +25,12 @@ TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
 FIGURED_POINTS = (("Fig. 7", "3y"), ("Fig. 8", "1y"), ("Fig. 9", "1x"))
 
 
-def inverse_sections(inverse: Inverse) -> list[Section]:
-    """Modes, joints and forward prediction."""
-    return [_modes(inverse), _joints(inverse), _prediction(inverse)]
+def inverse_sections(inverse: Inverse, left_out: Sequence[str] = ()) -> list[Section]:
+    """Modes, joints and forward prediction; `left_out` says which accepted blows are in no average, and why."""
+    return [_modes(inverse, left_out), _joints(inverse), _prediction(inverse)]
 
 
-def _modes(inverse: Inverse) -> Section:
+def _modes(inverse: Inverse, left_out: Sequence[str]) -> Section:
     modal = inverse.modal
     likelihood, paper = (
         {pair.measured: pair for pair in route.errors} for route in (inverse.likelihood, inverse.paper)
@@ -67,6 +67,7 @@ def _modes(inverse: Inverse) -> Section:
             "far those of the paper's own method are off. That method leaves k12 several per cent off even on exact "
             "modes, and the two lowest modes, near-repeated, show it most.",
             *_misfit(inverse),
+            *(f"In no average: {text}." for text in left_out),
             Table("Table 4: natural frequencies, measured and predicted", head, rows),
             Picture("Fig. 6: mode shapes", _shapes(inverse)),
         ),

@@ -30,7 +30,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
     """
     sections = [*more]
     if found.inverse is not None:
-        sections += inverse_sections(found.inverse)
+        sections += inverse_sections(found.inverse, found.measurement.left_out)
     sections += direct_sections(found)
     text = _template().render(
         title=found.measurement.title,

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
 
+from analysis.dof import Dof
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from api.identification.measurement import Measurement
 from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.simulated import SimulatedOperator
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 
@@ -46,3 +50,25 @@ def widths(estimate: ModalEstimate) -> np.ndarray:
 
 def test_averages_of_a_bundle_have_no_scatter(exported: Path) -> None:
     assert measurement_of_bundle(read_bundle(exported)).responses().scatter is None
+
+
+def test_a_blow_that_the_others_of_its_point_contradict_is_in_no_average(
+    jointlab: Callable[..., CompletedProcess[str]], sequence: Callable[..., Path], tmp_path: Path,
+    operator: SimulatedOperator, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    plain = operator.strike
+
+    def strike(point: Dof, blow: int) -> None:
+        plain(Dof.parse("6y") if (str(point), blow) == ("5y", 1) else point, blow)
+
+    monkeypatch.setattr(operator, "strike", strike)
+    struck = jointlab("run", sequence(hammer={"blows": 3}))
+    assert struck.returncode == 0, struck.stderr
+    assert "blow 1 at 5y left out: does not fit its point" in struck.stderr
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        measurement = measurement_of_run(catalogue, 1)
+    (left_out,) = measurement.left_out
+    assert left_out.startswith("set 1, blow 1 at 5y: does not fit its point")
+    responses = measurement.responses()
+    assert responses.coherence is not None
+    assert np.median(responses.coherence[responses.row(Dof.parse("5y"))]) > 0.99

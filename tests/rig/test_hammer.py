@@ -20,6 +20,7 @@ from rig.operator import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
+    BlowSuspected,
     Event,
     PointFinished,
     PointStarted,
@@ -40,7 +41,10 @@ END = Dof(1, Direction.X)
 
 
 class Hand:
-    """Strikes the bench when asked; `script` says what the first blows are like, clean ones follow. "" strikes not."""
+    """Strikes the bench when asked; `script` says what the first blows are like, clean ones follow.
+
+    "" strikes not, "at 6y" strikes cleanly at another point.
+    """
 
     def __init__(self, bench: Bench, *script: str) -> None:
         self.bench = bench
@@ -50,6 +54,8 @@ class Hand:
     def strike(self, point: Dof, blow: int) -> None:
         self.asked.append((point, blow))
         what = self.script.pop(0) if self.script else "clean"
+        if what.startswith("at "):
+            point, what = Dof.parse(what.removeprefix("at ")), "clean"
         if what:
             self.bench.strike(point.node, str(point.direction), what=what)
 
@@ -146,6 +152,33 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
     assert reason in refused.reason
     assert hand.asked == [(POINT, 1), (POINT, 2), (POINT, 3)]
     assert events[-1] == PointFinished(POINT, accepted=2, refused=1)
+
+
+def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassis, bench: Bench) -> None:
+    blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", "clean", "at 6y")
+    run_hammer_session(chassis, TABLE, settings(blows=3), hand, blows, events.append)
+    assert [verdict.accepted for *_, verdict in blows.taken] == [True, True, False, True]
+    assert blows.taken[2][3].faults == (BlowFault.WRONG_POINT,)
+    (refused,) = (e for e in events if isinstance(e, BlowRefused))
+    assert refused.blow == 3
+    assert "was another point struck?" in refused.reason
+    assert events[-1] == PointFinished(POINT, accepted=3, refused=1)
+
+
+def test_an_earlier_blow_at_another_point_is_told_and_made_up_for(chassis: Chassis, bench: Bench) -> None:
+    blows, events, hand = Blows(), list[Event](), Hand(bench, "at 6y")
+    run_hammer_session(chassis, TABLE, settings(blows=3), hand, blows, events.append)
+    (suspected,) = (e for e in events if isinstance(e, BlowSuspected))
+    assert (suspected.point, suspected.blow) == (POINT, 1)
+    assert "was another point struck?" in suspected.reason
+    assert [verdict.accepted for *_, verdict in blows.taken] == [True] * 4
+    assert events[-1] == PointFinished(POINT, accepted=3, refused=0)
+
+
+def test_a_point_where_all_strike_another_s_mark_but_two_is_given_up(chassis: Chassis, bench: Bench) -> None:
+    hand = Hand(bench, "clean", "clean", "at 6y")
+    with pytest.raises(PointGivenUpError, match=r"the last: does not fit its point: .* was another point struck\?"):
+        run_hammer_session(chassis, TABLE, settings(blows=3, refusals_in_a_row=1), hand, Blows())
 
 
 def test_an_overload_of_the_instrument_refuses_the_blow(chassis: Chassis, bench: Bench, server: DaqServer) -> None:

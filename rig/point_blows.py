@@ -1,0 +1,72 @@
+"""The blows of one point side by side: once there are three, they tell of one that was struck somewhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.modal.blow_check import BlowReason
+from analysis.modal.point_check import check_point
+
+LOWEST_COMPARED = 20.0  # Hz; below, a record of two seconds holds more drift than response
+
+
+def contradicted(force: Real, acceleration: Real, sample_rate: float, highest: float) -> tuple[BlowReason | None, ...]:
+    """For each blow of a point the reason why the others contradict it, or None.
+
+    Args:
+        force: (blows, samples) in N.
+        acceleration: (blows, samples) in m/s^2.
+        sample_rate: in Hz.
+        highest: frequency in Hz up to which they are compared.
+    """
+    if (highest - LOWEST_COMPARED) * force.shape[1] < sample_rate:  # no line of so short a record need lie between
+        return (None,) * len(force)
+    return check_point(force, acceleration, sample_rate, (LOWEST_COMPARED, highest))
+
+
+@dataclass
+class PointBlows:
+    """Blows of one point that count by themselves, and whether the others agree with each of them.
+
+    Attributes:
+        highest: frequency in Hz up to which they are compared.
+    """
+
+    highest: float
+    _force: list[Real] = field(default_factory=list)
+    _acceleration: list[Real] = field(default_factory=list)
+    _numbers: list[int] = field(default_factory=list)
+    _suspects: dict[int, BlowReason] = field(default_factory=dict)
+    _refused: set[int] = field(default_factory=set)
+
+    @property
+    def accepted(self) -> int:
+        """How many count."""
+        return sum(number not in self._suspects and number not in self._refused for number in self._numbers)
+
+    def add(self, number: int, force: Real, acceleration: Real, sample_rate: float) -> dict[int, BlowReason]:
+        """Take blow `number`: force (samples,) in N, acceleration (samples,) in m/s^2, `sample_rate` in Hz.
+
+        Returns:
+            Which blows are suspected that were not before, and why. One of them may be `number` itself; then it is not
+            to count, whatever later blows say.
+        """
+        self._force.append(force)
+        self._acceleration.append(acceleration)
+        self._numbers.append(number)
+        before = self._suspects
+        self._suspects = self._judged(sample_rate)
+        if number in self._suspects:
+            self._refused.add(number)
+        return {
+            blow: reason
+            for blow, reason in self._suspects.items()
+            if blow == number or (blow not in before and blow not in self._refused)
+        }
+
+    def _judged(self, sample_rate: float) -> dict[int, BlowReason]:
+        reasons = contradicted(np.array(self._force), np.array(self._acceleration), sample_rate, self.highest)
+        return {number: reason for number, reason in zip(self._numbers, reasons, strict=True) if reason is not None}

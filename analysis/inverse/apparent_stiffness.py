@@ -1,0 +1,134 @@
+"""Where an apparent dynamic stiffness over frequency can be that of an elastomer, and why not elsewhere.
+
+Whatever inverts measured responses into a stiffness gives a number at every line, also where it is made of the noise of
+a poorly conditioned inversion, of inertia that was left in, or of a resonance of what the joint is fixed to. A joint
+made of springs that relax has a stiffness with
+
+- a positive storage part, as it pushes back,
+- a loss part that is not negative, as it feeds no energy,
+- a magnitude that rises at most in proportion to frequency, as a dashpot does; it never falls, and where the mass of
+  the joint itself takes off half of it, k - w^2 m falls as f^-2.
+
+Each is asked for within what is uncertain, the last over half an octave. References: J. D. Ferry, Viscoelastic
+Properties of Polymers, 3rd ed., Chapter 1; ISO 10846-1 for the frequency up to which a mount is a spring.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+
+WINDOW = 2**0.25
+"""Lines up to so many times higher and lower tell how a line's surroundings rise or fall: half an octave."""
+STEEPEST_RISE, STEEPEST_FALL = 1.0, -2.0
+"""d ln |z| / d ln f of a dashpot, and of a spring half of whose stiffness inertia takes off."""
+NARROWEST, FEWEST_LINES = 2 ** (1 / 3), 5
+"""A band has to reach so many times its lowest frequency with so many lines; a few that pass by chance are none."""
+BEYOND_DOUBT = 2.0  # standard errors
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class RefusedBand:
+    """Lines that are no stiffness of a joint.
+
+    Attributes:
+        lowest, highest: Hz.
+        reason: a sentence with figures.
+    """
+
+    lowest: float
+    highest: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class StiffnessBands:
+    """What of an apparent stiffness may be taken for one.
+
+    Attributes:
+        identifiable: (lowest, highest) of each band in Hz, rising; empty where nothing may.
+        refused: all other lines, rising.
+        accepted: (lines,) whether a line is in an identifiable band.
+    """
+
+    identifiable: tuple[tuple[float, float], ...]
+    refused: tuple[RefusedBand, ...]
+    accepted: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+def identifiable_bands(frequency: Real, stiffness: Complex, relative_error: float | Real) -> StiffnessBands:
+    """Sort the lines of an apparent dynamic stiffness into bands that can be a joint's and bands that cannot.
+
+    Args:
+        frequency: (lines,) in Hz, positive and rising.
+        stiffness: (lines,) complex, k + i h, in N/m or N m.
+        relative_error: standard error of the real and of the imaginary part over the magnitude, for all lines or
+            (lines,).
+
+    Raises:
+        AnalysisError: shapes differ, frequencies do not rise from above zero, or a number is not finite.
+    """
+    error = np.broadcast_to(np.asarray(relative_error, dtype=np.float64), frequency.shape)
+    if frequency.ndim != 1 or frequency.size == 0 or stiffness.shape != frequency.shape:
+        raise AnalysisError(
+            f"frequency has shape {frequency.shape} and stiffness {stiffness.shape}; give (lines,) each"
+        )
+    if not (frequency[0] > 0 and np.all(np.diff(frequency) > 0)):
+        raise AnalysisError("frequencies of an apparent stiffness have to rise, from above zero")
+    if not (np.all(np.isfinite(stiffness)) and np.all(np.isfinite(error)) and np.all(error >= 0)):
+        raise AnalysisError("an apparent stiffness or its error holds values that are no finite numbers")
+    reasons = [_reason(frequency, stiffness, error, line) for line in range(frequency.size)]
+    identifiable, refused = list[tuple[float, float]](), list[RefusedBand]()
+    accepted = np.zeros(frequency.size, dtype=bool)
+    for kind, group in groupby(range(frequency.size), key=lambda line: reasons[line][0]):
+        lines = list(group)
+        lowest, highest = float(frequency[lines[0]]), float(frequency[lines[-1]])
+        if kind:
+            worst = max(lines, key=lambda line: reasons[line][1])
+            refused.append(RefusedBand(lowest, highest, reasons[worst][2]))
+        elif highest < NARROWEST * lowest or len(lines) < FEWEST_LINES:
+            refused.append(RefusedBand(lowest, highest, f"{len(lines)} lines: too narrow to be told from chance"))
+        else:
+            identifiable.append((lowest, highest))
+            accepted[lines] = True
+    return StiffnessBands(tuple(identifiable), tuple(refused), accepted)
+
+
+def _reason(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[str, float, str]:
+    """Which condition a line fails ("" for none), by how much, and the sentence that says so."""
+    z, f, doubt = complex(stiffness[line]), float(frequency[line]), BEYOND_DOUBT * float(error[line]) + ROUNDING
+    size = abs(z)
+    if z.real <= doubt * size:
+        text = f"the storage stiffness at {f:.4g} Hz is {z.real:.3g}: a joint pushes back"
+        return "stiffness", 1 - z.real / size if size else 2.0, text
+    if z.imag < -doubt * size:
+        text = f"the loss stiffness at {f:.4g} Hz is {z.imag:.3g}: a joint feeds no energy"
+        return "loss", -z.imag / size, text
+    slope, slope_error = _slope(frequency, stiffness, error, line)
+    if slope - BEYOND_DOUBT * slope_error > STEEPEST_RISE + ROUNDING:
+        text = f"about {f:.4g} Hz the stiffness rises as f^{slope:.2g}: a joint rises as f at most, a resonance does"
+        return "rise", slope, text
+    if slope + BEYOND_DOUBT * slope_error < STEEPEST_FALL:
+        text = (
+            f"about {f:.4g} Hz the stiffness falls as f^{slope:.2g}: inertia takes off more than half of it, or a "
+            "resonance is near"
+        )
+        return "fall", -slope, text
+    return "", 0.0, ""
+
+
+def _slope(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[float, float]:
+    """D ln |z| / d ln f about a line, with its standard error; nought with an infinite one where no other is near."""
+    near = (frequency <= WINDOW * frequency[line]) & (frequency >= frequency[line] / WINDOW) & (stiffness != 0)
+    if np.count_nonzero(near) < 2:
+        return 0.0, np.inf
+    x, y = np.log(frequency[near]), np.log(np.abs(stiffness[near]))
+    lever = x - np.mean(x)
+    weight = lever / np.sum(lever**2)
+    return float(weight @ y), float(np.linalg.norm(weight * error[near]))

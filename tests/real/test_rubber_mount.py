@@ -1,0 +1,40 @@
+"""A real rubber mount from inverse substructuring, which comes without any warning: where is it a stiffness at all?
+
+The data were digitised from a plot to 3.5 Hz, 8 % and 0.05 rad. The mount is a spring up to where its own mass, some
+0.4 kg, takes off half of its stiffness; below 40 Hz the inversion gives noise, above 125 Hz a negative stiffness.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.inverse.apparent_stiffness import StiffnessBands, identifiable_bands
+
+RELATIVE_ERROR = 0.05
+
+
+@pytest.fixture(scope="module")
+def bands(shared: Path) -> StiffnessBands:
+    frequency, size, angle = np.loadtxt(
+        shared / "data" / "rubber_mount" / "Zj_00_digitised.csv", delimiter=",", unpack=True
+    )
+    return identifiable_bands(frequency, size * np.exp(1j * angle), RELATIVE_ERROR)
+
+
+def test_one_band_is_physical_and_nothing_else(bands: StiffnessBands) -> None:
+    ((lowest, highest),) = bands.identifiable
+    assert 35 < lowest < 45
+    assert 80 < highest < 125
+    assert bands.refused[0].lowest < 1
+    assert bands.refused[-1].highest == 2000
+
+
+def test_every_line_outside_has_a_reason(bands: StiffnessBands) -> None:
+    reasons = " ".join(band.reason for band in bands.refused)
+    for words in ("a joint feeds no energy", "a resonance does", "inertia takes off more than half", "pushes back"):
+        assert words in reasons
+    negative = [band for band in bands.refused if "pushes back" in band.reason and band.lowest < 200]
+    assert [round(band.lowest) for band in negative] == [128]

@@ -12,7 +12,9 @@ from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
-from api.identification.pipeline import Direct, Identification, Inverse, Route
+from api.identification.direct import Direct
+from api.identification.inverse import Inverse, Route
+from api.identification.pipeline import Identification
 
 FORMAT = "jointlab-identification/1"
 

@@ -9,8 +9,9 @@ from sqlalchemy.orm import Session
 
 from analysis.comparison import ElementComparison
 from analysis.inverse.joint_estimate import IdentifiedJoint
+from api.identification.inverse import Inverse
 from api.identification.measurement import stored_point
-from api.identification.pipeline import Identification, Inverse
+from api.identification.pipeline import Identification
 from store.analyses import AnalysisKind, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons

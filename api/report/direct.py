@@ -11,7 +11,9 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.superposition import Superposition, SuperpositionPoint
 from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
-from api.identification.pipeline import Direct, Identification, Inverse
+from api.identification.direct import Direct
+from api.identification.inverse import Inverse
+from api.identification.pipeline import Identification
 from api.report import figures
 from api.report.figures import Curve, Panel
 from api.report.section import Picture, Section, Table, ends, number

@@ -13,7 +13,7 @@ from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
-from api.identification.pipeline import HIGHEST_PREDICTED, Inverse
+from api.identification.inverse import HIGHEST_PREDICTED, Inverse
 from api.report import figures
 from api.report.section import Picture, Section, Table, ends, number
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.identification.pipeline import LIKELIHOOD, PAPER
+from api.identification.inverse import LIKELIHOOD, PAPER
 
 Command = Callable[..., CompletedProcess[str]]
 CONFIGURATIONS = ["angled", "compression", "shear"]

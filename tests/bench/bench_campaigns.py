@@ -17,7 +17,8 @@ from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import instruments_of
-from api.identification.pipeline import Identification, Route, identify
+from api.identification.inverse import Route
+from api.identification.pipeline import Identification, identify
 from api.identification.source import measurement_of_run
 from api.simulated import SimulatedOperator, simulated_settings
 from api.truth import SineTruth, by_amplitude, sine_truths

@@ -1,0 +1,169 @@
+"""The hammer's side: accelerances to modes, to joints by both methods, and to what the beam does on them."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import FrequencyResponses
+from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
+from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
+from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
+from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.weak_directions import WeakDirection
+from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modes import Modes
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.forward import accelerance, eigensolution
+from analysis.structure.mode_agreement import ModeError, mode_errors
+from api.identification.measurement import Measurement
+from store.bundle_setup import Article
+
+PAPER = "modal (Eqs. 17-44)"
+LIKELIHOOD = "maximum likelihood on accelerances"
+ELEMENTS_BETWEEN_NODES = 8  # four leave k12 by maximum likelihood 0.2 % low
+HIGHEST_PREDICTED = 1.2  # times the highest measured mode
+LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
+
+JointT = TypeVar("JointT", bound=IdentifiedJoint)
+
+
+@dataclass(frozen=True, eq=False)
+class Route(Generic[JointT]):
+    """Joints by one inverse method, and what the beam does on them.
+
+    Attributes:
+        method: its name.
+        joints: identified joints by name.
+        weak_directions: what the data hardly determine; None where nothing can be said, because the joints do not
+            give back as many modes as were measured.
+        predicted: modes of the beam on these joints.
+        errors: measured against predicted modes, for those that have a pair.
+        responses: accelerances of the beam on these joints at the measured lines, Eq. (46).
+    """
+
+    method: str
+    joints: Mapping[str, JointT]
+    weak_directions: tuple[WeakDirection, ...] | None
+    predicted: Modes
+    errors: tuple[ModeError, ...]
+    responses: FrequencyResponses
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """What the hammer experiment gives.
+
+    Attributes:
+        measured: the reference set.
+        modal: its modes.
+        free_beam: the beam without joints.
+        components: shape components that the paper's method works on.
+        paper: joints by the paper's method, from the modes.
+        likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
+        fit: all that the maximum-likelihood fit says, its gates among it.
+    """
+
+    measured: FrequencyResponses
+    modal: ModalEstimate
+    free_beam: FreeBeam
+    components: tuple[Dof, ...]
+    paper: Route[JointEstimate]
+    likelihood: Route[LikelihoodEstimate]
+    fit: JointFit
+
+
+def inverse_of(measurement: Measurement) -> Inverse:
+    """Modes, joints and prediction from the reference set.
+
+    Raises:
+        AnalysisError: the data do not suffice; the message says what is missing.
+    """
+    article = measurement.article
+    measured = measurement.responses()
+    modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
+    beam = free_beam_of(article)
+    nodes = {joint.name: joint.node for joint in article.joints}
+    components = measured_components(measured)
+    by_modes = identify_joints(beam, modal.modes, nodes, components)
+    start = [found.joint for found in by_modes.values()]
+    fit = identify_from_responses(beam, measured, start, tolerances=tolerances_of(article))
+    weak = what_is_weak(beam, modal.modes, by_modes, components)
+    return Inverse(
+        measured=measured,
+        modal=modal,
+        free_beam=beam,
+        components=components,
+        paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
+        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes),
+        fit=fit,
+    )
+
+
+def free_beam_of(article: Article) -> FreeBeam:
+    """The article's beam without joints, on a mesh finer than its nodes, with what its joints and sensor weigh."""
+    given = article.beam
+    beam = Beam(
+        length=given.length,
+        height=given.height,
+        width=given.width,
+        youngs_modulus=given.youngs_modulus,
+        poisson_ratio=given.poisson_ratio,
+        density=given.density,
+    )
+    masses: dict[int, float] = defaultdict(float)
+    for joint in article.joints:
+        masses[joint.node] += joint.added_mass
+    masses[article.accelerometer.node] += article.accelerometer.mass
+    return assemble(
+        beam,
+        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES),
+        damping_ratios=given.free_damping_ratios,
+        point_masses=masses,
+    )
+
+
+def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:
+    """The shape components that the paper uses, as far as they were struck."""
+    return tuple(point for point in PAPER_DOFS if point in responses.inputs)
+
+
+def tolerances_of(article: Article) -> Tolerances:
+    """What the laboratory admits not to know of the beam test, as analysis has it."""
+    stated = article.tolerances
+    return Tolerances(
+        sensor_gain=stated.sensor_gain,
+        youngs_modulus=stated.youngs_modulus,
+        density=stated.density,
+        sensor_position=stated.node_position,
+        joint_position=stated.node_position,
+        blow_position=stated.impact_position,
+        inclination=math.radians(stated.inclination_deg),
+    )
+
+
+def _route(
+    method: str,
+    joints: Mapping[str, JointT],
+    weak_directions: tuple[WeakDirection, ...] | None,
+    beam: FreeBeam,
+    measured: FrequencyResponses,
+    modes: Modes,
+) -> Route[JointT]:
+    held_by = [found.joint for found in joints.values()]
+    predicted = eigensolution(beam, held_by, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
+    return Route(
+        method=method,
+        joints=joints,
+        weak_directions=weak_directions,
+        predicted=predicted,
+        errors=mode_errors(modes, predicted),
+        responses=accelerance(beam, held_by, measured.frequency, measured.response, measured.inputs),
+    )

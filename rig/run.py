@@ -11,6 +11,7 @@ import os
 import socket
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import Any
 
 from rig.control import RunControl, RunStoppedError
 from rig.hammer import run_hammer_session
@@ -29,16 +30,29 @@ from rig.steps import (
     sweep_plan,
 )
 from rig.sweep import run_sweep
+from rig.tester_limits import TesterLimits
 from rig.tester_status import names_of
 from rig.waiting import soak, wait
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
 from store.run_lock import discard_lock, holding
-from store.runs import Run, RunState, finish_run, get_run, reopen_run, start_run
+from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 
 KIND = "sequence"
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each one says how long it really is
+
+
+def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who: str | None = None) -> int:
+    """Store a run that `run_sequence` carries out later, and return its number; nothing is connected to.
+
+    Raises:
+        HammerError, PlanError, LimitExceededError: a step asks for what cannot be.
+        StoreError: it cannot be stored.
+    """
+    check_plan(sequence, limits)
+    with catalogue.writing() as session:
+        return create_run(session, **_described(sequence), who=who or _who()).id
 
 
 def run_sequence(
@@ -49,7 +63,9 @@ def run_sequence(
     observer: Observer = unobserved,
     control: RunControl | None = None,
     *,
+    planned: int | None = None,
     reset: bool = False,
+    who: str | None = None,
 ) -> int:
     """Run every step of `sequence` and return the number of the run that holds what was measured.
 
@@ -64,7 +80,9 @@ def run_sequence(
         operator: who strikes and mounts.
         observer: who is told.
         control: who may pause and stop the run.
+        planned: number of the run that `plan_run` stored for this sequence; None for a new one.
         reset: whether to reset the tester first, because the cause of its trip has been seen to; it is recorded.
+        who: asks for it, for the history of the run; whoever runs this process where nobody is named.
 
     Raises:
         RunStoppedError: `control` asked for it.
@@ -79,18 +97,19 @@ def run_sequence(
     control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
     with ExitStack() as held:
         with catalogue.writing() as session:
-            run = start_run(
-                session,
-                kind=KIND,
-                title=sequence.title,
-                article=sequence.article_name,
-                setup=_setup(sequence),
-                sequence=sequence.model_dump(mode="json"),
-                channels=[stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)],
-                instruments=identities,
-                who=_who(),
-                reason=done,
-            )
+            begun: dict[str, Any] = {
+                "channels": [
+                    stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)
+                ],
+                "instruments": identities,
+                "who": who or _who(),
+                "reason": done,
+            }
+            described = _described(sequence)
+            if planned is None:
+                run = start_run(session, **described, **begun)
+            else:
+                run = begin_run(session, planned, sequence=described["sequence"], **begun)
             held.enter_context(holding(catalogue, run))  # before anybody else can see it
         observer(RunStarted(run.id))
         steps = Measured().left_of(sequence)
@@ -107,6 +126,7 @@ def resume_run(
     control: RunControl | None = None,
     *,
     reset: bool = False,
+    who: str | None = None,
 ) -> None:
     """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured.
 
@@ -120,7 +140,7 @@ def resume_run(
         operator: who strikes and mounts; specimens are mounted again.
         observer: who is told.
         control: who may pause and stop the run.
-        reset: as for `run_sequence`.
+        reset, who: as for `run_sequence`.
 
     Raises:
         RunBusyError: another living process carries out the run.
@@ -135,8 +155,8 @@ def resume_run(
     with holding(catalogue, run):
         with catalogue.reading() as session:
             run = get_run(session, run_id)  # as it is now that nobody else can change it
-        if run.kind != KIND or run.state is RunState.FINISHED:
-            why = "is finished" if run.kind == KIND else "was not measured from a sequence here"
+        if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
+            why = f"is {run.state}" if run.kind == KIND else "was not measured from a sequence here"
             raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
         sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
         check_plan(sequence, instruments.limits)
@@ -150,7 +170,7 @@ def resume_run(
             _check_same(catalogue, run, left, instruments, check_instruments(left, instruments))
         control.carry_out(lambda: None, observer)
         with catalogue.writing() as session:
-            run = reopen_run(session, run_id, reason, _who())
+            run = reopen_run(session, run_id, reason, who or _who())
         observer(RunContinued(run.id, measured.blows, len(measured.sines)))
         _carry_out(_Work(run, measured, instruments, catalogue, operator, observer, control), steps)
 
@@ -240,6 +260,16 @@ def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
         raise StoreError(
             f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
         ) from error
+
+
+def _described(sequence: Sequence) -> dict[str, Any]:
+    return {
+        "kind": KIND,
+        "title": sequence.title,
+        "article": sequence.article_name,
+        "setup": _setup(sequence),
+        "sequence": sequence.model_dump(mode="json"),
+    }
 
 
 def _setup(sequence: Sequence) -> dict[str, object]:

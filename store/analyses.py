@@ -24,6 +24,7 @@ class AnalysisKind(StrEnum):
     JOINT_MATRICES = "joint_matrices"
     DYNAMIC_STIFFNESS = "dynamic_stiffness"
     COMPARISONS = "comparisons"
+    DIAGNOSES = "diagnoses"
 
 
 @dataclass(frozen=True)

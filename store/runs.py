@@ -22,6 +22,7 @@ from store.waveforms import SUFFIX
 class RunState(StrEnum):
     """Where a run stands; finished is for good, a stopped or failed run may be resumed."""
 
+    CREATED = "created"
     RUNNING = "running"
     FINISHED = "finished"
     STOPPED = "stopped"
@@ -92,30 +93,55 @@ def start_run(
     Raises:
         StoreError: setup or sequence have no JSON form, or a channel's name comes twice.
     """
-    started_at = started_at or datetime.now(UTC)
-    configuration = {
-        "setup": setup,
-        "sequence": sequence or {},
-        "channels": [_plain(channel) for channel in channels],
-        "instruments": [_plain(instrument) for instrument in instruments],
-    }
-    row = models.Run(
-        kind=kind,
-        state=RunState.RUNNING,
-        title=title,
-        article=article,
-        started_at=started_at,
-        setup=setup,
-        sequence=sequence or {},
-        configuration_hash=configuration_hash(configuration),
-        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
-    )
-    session.add(row)
-    session.flush()
-    add_channels(session, row.id, tuple(channels))
-    calibrations = {calibration_id(session, instrument) for instrument in instruments}
-    session.add_all(models.RunInstrument(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
-    _note(session, row, reason, who, started_at)
+    row = _new_row(session, kind, RunState.RUNNING, title, article, setup, sequence or {}, started_at)
+    _add_instruments(session, row, channels, instruments)
+    _note(session, row, reason, who, row.started_at)
+    return _run(row)
+
+
+def create_run(
+    session: Session,
+    *,
+    kind: str,
+    title: str,
+    article: str,
+    setup: dict[str, Any],
+    sequence: dict[str, Any],
+    who: str | None = None,
+) -> Run:
+    """Store what is to be measured; `begin_run` begins it. Until then its start is when it was created.
+
+    Raises:
+        StoreError: setup or sequence have no JSON form.
+    """
+    row = _new_row(session, kind, RunState.CREATED, title, article, setup, sequence, None)
+    _add_instruments(session, row, (), ())
+    _note(session, row, None, who, row.started_at)
+    return _run(row)
+
+
+def begin_run(
+    session: Session,
+    run_id: int,
+    *,
+    sequence: dict[str, Any],
+    channels: Sequence[Channel] = (),
+    instruments: Sequence[Instrument] = (),
+    who: str | None = None,
+    reason: str | None = None,
+) -> Run:
+    """Begin a run now that was created; with its sequence as it is carried out, seeds drawn.
+
+    Raises:
+        NotFoundError: there is no such run.
+        StoreError: it was begun before, or a channel's name comes twice.
+    """
+    row = _row(session, run_id)
+    if row.state != RunState.CREATED:
+        raise StoreError(f"run {run_id} was begun before; it is {row.state}")
+    row.state, row.sequence, row.started_at = RunState.RUNNING, sequence, datetime.now(UTC)
+    _add_instruments(session, row, channels, instruments)
+    _note(session, row, reason, who, row.started_at)
     return _run(row)
 
 
@@ -197,9 +223,15 @@ def list_runs(
     article: str | None = None,
     limit: int = 100,
     offset: int = 0,
+    before: int | None = None,
 ) -> list[Run]:
-    """Runs, last stored first whatever the clock said, optionally of one kind, state or article."""
+    """Runs, last stored first whatever the clock said, optionally of one kind, state or article.
+
+    `before` is the number of a run, to go on with a list without counting what is skipped.
+    """
     query = select(models.Run).filter_by(**_wanted(kind, state, article)).order_by(models.Run.id.desc())
+    if before is not None:
+        query = query.where(models.Run.id < before)
     return [_run(row) for row in session.scalars(query.limit(limit).offset(offset))]
 
 
@@ -220,6 +252,49 @@ def specimen_id(session: Session, article: str, name: str) -> int:
     session.add(row)
     session.flush()
     return row.id
+
+
+def _new_row(
+    session: Session,
+    kind: str,
+    state: RunState,
+    title: str,
+    article: str,
+    setup: dict[str, Any],
+    sequence: dict[str, Any],
+    started_at: datetime | None,
+) -> models.Run:
+    started_at = started_at or datetime.now(UTC)
+    row = models.Run(
+        kind=kind,
+        state=state,
+        title=title,
+        article=article,
+        started_at=started_at,
+        setup=setup,
+        sequence=sequence,
+        configuration_hash="",
+        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
+    )
+    session.add(row)
+    session.flush()
+    return row
+
+
+def _add_instruments(
+    session: Session, row: models.Run, channels: Sequence[Channel], instruments: Sequence[Instrument]
+) -> None:
+    """Connect a run with what it is measured with; the hash of its configuration follows."""
+    configuration = {
+        "setup": row.setup,
+        "sequence": row.sequence,
+        "channels": [_plain(channel) for channel in channels],
+        "instruments": [_plain(instrument) for instrument in instruments],
+    }
+    row.configuration_hash = configuration_hash(configuration)
+    add_channels(session, row.id, tuple(channels))
+    calibrations = {calibration_id(session, instrument) for instrument in instruments}
+    session.add_all(models.RunInstrument(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
 
 
 def _note(session: Session, row: models.Run, reason: str | None, who: str | None, happened_at: datetime) -> None:

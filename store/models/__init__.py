@@ -1,4 +1,4 @@
-"""The tables of the catalogue, by topic: `measurements` (written once) and `results` (recomputed beside the old)."""
+"""The tables of the catalogue: `measurements` (written once), `results` (recomputed beside the old), `service`."""
 
 from store.models.base import Base
 from store.models.measurements import (
@@ -26,28 +26,35 @@ from store.models.results import (
     Mode,
     ModeSet,
 )
+from store.models.service import ApiKey, AuditEntry, Diagnosis, Job, Request, SequenceDocument
 
 __all__ = [
     "Analysis",
     "AnalysisParent",
     "AnalysisRun",
+    "ApiKey",
+    "AuditEntry",
     "Base",
     "Blow",
     "Calibration",
     "Channel",
     "Comparison",
+    "Diagnosis",
     "DynamicStiffness",
     "FrequencyResponse",
     "FrequencyResponseSet",
     "Instrument",
+    "Job",
     "JointElement",
     "JointMatrix",
     "Mode",
     "ModeSet",
     "Point",
+    "Request",
     "Run",
     "RunEvent",
     "RunInstrument",
+    "SequenceDocument",
     "SineRecord",
     "Specimen",
 ]

@@ -83,7 +83,7 @@ class Base(DeclarativeBase):
         int: Whole(),
         str: String(),
         bytes: LargeBinary(),
-        dict[str, Any]: JSON(),
+        dict[str, Any]: JSON(none_as_null=True),
         list[str]: JSON(),
     }
 

@@ -159,6 +159,7 @@ class DynamicStiffness(Recorded, Base):
     __table_args__ = (
         UniqueConstraint("analysis_id", "order_number"),
         Index("ix_dynamic_stiffness_series", "analysis_id", "configuration", "amplitude_pp_mm", "frequency"),
+        Index(None, "specimen_id", "id"),
     )
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))
@@ -191,7 +192,7 @@ class Comparison(Recorded, Base):
     """One joint element by both experiments: 95 % intervals and the verdict."""
 
     __tablename__ = "comparisons"
-    __table_args__ = (Index(None, "analysis_id"),)
+    __table_args__ = (Index(None, "analysis_id"), Index(None, "article", "id"))
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))
     article: Mapped[str]

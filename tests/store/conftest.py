@@ -18,18 +18,24 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store.analyses import AnalysisKind, add_analysis
+from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
+from store.diagnoses import DIAGNOSIS, Diagnosis, add_diagnosis
 from store.dof import Dof
 from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
 from store.instruments import Channel, Instrument
+from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
+from store.keys import Scope, add_key
 from store.models import Base
 from store.modes import ModeSet, add_modes
+from store.requests import begin_request
 from store.runs import RunState, finish_run, start_run
+from store.sequence_documents import keep_sequence
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel
 from tests.postgresql_server import NotInstalledError, Server, running_server
@@ -213,6 +219,7 @@ def _fill(catalogue: Catalogue) -> tuple[int, int]:
     sweep, record = _sweep(catalogue)
     with catalogue.writing() as session:
         _add_results(session, hammer, sweep, record)
+        _add_requests(session)
     return hammer, sweep
 
 
@@ -324,3 +331,14 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
     add_dynamic_stiffness(session, direct, dynamic_stiffness(record))
     compared = analysis(AnalysisKind.COMPARISONS, "intervals", hammer, sweep, parents=(joints, direct))
     add_comparisons(session, compared, COMPARISONS)
+    diagnosed = analysis(AnalysisKind.DIAGNOSES, "nested models", hammer, sweep, parents=(responses, direct))
+    found = {"verdict": {"status": "explained", "effects": ["sensor_mass"]}}
+    add_diagnosis(session, Diagnosis(diagnosed, DIAGNOSIS, "explained", ("sensor_mass",), 12.3, 3.1, found))
+
+
+def _add_requests(session: Session) -> None:
+    add_key(session, "bench", [Scope.READ])
+    add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
+    begin_request(session, "bench", "first", "fingerprint")
+    keep_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    add_job(session, "identify", {"run": 1}, "bench")

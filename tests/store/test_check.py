@@ -183,7 +183,7 @@ def test_rows_that_refer_to_rows_that_are_not_there_are_counted(catalogue: Catal
 def test_a_damaged_page_of_an_sqlite_catalogue_is_found(tmp_path: Path) -> None:
     path = tmp_path / "lab.db"
     with Catalogue.open(f"sqlite:///{path}") as opened, opened.writing() as session:
-        for number in range(200):
+        for number in range(400):
             start_run(session, kind="hammer", title=f"run {number} " + "x" * 500, article="a", setup={})
     content = bytearray(path.read_bytes())
     middle = len(content) // 2 // 4096 * 4096

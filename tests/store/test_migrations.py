@@ -27,7 +27,8 @@ from store.runs import get_run, list_run_events, start_run
 from store.sine_records import list_sine_records
 
 VIEWS = {
-    "v_runs", "v_blows", "v_analyses", "v_modes", "v_joint_stiffness", "v_dynamic_stiffness", "v_comparison"
+    "v_runs", "v_blows", "v_analyses", "v_modes", "v_joint_stiffness", "v_dynamic_stiffness", "v_comparison",
+    "v_gap",
 }  # fmt: skip
 
 

@@ -1,0 +1,60 @@
+"""The audit log: who asked for what, and what came of it. Rows are never changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store import models
+
+
+@dataclass(frozen=True)
+class AuditEntry:
+    """One deed.
+
+    Attributes:
+        who: the key's number and name, or where the caller sat.
+        action: such as "start run".
+        target: what it was done to, such as "run 7".
+        outcome: "done", or why it was not.
+        details: what else was given.
+    """
+
+    id: int
+    at: datetime
+    who: str
+    action: str
+    target: str
+    outcome: str
+    details: dict[str, Any]
+
+
+def add_audit_entry(
+    session: Session, *, who: str, action: str, target: str, outcome: str, details: dict[str, Any] | None = None
+) -> None:
+    """Note a deed.
+
+    Raises:
+        StoreError: the details have no JSON form.
+    """
+    session.add(models.AuditEntry(who=who, action=action, target=target, outcome=outcome, details=details or {}))
+    session.flush()
+
+
+def list_audit_entries(
+    session: Session, *, action: str | None = None, before: int | None = None, limit: int = 100
+) -> list[AuditEntry]:
+    """Deeds, newest first; `before` a number, to go on with a list."""
+    query = select(models.AuditEntry).order_by(models.AuditEntry.id.desc()).limit(limit)
+    if action is not None:
+        query = query.filter_by(action=action)
+    if before is not None:
+        query = query.where(models.AuditEntry.id < before)
+    return [
+        AuditEntry(row.id, row.created_at, row.who, row.action, row.target, row.outcome, row.details)
+        for row in session.scalars(query)
+    ]

@@ -1,0 +1,104 @@
+"""Diagnoses of the gap between measurement and simulation, and trials of it on known bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.errors import NotFoundError
+
+DIAGNOSIS, TRIAL = "diagnosis", "trial"
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a diagnosis found.
+
+    Attributes:
+        analysis_id: its analysis, which names the run.
+        kind: diagnosis, or trial.
+        status: none, explained, partial or unknown.
+        effects: that explain the gap, by their names.
+        gap_before_percent, gap_after_percent: on data that no fit saw; None where it was not determined.
+        document: all of it.
+    """
+
+    analysis_id: int
+    kind: str
+    status: str
+    effects: tuple[str, ...]
+    gap_before_percent: float | None
+    gap_after_percent: float | None
+    document: dict[str, Any]
+    created_at: datetime | None = None
+
+
+def add_diagnosis(session: Session, found: Diagnosis) -> None:
+    """Keep what a diagnosis found.
+
+    Raises:
+        StoreError: the document has no JSON form, or the analysis has a diagnosis already.
+    """
+    session.add(
+        models.Diagnosis(
+            analysis_id=found.analysis_id,
+            kind=found.kind,
+            status=found.status,
+            effects=list(found.effects),
+            gap_before_percent=found.gap_before_percent,
+            gap_after_percent=found.gap_after_percent,
+            document=found.document,
+        )
+    )
+    session.flush()
+
+
+def get_diagnosis(session: Session, analysis_id: int) -> Diagnosis:
+    """The diagnosis of an analysis.
+
+    Raises:
+        NotFoundError: it has none.
+    """
+    row = session.scalars(select(models.Diagnosis).filter_by(analysis_id=analysis_id)).one_or_none()
+    if row is None:
+        raise NotFoundError(f"there is no diagnosis {analysis_id}")
+    return _diagnosis(row)
+
+
+def list_diagnoses(
+    session: Session,
+    *,
+    kind: str | None = None,
+    run_id: int | None = None,
+    before: int | None = None,
+    limit: int = 100,
+) -> list[Diagnosis]:
+    """Diagnoses, newest first; `before` the number of an analysis, to go on with a list."""
+    query = select(models.Diagnosis).order_by(models.Diagnosis.analysis_id.desc()).limit(limit)
+    if kind is not None:
+        query = query.filter_by(kind=kind)
+    if run_id is not None:
+        query = query.join(
+            models.AnalysisRun, models.AnalysisRun.analysis_id == models.Diagnosis.analysis_id
+        ).where(models.AnalysisRun.run_id == run_id)  # fmt: skip
+    if before is not None:
+        query = query.where(models.Diagnosis.analysis_id < before)
+    return [_diagnosis(row) for row in session.scalars(query)]
+
+
+def _diagnosis(row: models.Diagnosis) -> Diagnosis:
+    return Diagnosis(
+        analysis_id=row.analysis_id,
+        kind=row.kind,
+        status=row.status,
+        effects=tuple(row.effects),
+        gap_before_percent=row.gap_before_percent,
+        gap_after_percent=row.gap_after_percent,
+        document=row.document,
+        created_at=row.created_at,
+    )

@@ -1,0 +1,116 @@
+"""API keys: shown once, kept as a hash of their secret, with scopes, an end and a way to revoke them."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from store import models
+from store.errors import NotFoundError, StoreError
+
+PREFIX = "jl_"
+_SECRET_BYTES = 32
+
+
+class Scope(StrEnum):
+    """What a key opens; no scope holds another."""
+
+    READ = "read:data"
+    ANALYSE = "run:analysis"
+    CONTROL = "control:rig"
+    ENGINEER = "engineer"
+    ADMIN = "admin"
+
+
+@dataclass(frozen=True)
+class ApiKey:
+    """A key, without its secret; times are UTC."""
+
+    id: int
+    name: str
+    scopes: frozenset[Scope]
+    created_at: datetime
+    expires_at: datetime | None
+    revoked_at: datetime | None
+
+    def is_valid(self, now: datetime) -> bool:
+        """Whether it opens anything at `now`."""
+        return self.revoked_at is None and (self.expires_at is None or now < self.expires_at)
+
+
+def add_key(
+    session: Session, name: str, scopes: Iterable[Scope], expires_at: datetime | None = None
+) -> tuple[ApiKey, str]:
+    """Make a key; its secret is returned here and nowhere else.
+
+    Raises:
+        StoreError: the name or the scopes are empty, or the key would have ended already.
+    """
+    opened = frozenset(scopes)
+    if not name.strip() or not opened:
+        raise StoreError("a key needs a name and at least one scope")
+    if expires_at is not None and expires_at <= datetime.now(UTC):
+        raise StoreError(f"a key that ends at {expires_at:%Y-%m-%d %H:%M} UTC would open nothing; give a later time")
+    secret = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
+    row = models.ApiKey(name=name, digest=_digest(secret), scopes=sorted(opened), expires_at=expires_at)
+    session.add(row)
+    session.flush()
+    return _key(row), secret
+
+
+def find_key(session: Session, secret: str) -> ApiKey | None:
+    """The key of a secret, valid or not; None where there is none.
+
+    The secret is looked up by its hash, which is of 256 random bits: neither a salt nor a slow hash would add anything.
+    """
+    row = session.scalars(select(models.ApiKey).filter_by(digest=_digest(secret))).one_or_none()
+    return None if row is None else _key(row)
+
+
+def list_keys(session: Session, *, before: int | None = None, limit: int = 100) -> list[ApiKey]:
+    """Keys, newest first, revoked and ended ones too; `before` a number, to go on with a list."""
+    query = select(models.ApiKey).order_by(models.ApiKey.id.desc()).limit(limit)
+    if before is not None:
+        query = query.where(models.ApiKey.id < before)
+    return [_key(row) for row in session.scalars(query)]
+
+
+def count_keys(session: Session) -> int:
+    """How many keys were ever made; where there are none, nobody has asked for access to be kept."""
+    return session.scalar(select(func.count()).select_from(models.ApiKey)) or 0
+
+
+def revoke_key(session: Session, key_id: int) -> ApiKey:
+    """Let a key open nothing from now on; revoking it again changes nothing.
+
+    Raises:
+        NotFoundError: there is no such key.
+    """
+    row = session.get(models.ApiKey, key_id)
+    if row is None:
+        raise NotFoundError(f"there is no key {key_id}")
+    row.revoked_at = row.revoked_at or datetime.now(UTC)
+    session.flush()
+    return _key(row)
+
+
+def _digest(secret: str) -> str:
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+def _key(row: models.ApiKey) -> ApiKey:
+    return ApiKey(
+        id=row.id,
+        name=row.name,
+        scopes=frozenset(map(Scope, row.scopes)),
+        created_at=row.created_at,
+        expires_at=row.expires_at,
+        revoked_at=row.revoked_at,
+    )

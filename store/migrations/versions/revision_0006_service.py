@@ -1,0 +1,144 @@
+"""What the service keeps: keys, audit log, requests that act, sequences, jobs and diagnoses of the gap."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0006"
+down_revision = "0005"
+branch_labels = None
+depends_on = None
+
+AUDIT = "audit_entries"
+TABLES = ("api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnoses")
+
+V_GAP = """
+CREATE VIEW v_gap AS
+SELECT done.run_id, done.analysis_id, diagnoses.kind, done.method, done.latest, done.article, done.measured_at,
+    diagnoses.status, diagnoses.effects, diagnoses.gap_before_percent, diagnoses.gap_after_percent, done.analysed_at,
+    done.software_version
+FROM v_analyses AS done CROSS JOIN diagnoses
+WHERE diagnoses.analysis_id = done.analysis_id
+"""
+
+# Name, table, columns: lists that are filtered by specimen or walked through in the order of storing.
+INDICES = (
+    ("ix_dynamic_stiffness_specimen_id_id", "dynamic_stiffness", ["specimen_id", "id"]),
+    ("ix_comparisons_article_id", "comparisons", ["article", "id"]),
+)
+
+
+def upgrade() -> None:
+    """Create the tables, the view and the indices."""
+    _recorded(
+        "api_keys",
+        sa.Column("name", sa.String(), nullable=False),
+        sa.Column("digest", sa.String(), nullable=False),
+        sa.Column("scopes", sa.JSON(), nullable=False),
+        sa.Column("expires_at", sa.DateTime(timezone=True)),
+        sa.Column("revoked_at", sa.DateTime(timezone=True)),
+        sa.UniqueConstraint("digest", name="uq_api_keys_digest"),
+    )
+    _recorded(
+        AUDIT,
+        sa.Column("who", sa.String(), nullable=False),
+        sa.Column("action", sa.String(), nullable=False),
+        sa.Column("target", sa.String(), nullable=False),
+        sa.Column("outcome", sa.String(), nullable=False),
+        sa.Column("details", sa.JSON(), nullable=False),
+    )
+    op.create_index("ix_audit_entries_action_id", AUDIT, ["action", "id"])
+    _recorded(
+        "requests",
+        sa.Column("who", sa.String(), nullable=False),
+        sa.Column("idempotency_key", sa.String(), nullable=False),
+        sa.Column("fingerprint", sa.String(), nullable=False),
+        sa.Column("status", sa.Integer()),
+        sa.Column("body", sa.String()),
+        sa.UniqueConstraint("who", "idempotency_key", name="uq_requests_who_idempotency_key"),
+    )
+    _recorded(
+        "sequence_documents",
+        sa.Column("name", sa.String(), nullable=False),
+        sa.Column("document", sa.JSON(), nullable=False),
+        sa.Column("changed_at", sa.DateTime(timezone=True), nullable=False),
+        sa.UniqueConstraint("name", name="uq_sequence_documents_name"),
+    )
+    _jobs()
+    _recorded(
+        "diagnoses",
+        sa.Column("analysis_id", sa.Integer(), sa.ForeignKey("analyses.id", name="fk_diagnoses_analysis_id"),
+                  nullable=False),
+        sa.Column("kind", sa.String(), nullable=False),
+        sa.Column("status", sa.String(), nullable=False),
+        sa.Column("effects", sa.JSON(), nullable=False),
+        sa.Column("gap_before_percent", sa.Double()),
+        sa.Column("gap_after_percent", sa.Double()),
+        sa.Column("document", sa.JSON(), nullable=False),
+        sa.UniqueConstraint("analysis_id", name="uq_diagnoses_analysis_id"),
+    )  # fmt: skip
+    op.execute(V_GAP)
+    for name, table, columns in INDICES:
+        op.create_index(name, table, columns)
+    _keep_audit_entries()
+
+
+def downgrade() -> None:
+    """Drop what was created."""
+    op.execute("DROP VIEW v_gap")
+    for name, table, _ in INDICES:
+        op.drop_index(name, table)
+    for table in reversed(TABLES):
+        op.drop_table(table)
+
+
+def _jobs() -> None:
+    _recorded(
+        "jobs",
+        sa.Column("kind", sa.String(), nullable=False),
+        sa.Column("state", sa.String(), nullable=False),
+        sa.Column("parameters", sa.JSON(), nullable=False),
+        sa.Column("asked_by", sa.String(), nullable=False),
+        sa.Column("attempts", sa.Integer(), nullable=False),
+        sa.Column("cancelled", sa.Boolean(), nullable=False),
+        sa.Column("lease_token", sa.String()),
+        sa.Column("leased_until", sa.DateTime(timezone=True)),
+        sa.Column("heartbeat_at", sa.DateTime(timezone=True)),
+        sa.Column("stage", sa.String()),
+        sa.Column("done", sa.Integer(), nullable=False),
+        sa.Column("total", sa.Integer(), nullable=False),
+        sa.Column("result", sa.JSON(none_as_null=True)),
+        sa.Column("error", sa.String()),
+        sa.Column("started_at", sa.DateTime(timezone=True)),
+        sa.Column("finished_at", sa.DateTime(timezone=True)),
+    )
+    op.create_index("ix_jobs_state_id", "jobs", ["state", "id"])
+    op.create_index("ix_jobs_kind_id", "jobs", ["kind", "id"])
+
+
+def _recorded(table: str, *columns: Any) -> None:
+    op.create_table(
+        table,
+        sa.Column("id", sa.Integer(), primary_key=True),
+        *columns,
+        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("software_version", sa.String(), nullable=False),
+    )
+
+
+def _keep_audit_entries() -> None:
+    """Let nobody change or delete what was written into the audit log."""
+    if op.get_bind().dialect.name == "postgresql":
+        op.execute(
+            f"CREATE TRIGGER {AUDIT}_are_final BEFORE UPDATE OR DELETE ON {AUDIT} "
+            "FOR EACH ROW EXECUTE FUNCTION raw_data_are_final()"
+        )
+        return
+    for action in ("UPDATE", "DELETE"):
+        op.execute(
+            f"CREATE TRIGGER {AUDIT}_are_final_{action.lower()} BEFORE {action} ON {AUDIT} "
+            "BEGIN SELECT RAISE(ABORT, 'raw data are never changed or deleted'); END"
+        )

@@ -1,0 +1,97 @@
+"""Tables of the service: who may do what, what was asked for, and what is being worked on."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, Index, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column
+
+from store.models.base import Base, Recorded
+
+
+class ApiKey(Recorded, Base):
+    """A key by which a person or a program is known; only a hash of its secret is kept."""
+
+    __tablename__ = "api_keys"
+
+    name: Mapped[str]
+    digest: Mapped[str] = mapped_column(unique=True)
+    scopes: Mapped[list[str]]
+    expires_at: Mapped[datetime | None]
+    revoked_at: Mapped[datetime | None]
+
+
+class AuditEntry(Recorded, Base):
+    """Somebody asked for something that acts, and what came of it; never changed."""
+
+    __tablename__ = "audit_entries"
+    __table_args__ = (Index(None, "action", "id"),)
+
+    who: Mapped[str]
+    action: Mapped[str]
+    target: Mapped[str]
+    outcome: Mapped[str]
+    details: Mapped[dict[str, Any]]
+
+
+class Request(Recorded, Base):
+    """A request that acts, by its idempotency key: asked again, it gets the first answer."""
+
+    __tablename__ = "requests"
+    __table_args__ = (UniqueConstraint("who", "idempotency_key"),)
+
+    who: Mapped[str]
+    idempotency_key: Mapped[str]
+    fingerprint: Mapped[str]
+    status: Mapped[int | None]
+    body: Mapped[str | None]
+
+
+class SequenceDocument(Recorded, Base):
+    """A sequence under a name, to be run again and again."""
+
+    __tablename__ = "sequence_documents"
+
+    name: Mapped[str] = mapped_column(unique=True)
+    document: Mapped[dict[str, Any]]
+    changed_at: Mapped[datetime]
+
+
+class Job(Recorded, Base):
+    """Work that takes its time; whoever holds `lease_token` until `leased_until` does it."""
+
+    __tablename__ = "jobs"
+    __table_args__ = (Index(None, "state", "id"), Index(None, "kind", "id"))
+
+    kind: Mapped[str]
+    state: Mapped[str]
+    parameters: Mapped[dict[str, Any]]
+    asked_by: Mapped[str]
+    attempts: Mapped[int]
+    cancelled: Mapped[bool]
+    lease_token: Mapped[str | None]
+    leased_until: Mapped[datetime | None]
+    heartbeat_at: Mapped[datetime | None]
+    stage: Mapped[str | None]
+    done: Mapped[int]
+    total: Mapped[int]
+    result: Mapped[dict[str, Any] | None]
+    error: Mapped[str | None]
+    started_at: Mapped[datetime | None]
+    finished_at: Mapped[datetime | None]
+
+
+class Diagnosis(Recorded, Base):
+    """A diagnosis of the gap between measurement and simulation: its verdict, and the whole document."""
+
+    __tablename__ = "diagnoses"
+
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"), unique=True)
+    kind: Mapped[str]
+    status: Mapped[str]
+    effects: Mapped[list[str]]
+    gap_before_percent: Mapped[float | None]
+    gap_after_percent: Mapped[float | None]
+    document: Mapped[dict[str, Any]]

@@ -1,0 +1,159 @@
+"""Jobs: taken once, kept by heartbeats, queued again when a worker is lost, and with exactly one result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from sqlalchemy import update
+
+from store import models
+from store.catalogue import Catalogue
+from store.errors import NotFoundError
+from store.jobs import (
+    LEASE,
+    MOST_ATTEMPTS,
+    Job,
+    JobState,
+    LeaseLostError,
+    add_job,
+    cancel_job,
+    fail_job,
+    finish_job,
+    get_job,
+    list_jobs,
+    lose_job,
+    renew_lease,
+    requeue_lost_jobs,
+    take_job,
+)
+
+
+@pytest.fixture
+def job(catalogue: Catalogue) -> Job:
+    with catalogue.writing() as session:
+        return add_job(session, "identify", {"run": 1}, "bench")
+
+
+@pytest.fixture
+def take(catalogue: Catalogue) -> Callable[[], tuple[Job, str]]:
+    def taken() -> tuple[Job, str]:
+        with catalogue.writing() as session:
+            found = take_job(session)
+        assert found is not None
+        return found
+
+    return taken
+
+
+def now_is(catalogue: Catalogue, job: Job) -> Job:
+    with catalogue.reading() as session:
+        return get_job(session, job.id)
+
+
+def test_a_job_is_taken_once_and_the_oldest_first(catalogue: Catalogue, job: Job) -> None:
+    with catalogue.writing() as session:
+        add_job(session, "trial", {}, "bench")
+        first, second, third = take_job(session), take_job(session), take_job(session)
+    assert first is not None
+    assert second is not None
+    assert (first[0].id, second[0].kind, third) == (job.id, "trial", None)
+    assert first[1] != second[1]
+    assert (first[0].state, first[0].attempts) == (JobState.RUNNING, 1)
+
+
+def test_a_heartbeat_says_how_far_the_worker_is(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    _, token = take()
+    with catalogue.writing() as session:
+        renew_lease(session, job.id, token, "accelerances", 3, 110)
+    found = now_is(catalogue, job)
+    assert (found.stage, found.done, found.total) == ("accelerances", 3, 110)
+
+
+def test_the_result_of_a_lost_worker_does_not_count(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    _, lost = take()
+    with catalogue.writing() as session:
+        lose_job(session, job.id, lost, "its process was killed")
+    again, token = take()
+    assert again.attempts == 2
+    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+        finish_job(session, job.id, lost, {"by": "the lost one"})
+    with catalogue.writing() as session:
+        finish_job(session, job.id, token, {"by": "the second"})
+    found = now_is(catalogue, job)
+    assert (found.state, found.result, found.error) == (JobState.DONE, {"by": "the second"}, None)
+    for late in (lost, token):
+        with pytest.raises(LeaseLostError), catalogue.writing() as session:
+            finish_job(session, job.id, late, {"by": "late"})
+    assert now_is(catalogue, job).result == {"by": "the second"}
+
+
+@pytest.mark.parametrize("shift", [-timedelta(seconds=1), 3 * LEASE])
+def test_a_job_whose_lease_cannot_be_right_is_queued_again(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]], shift: timedelta
+) -> None:
+    """It has run out, or was given before the clock was set back."""
+    take()
+    with catalogue.writing() as session:
+        assert requeue_lost_jobs(session) == []
+        session.execute(update(models.Job).values(leased_until=datetime.now(UTC) + shift))
+    with catalogue.writing() as session:
+        assert requeue_lost_jobs(session) == [job.id]
+    assert now_is(catalogue, job).state is JobState.QUEUED
+
+
+def test_a_job_that_kills_its_workers_is_given_up(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    for _ in range(MOST_ATTEMPTS):
+        _, token = take()
+        with catalogue.writing() as session:
+            lose_job(session, job.id, token, "its process was killed")
+    found = now_is(catalogue, job)
+    assert (found.state, found.attempts) == (JobState.FAILED, MOST_ATTEMPTS)
+    assert found.error == "given up after 3 attempts; at the last one its process was killed"
+
+
+def test_a_cancelled_job_takes_no_result(catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]) -> None:
+    _, token = take()
+    with catalogue.writing() as session:
+        assert cancel_job(session, job.id).state is JobState.CANCELLED
+    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+        renew_lease(session, job.id, token, None, 0, 0)
+    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+        finish_job(session, job.id, token, {})
+    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+        fail_job(session, job.id, token, "no")
+    assert now_is(catalogue, job).state is JobState.CANCELLED
+
+
+def test_a_job_that_is_over_stays_so_when_it_is_cancelled(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    _, token = take()
+    with catalogue.writing() as session:
+        fail_job(session, job.id, token, "run 1 holds nothing to identify from")
+        assert cancel_job(session, job.id).state is JobState.FAILED
+    assert now_is(catalogue, job).error == "run 1 holds nothing to identify from"
+
+
+def test_jobs_are_listed_newest_first_and_filtered(catalogue: Catalogue, job: Job) -> None:
+    with catalogue.writing() as session:
+        second = add_job(session, "trial", {}, "bench")
+        cancel_job(session, second.id)
+        assert [each.id for each in list_jobs(session)] == [second.id, job.id]
+        assert [each.id for each in list_jobs(session, before=second.id)] == [job.id]
+        assert [each.id for each in list_jobs(session, kind="trial")] == [second.id]
+        assert [each.id for each in list_jobs(session, state=JobState.QUEUED)] == [job.id]
+
+
+def test_a_job_that_is_not_there_is_not_found(catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        for read in (get_job, cancel_job):
+            with pytest.raises(NotFoundError, match="no job 5"):
+                read(session, 5)

@@ -37,7 +37,10 @@ class Specimen(Protocol):
         """What is in the tester; None while it is empty."""
 
     def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        """k + ih in N/m at `amplitude` and `frequency` Hz."""
+        """k + ih in N/m at `amplitude` and `frequency` Hz, with all that the machine moves besides."""
+
+    def own_stiffness(self, amplitude: float, frequency: float) -> complex:
+        """k + ih in N/m of the specimen alone while the machine moves by `amplitude` at `frequency` Hz."""
 
     def static_force(self, preset: float) -> float:
         """Force that holds the specimen at `preset` m."""
@@ -88,8 +91,8 @@ class Dwell:
         frequency: Hz.
         commanded_pp: commanded peak-to-peak displacement, m.
         amplitude_pp: peak-to-peak displacement about which the settled cycles scatter, m.
-        stiffness: k at that amplitude, N/m.
-        damping: h at that amplitude, N/m.
+        stiffness: k of the specimen itself, at what it sees of that amplitude, N/m.
+        damping: h of the specimen itself, N/m.
         start: bench time of the command, s.
     """
 
@@ -296,7 +299,7 @@ class Actuator:
         static = np.array([self._bench.static_force(float(x)) if mounted else 0.0 for x in positions])
         dwell = None
         if cycling and mounted is not None:
-            at = self._stiffness(steady, frequency)
+            at = self._bench.own_stiffness(steady, frequency)
             names = (mounted.specimen, mounted.configuration)
             dwell = Dwell(*names, frequency, 2 * amplitude, 2 * steady, at.real, at.imag, now)
         self._segments.append(

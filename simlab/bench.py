@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from threading import RLock
 from typing import Any, Protocol
 
@@ -16,6 +16,7 @@ from simlab.elastomer import REFERENCE_TEMPERATURE
 from simlab.hand import Blow, BlowKind, Hand
 from simlab.sampling import Sampler, blow_amplitude, white_noise
 from simlab.supported_beam import Load, SupportedBeam
+from simlab.tester_frame import BLANK, PIECES, TesterFrame
 from simlab.truth import direct_truth, inverse_truth, modal_truth
 
 REACTION = 0.3
@@ -41,6 +42,7 @@ class Conditions:
         gain_error: largest relative error of a sensor's gain; 0 is exact.
         force_noise, acceleration_noise: white noise of the two sensors, N and m/s^2 rms a sample.
         cross_axis: cross-axis sensitivity of the accelerometer, through which it sees the bar bend out of plane.
+        frame: what the tester adds to the specimen in it; nothing by default.
     """
 
     peak_force: float = 100.0
@@ -51,11 +53,12 @@ class Conditions:
     force_noise: float = 0.02
     acceleration_noise: float = 0.008
     cross_axis: float = 0.01
+    frame: TesterFrame = field(default_factory=TesterFrame)
 
 
 @dataclass(frozen=True)
 class Mounted:
-    """What is in the tester: the cylinders of joint `specimen` (I or II) in compression, shear or angled."""
+    """What is in the tester: cylinders of joint `specimen` (I or II), or a known piece in configuration blank."""
 
     specimen: str
     configuration: str
@@ -170,10 +173,15 @@ class Bench:
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` (I or II) into the tester in compression, shear or angled.
 
+        In the configuration blank, `specimen` is a known piece: blank, empty or mass.
+
         Raises:
-            ValueError: no such specimen or configuration.
+            ValueError: no such specimen, piece or configuration.
         """
-        self.elastomer.require(specimen, configuration)
+        if configuration != BLANK:
+            self.elastomer.require(specimen, configuration)
+        elif specimen not in PIECES:
+            raise ValueError(f"no piece {specimen!r} to calibrate by; there are {', '.join(PIECES)}")
         with self._lock:
             self._mounted = Mounted(specimen, configuration)
 
@@ -184,15 +192,28 @@ class Bench:
             return self._mounted
 
     def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        """k + ih in N/m of what is mounted, at zero-to-peak `amplitude` m and `frequency` Hz, at today's temperature.
+        """k + ih in N/m as the machine finds it that moves by `amplitude` m, zero to peak, at `frequency` Hz.
+
+        Raises:
+            ValueError: the tester is empty.
+        """
+        return self.conditions.frame.in_series(self.own_stiffness(amplitude, frequency), frequency)
+
+    def own_stiffness(self, amplitude: float, frequency: float) -> complex:
+        """k + ih in N/m of what is mounted itself, at what it sees of the machine's `amplitude`, as warm as today.
 
         Raises:
             ValueError: the tester is empty.
         """
         mounted, temperature = self._require_mounted(), self.temperature(self.clock.now())
-        return complex(
-            self.elastomer.dynamic_stiffness(mounted.specimen, mounted.configuration, amplitude, frequency, temperature)
-        )
+        if mounted.configuration == BLANK:
+            return PIECES[mounted.specimen].dynamic_stiffness(frequency)
+
+        def own(seen: float) -> complex:
+            where = (mounted.specimen, mounted.configuration)
+            return complex(self.elastomer.dynamic_stiffness(*where, seen, frequency, temperature))
+
+        return self.conditions.frame.specimen_share(own, amplitude, frequency)[1]
 
     def static_force(self, preset: float) -> float:
         """Force in N that holds what is mounted at `preset` m.
@@ -201,7 +222,13 @@ class Bench:
             ValueError: the tester is empty.
         """
         mounted = self._require_mounted()
-        return self.elastomer.static_force(mounted.specimen, mounted.configuration, preset)
+
+        def own(position: float) -> float:
+            if mounted.configuration == BLANK:
+                return PIECES[mounted.specimen].stiffness * position
+            return self.elastomer.static_force(mounted.specimen, mounted.configuration, position)
+
+        return self.conditions.frame.static_force(own, preset)
 
     def third_harmonic(self, amplitude: float) -> float:
         """Third harmonic of the force over its first, in phase with it, at zero-to-peak `amplitude` m.
@@ -210,6 +237,8 @@ class Bench:
             ValueError: the tester is empty.
         """
         mounted = self._require_mounted()
+        if mounted.configuration == BLANK:
+            return 0.0
         return self.elastomer.third_harmonic(mounted.specimen, mounted.configuration, amplitude)
 
     def attach_actuator(self, actuator: Actuator) -> None:
@@ -221,7 +250,11 @@ class Bench:
         """``displacement`` in m and ``force`` in N at bench `times` (samples,) in s; zero without an actuator."""
         with self._lock:
             actuator = self._actuator
-        displacement, force = (np.zeros(np.shape(times)),) * 2 if actuator is None else actuator.signals(times)
+        if actuator is None:
+            return {"displacement": np.zeros(np.shape(times)), "force": np.zeros(np.shape(times))}
+        displacement, force = actuator.signals(times)
+        if delay := self.conditions.frame.delay:
+            displacement, _ = actuator.signals(times - delay)
         return {"displacement": displacement, "force": force}
 
     # --- the room, and what is true ---

@@ -19,14 +19,14 @@ from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, calib
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from simlab.bench import Bench
-from tests.bench.wireless_tester import Chain, HandClock, KnownPiece, Measured, calibration_sweep, paper_sweep
+from simlab.tester_frame import PIECES, TesterFrame
+from tests.bench.wireless_tester import HandClock, Measured, calibration_sweep, paper_sweep
 
 SWEEPS = 204
 CORRECTED_SWEEPS = 24
 LAW_SWEEPS = 24
 MOUNTINGS = tuple(product(("I", "II"), ("compression", "shear", "angled")))
-CHAIN = Chain(mass=0.15, compliance=0.03e-6, lag=150e-6)
-BLANK = 2e8  # N/m
+FRAME = TesterFrame(compliance=0.03e-6, fixture_mass=0.15, delay=150e-6)
 BLOW_PP = 4e-6  # m
 ASKED_PP = (BLOW_PP, 0.7e-5, 1.5e-5, 3e-5, 7e-5)  # where nothing was measured
 ASKED_FREQUENCIES = (8.0, 33.0, 77.0, 187.0)  # Hz
@@ -35,7 +35,7 @@ ASKED_FREQUENCIES = (8.0, 33.0, 77.0, 187.0)  # Hz
 def main() -> None:
     """Print a table for each question."""
     began = time.perf_counter()
-    sweeps = [paper_sweep(seed, *MOUNTINGS[seed % 6], Chain()) for seed in range(SWEEPS)]
+    sweeps = [paper_sweep(seed, *MOUNTINGS[seed % 6], TesterFrame()) for seed in range(SWEEPS)]
     points = [measured for sweep in sweeps for measured in sweep]
     print(f"{len(sweeps)} sweeps, {len(points)} points, {time.perf_counter() - began:.0f} s")
     show_coverage(points)
@@ -77,11 +77,13 @@ def show_corrections(without: Sequence[Sequence[Measured]]) -> None:
     for seed in range(len(without)):
         calibration = calibrate_rig(
             [
-                CalibrationRun(KnownSpecimen(BLANK), tuple(calibration_sweep(seed, KnownPiece(BLANK), 1e-5, CHAIN))),
-                CalibrationRun(KnownSpecimen(), tuple(calibration_sweep(seed + 1000, KnownPiece(), 1e-4, CHAIN))),
+                CalibrationRun(
+                    KnownSpecimen(PIECES["blank"].stiffness), tuple(calibration_sweep(seed, "blank", 1e-5, FRAME))
+                ),
+                CalibrationRun(KnownSpecimen(), tuple(calibration_sweep(seed + 1000, "empty", 1e-4, FRAME))),
             ]
         )
-        sweep = paper_sweep(seed, *MOUNTINGS[seed % 6], CHAIN)
+        sweep = paper_sweep(seed, *MOUNTINGS[seed % 6], FRAME)
         found = correct([measured.point for measured in sweep], calibration.corrections)
         before.append(relative_errors([measured.point for measured in sweep], sweep))
         after.append(relative_errors(found, sweep))
@@ -106,11 +108,11 @@ def show_corrections(without: Sequence[Sequence[Measured]]) -> None:
 
 
 def true(effect: Effect) -> float:
-    """The parameter that the chain really has."""
+    """The parameter that the tester really has."""
     return {
-        Effect.TRANSDUCER_LAG: CHAIN.lag,
-        Effect.FRAME_COMPLIANCE: CHAIN.compliance,
-        Effect.FIXTURE_INERTIA: CHAIN.mass,
+        Effect.TRANSDUCER_LAG: FRAME.delay,
+        Effect.FRAME_COMPLIANCE: FRAME.compliance,
+        Effect.FIXTURE_INERTIA: FRAME.fixture_mass,
     }[effect]
 
 

@@ -1,10 +1,9 @@
-"""A tester without wires: the simulated actuator, the rig's own way of reaching an amplitude, a clock that is set by
-hand, and a chain between specimen and record that adds what a real tester adds.
+"""A tester without wires: the simulated actuator, the rig's own way of reaching an amplitude, and a clock that is set
+by hand.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -18,10 +17,11 @@ from rig.amplitude import AmplitudeControl
 from rig.registers import CYCLES_REPORTED, State
 from rig.sweep import SweepPlan
 from rig.tester import Tester
-from simlab.actuator import Actuator, Specimen
-from simlab.bench import Bench, Mounted
+from simlab.actuator import Actuator
+from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from simlab.tester_device import SETTLED_WITHIN
+from simlab.tester_frame import BLANK, TesterFrame
 
 RATE = 5000.0
 PRESET = 0.5e-3
@@ -41,57 +41,6 @@ class HandClock(Clock):
 
 
 @dataclass(frozen=True)
-class Chain:
-    """What the tester adds: fixture mass (kg), frame compliance (m/N), and displacement late by so much (s)."""
-
-    mass: float = 0.0
-    compliance: float = 0.0
-    lag: float = 0.0
-
-
-@dataclass(frozen=True)
-class KnownPiece:
-    """What is mounted to calibrate the tester: a blank, a mass, or nothing."""
-
-    stiffness: float = 0.0
-    mass: float = 0.0
-
-    @property
-    def mounted(self) -> Mounted | None:
-        return Mounted("known", "compression")
-
-    def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        return complex(self.stiffness - (2 * math.pi * frequency) ** 2 * self.mass)
-
-    def static_force(self, preset: float) -> float:
-        return 0.0
-
-    def third_harmonic(self, amplitude: float) -> float:
-        return 0.0
-
-
-@dataclass(frozen=True)
-class WithFixture:
-    """A specimen and the mass that moves with it."""
-
-    specimen: Specimen
-    mass: float
-
-    @property
-    def mounted(self) -> Mounted | None:
-        return self.specimen.mounted
-
-    def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        return self.specimen.dynamic_stiffness(amplitude, frequency) - (2 * math.pi * frequency) ** 2 * self.mass
-
-    def static_force(self, preset: float) -> float:
-        return self.specimen.static_force(preset)
-
-    def third_harmonic(self, amplitude: float) -> float:
-        return self.specimen.third_harmonic(amplitude)
-
-
-@dataclass(frozen=True)
 class Measured:
     """A point, and the stiffness (N/m) that the specimen really had at the amplitude about which the cycles scatter."""
 
@@ -103,11 +52,12 @@ class Measured:
 class WirelessTester:
     """Measures sine points on what is mounted, by the rig's rules."""
 
-    def __init__(self, specimen: Specimen, clock: HandClock, seed: int, chain: Chain) -> None:
+    def __init__(self, bench: Bench, clock: HandClock, seed: int, preset: float) -> None:
         self.limits = SimpleNamespace(largest_amplitude_pp=lambda frequency: 1e-3)
-        self._clock, self._chain = clock, chain
-        self._actuator = Actuator(WithFixture(specimen, chain.mass), clock.now, seed)
-        self._actuator.move(PRESET)
+        self._clock, self._bench = clock, bench
+        self._actuator = Actuator(bench, clock.now, seed)
+        bench.attach_actuator(self._actuator)
+        self._actuator.move(preset)
         clock.time += 1.0
 
     def cycle(self, amplitude_pp: float, frequency: float) -> None:
@@ -135,27 +85,26 @@ class WirelessTester:
             reached = control.approach(wanted_pp, frequency, tolerance)
             duration = plan.record_duration(frequency, reached.scatter, tolerance)
             times: Real = self._clock.time + np.arange(round(duration * RATE)) / RATE
-            displacement, force = self._record(times)
+            record = self._bench.tester_signals(times)
             self._clock.time = float(times[-1])
             dwell = self._actuator.log[-1]
-            truth = complex(dwell.stiffness, dwell.damping) + (2 * math.pi * frequency) ** 2 * self._chain.mass
-            yield Measured(dynamic_stiffness(displacement, force, RATE, frequency), truth, wanted_pp)
-
-    def _record(self, times: Real) -> tuple[Real, Real]:
-        _, force = self._actuator.signals(times)
-        displacement, force_then = self._actuator.signals(times - self._chain.lag)
-        return displacement + self._chain.compliance * force_then, force
+            point = dynamic_stiffness(record["displacement"], record["force"], RATE, frequency)
+            yield Measured(point, complex(dwell.stiffness, dwell.damping), wanted_pp)
 
 
-def paper_sweep(seed: int, specimen: str, configuration: str, chain: Chain) -> list[Measured]:
+def paper_sweep(seed: int, specimen: str, configuration: str, frame: TesterFrame) -> list[Measured]:
     """The paper's 120 points of one mounting, on the bench of `seed`."""
-    clock = HandClock()
-    bench = Bench(seed, clock)
-    bench.mount(specimen, configuration)
-    return list(WirelessTester(bench, clock, seed, chain).sweep(SweepPlan()))
+    return list(_tester(seed, specimen, configuration, frame, PRESET).sweep(SweepPlan()))
 
 
-def calibration_sweep(seed: int, piece: KnownPiece, amplitude_pp: float, chain: Chain) -> list[DynamicStiffness]:
-    """Ten frequencies on something known."""
+def calibration_sweep(seed: int, piece: str, amplitude_pp: float, frame: TesterFrame) -> list[DynamicStiffness]:
+    """Ten frequencies on a known piece."""
     plan = SweepPlan(frequencies=tuple(float(f) for f in range(20, 201, 20)), amplitudes_pp=(amplitude_pp,))
-    return [measured.point for measured in WirelessTester(piece, HandClock(), seed, chain).sweep(plan)]
+    return [measured.point for measured in _tester(seed, piece, BLANK, frame, 0.0).sweep(plan)]
+
+
+def _tester(seed: int, specimen: str, configuration: str, frame: TesterFrame, preset: float) -> WirelessTester:
+    clock = HandClock()
+    bench = Bench(seed, clock, Conditions(frame=frame))
+    bench.mount(specimen, configuration)
+    return WirelessTester(bench, clock, seed, preset)

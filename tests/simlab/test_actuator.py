@@ -30,6 +30,8 @@ class Rubber:
     def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
         return self.scale * 7e5 * (1 + 0.1j) * math.pow(amplitude / 5e-5, -0.25) * (1 + frequency / 2000)
 
+    own_stiffness = dynamic_stiffness
+
     def static_force(self, preset: float) -> float:
         return self.scale * 4e5 * preset
 

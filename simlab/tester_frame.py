@@ -1,0 +1,69 @@
+"""What a tester adds to the specimen in it, and the known pieces that show it when they are mounted instead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+ITERATIONS = 8  # each is nearer by the share of the motion that the frame takes
+
+
+@dataclass(frozen=True)
+class TesterFrame:
+    """A tester that is not rigid, massless and on time; the default is one that is.
+
+    Attributes:
+        compliance: of the frame in series with the specimen, within what the displacement is measured over, m/N.
+        fixture_mass: that moves with the specimen, before the force transducer, kg.
+        delay: of the displacement channel against the force channel, s.
+    """
+
+    compliance: float = 0.0
+    fixture_mass: float = 0.0
+    delay: float = 0.0
+
+    def specimen_share(
+        self, own: Callable[[float], complex], amplitude: float, frequency: float
+    ) -> tuple[float, complex]:
+        """Amplitude that the specimen sees when the machine moves by `amplitude`, m, and its stiffness k + ih at it.
+
+        `own` is the specimen's stiffness in N/m by its amplitude in m.
+        """
+        seen = amplitude
+        for _ in range(ITERATIONS if self.compliance else 0):
+            seen = amplitude / abs(1 + self.compliance * self._sprung(own(seen), frequency))
+        return seen, own(seen)
+
+    def in_series(self, specimen: complex, frequency: float) -> complex:
+        """What a specimen of stiffness k + ih looks like from the machine, N/m."""
+        sprung = self._sprung(specimen, frequency)
+        return sprung / (1 + self.compliance * sprung)
+
+    def static_force(self, own: Callable[[float], float], preset: float) -> float:
+        """Force in N that holds the specimen and the frame at `preset` m; `own` is the specimen's by its position."""
+        force = own(preset)
+        for _ in range(ITERATIONS if self.compliance else 0):
+            force = own(preset - self.compliance * force)
+        return force
+
+    def _sprung(self, specimen: complex, frequency: float) -> complex:
+        return specimen - (2 * math.pi * frequency) ** 2 * self.fixture_mass
+
+
+@dataclass(frozen=True)
+class KnownPiece:
+    """Something whose stiffness (N/m) and mass (kg) are known; it knows no amplitude."""
+
+    stiffness: float = 0.0
+    mass: float = 0.0
+
+    def dynamic_stiffness(self, frequency: float) -> complex:
+        """In N/m at `frequency` Hz."""
+        return complex(self.stiffness - (2 * math.pi * frequency) ** 2 * self.mass)
+
+
+BLANK = "blank"
+"""The configuration in which known pieces are mounted."""
+PIECES = {"blank": KnownPiece(stiffness=2e8), "empty": KnownPiece(), "mass": KnownPiece(mass=0.5)}
+"""What lies in the drawer: a steel blank, nothing, and a mass of half a kilogram."""

@@ -1,0 +1,283 @@
+"""The folder that a lab would hand over of a case, and the truth about it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+
+from simlab.assembly import Complex
+from simlab.beam import Bar, Real
+from simlab.case.article import (
+    ECCENTRICITIES,
+    INCLINATIONS_DEG,
+    JOINT_NAMES,
+    JOINT_NODES,
+    SENSOR_NODE,
+    TOLERANCES,
+    joint_matrix,
+)
+from simlab.case.campaign import (
+    ASKED_FOR,
+    AVERAGES,
+    CONFIGURATIONS,
+    HIGHEST_LINE,
+    LINE_SPACING,
+    MEASURED,
+    PRESET_MM,
+    WITHHELD,
+    Row,
+    Setup,
+    draw_setup,
+)
+from simlab.case.draw import Case, Kind
+from simlab.case.estimate import Averaged, average, direct_deviation, noise_deviation, sine_fit
+from simlab.case.simulate import Simulated, simulate
+from simlab.case.universal_file import Function, Quantity, write_universal_file
+
+SENSOR = Row(SENSOR_NODE, "y")
+FLOOR_REDRAWS = 8
+DIRECT_COLUMNS = (
+    "order",
+    "time_s",
+    "specimen",
+    "configuration",
+    "amplitude_pp_mm",
+    "frequency_hz",
+    "stiffness_n_per_m",
+    "phase_deg",
+    "thd_percent",
+    "temperature_c",
+    "sd_rel",
+)
+
+
+def write_case(case: Case, folder: Path) -> None:
+    """Write setup.json, inverse_*.unv and direct.csv into `folder`, which is made if need be.
+
+    Nothing in them tells what the case's effects are.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    simulated = simulate(case)
+    for number, setup in enumerate(simulated.campaign.setups):
+        rng = np.random.default_rng([case.seed, 7, 4, number])
+        count = len(MEASURED)
+        measured = average(
+            rng,
+            _with_zero_line(simulated.accelerance[number, :count]),
+            _with_zero_line(simulated.slope[number, :count]),
+            np.concatenate([[0.0], simulated.frequency]),
+            simulated.campaign,
+            setup.peak_force,
+        )
+        write_universal_file(folder / _inverse_file(number), _functions(measured))
+    _write_direct(case.seed, simulated, folder / "direct.csv")
+    setup_text = json.dumps(_setup(simulated), indent=1)
+    (folder / "setup.json").write_text(setup_text + "\n", encoding="utf-8")
+
+
+def truth(case: Case) -> dict[str, object]:
+    """What was put into a case, ready for JSON.
+
+    ``size`` is the fraction of each effect's plausible range; ``effects`` are those of the catalogue and ``novel``
+    those outside it.  ``noise_percent`` is what sensor noise alone does to the withheld rows at 100 N,
+    ``floor_percent`` how far an honest re-measurement of them, after a new set-up, would be off, and
+    ``effect_percent`` how far the effects move both rigs' readings, all as 100 sqrt(sum |y - f|^2 / sum |y|^2).
+    """
+    simulated, without = simulate(case), simulate(case, without_effects=True)
+    novel = case.kind is Kind.NOVEL
+    names = [effect.name for effect in case.effects]
+    article, campaign = case.article, case.campaign
+    nominal = Bar()
+    joints = [article.joints[name] for name in JOINT_NAMES]
+    return {
+        "format": "simlab-truth/1",
+        "seed": case.seed,
+        "kind": str(case.kind),
+        "effects": [] if novel else names,
+        "novel": names if novel else [],
+        "size": {effect.name: effect.size for effect in case.effects},
+        "parameters": {effect.name: {"law": effect.law, **effect.values} for effect in case.effects},
+        "floor_percent": floor_percent(case),
+        "noise_percent": _noise_percent(simulated),
+        "effect_percent": {
+            "inverse": percent(without.accelerance, simulated.accelerance),
+            "direct": percent(without.stiffness, simulated.stiffness),
+        },
+        "baseline": {
+            "a": [joint.shear.real for joint in joints],
+            "b": [joint.compression.real for joint in joints],
+            "c": [joint.rotation.real for joint in joints],
+            "ga": [joint.shear.imag / joint.shear.real for joint in joints],
+            "gb": [joint.compression.imag / joint.compression.real for joint in joints],
+            "E": article.bar.youngs_modulus / nominal.youngs_modulus,
+            "rho": article.bar.density / nominal.density,
+            "angle": [joint.lean_deg for joint in joints],
+            "joint_x": [joint.position for joint in joints],
+            "sensor_x": article.sensor_position,
+            "direct_gain": campaign.tester_gain,
+        },
+        "joints": {name: _joint_truth(case, name) for name in JOINT_NAMES},
+        "lab": {
+            "acc_noise": campaign.acceleration_noise,
+            "force_noise": campaign.force_noise,
+            "width": campaign.pulse_width,
+            "direct_noise": campaign.direct_noise,
+            "order": campaign.order_kind,
+            "joint_amplitude": campaign.joint_amplitude,
+            "amplitude_fall": campaign.amplitude_fall,
+            "sets": [
+                {"peak": setup.peak_force, "gain": setup.gain, "dx": setup.offsets, "temperature": setup.temperature}
+                for setup in campaign.setups
+            ],
+        },
+    }
+
+
+def asked_for(case: Case) -> tuple[Real, tuple[Row, ...], Complex]:
+    """Frequency (lines,), rows, and the noiseless accelerance (rows, lines) of the reference set asked for."""
+    simulated = simulate(case)
+    return simulated.frequency, ASKED_FOR, simulated.accelerance[0, len(MEASURED) :]
+
+
+def percent(model: Complex, data: Complex) -> float:
+    """100 sqrt(sum |y - f|^2 / sum |y|^2)."""
+    return 100.0 * float(np.sqrt(np.sum(np.abs(data - model) ** 2) / np.sum(np.abs(data) ** 2)))
+
+
+def floor_percent(case: Case) -> float:
+    """How far measurements of the withheld rows after a new set-up are off, rms over a few, at the reference level."""
+    rng = np.random.default_rng([case.seed, 7, 5])
+    simulated = simulate(case)
+    reference = case.campaign.setups[0]
+    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    straight, slope = simulated.accelerance[0, rows], simulated.slope[0, rows]
+    found = []
+    for _ in range(FLOOR_REDRAWS):
+        again = draw_setup(rng, reference.peak_force, reference.temperature)
+        moved = np.array(again.offsets[: len(WITHHELD)])[:, None]
+        true = again.gain / reference.gain * (straight + moved * slope)
+        measured = average(rng, true, slope, simulated.frequency, case.campaign, reference.peak_force)
+        found.append(percent(measured.accelerance, straight))
+    return float(np.sqrt(np.mean(np.square(found))))
+
+
+def _noise_percent(simulated: Simulated) -> float:
+    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    true = simulated.accelerance[0, rows]
+    deviation = noise_deviation(true, simulated.frequency, simulated.campaign, simulated.campaign.setups[0].peak_force)
+    return 100.0 * float(np.sqrt(2 * np.sum(deviation**2) / np.sum(np.abs(true) ** 2)))
+
+
+def _joint_truth(case: Case, name: str) -> dict[str, object]:
+    """k and h of a joint as the paper's model has it, without the effects."""
+    joint = case.article.joints[name]
+    matrix = joint_matrix(name, joint, joint.cylinder[None])[0]
+    return {"k": matrix.real.tolist(), "h": matrix.imag.tolist()}
+
+
+def _with_zero_line(values: Complex) -> Complex:
+    """(rows, lines + 1): a bar on springs does not accelerate at 0 Hz."""
+    return np.concatenate([np.zeros((len(values), 1), dtype=np.complex128), values], axis=1)
+
+
+def _functions(measured: Averaged) -> list[Function]:
+    accelerances = [
+        Function(
+            kind=4,
+            name="accelerance",
+            response=SENSOR,
+            reference=row,
+            axis=Quantity.FREQUENCY,
+            step=LINE_SPACING,
+            values=values,
+            ordinate=Quantity.ACCELERATION,
+            denominator=Quantity.FORCE,
+        )
+        for row, values in zip(MEASURED, measured.accelerance, strict=True)
+    ]
+    coherences = [
+        Function(6, "coherence", SENSOR, row, Quantity.FREQUENCY, LINE_SPACING, values)
+        for row, values in zip(MEASURED, measured.coherence, strict=True)
+    ]
+    return accelerances + coherences
+
+
+def _write_direct(seed: int, simulated: Simulated, path: Path) -> None:
+    rng = np.random.default_rng([seed, 7, 6])
+    points, deviation = simulated.campaign.points, direct_deviation(simulated.campaign)
+    fitted = sine_fit(rng, simulated.stiffness, deviation)
+    distortion = simulated.distortion * (1 + 0.1 * rng.standard_normal(fitted.size))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(DIRECT_COLUMNS)
+        for i, stiffness in enumerate(fitted):
+            writer.writerow(
+                (
+                    i + 1,
+                    f"{points.time[i]:.1f}",
+                    JOINT_NAMES[points.specimen[i]],
+                    CONFIGURATIONS[points.configuration[i]],
+                    f"{points.amplitude_pp_mm[i]:g}",
+                    f"{points.frequency[i]:g}",
+                    f"{abs(stiffness):.7g}",
+                    f"{np.degrees(np.angle(stiffness)):.5f}",
+                    f"{distortion[i]:.3f}",
+                    f"{points.temperature[i]:.2f}",
+                    f"{deviation[i]:.4g}",
+                )
+            )
+
+
+def _inverse_file(number: int) -> str:
+    return f"inverse_{number + 1}.unv"
+
+
+def _setup(simulated: Simulated) -> dict[str, object]:
+    """What the lab says that it built and measured: the drawing, not what is true."""
+    bar, campaign = Bar(), simulated.campaign
+    return {
+        "format": "jointlab-bundle/1",
+        "title": "supported beam",
+        "beam": {
+            "length": bar.length,
+            "height": bar.height,
+            "width": bar.width,
+            "youngs_modulus": bar.youngs_modulus,
+            "poisson_ratio": bar.poisson_ratio,
+            "density": bar.density,
+            "free_damping_ratios": bar.damping_ratios,
+        },
+        "node_positions": campaign.node_positions,
+        "joints": [
+            {
+                "name": name,
+                "node": JOINT_NODES[name],
+                "inclinations_deg": INCLINATIONS_DEG[name],
+                "eccentricity": ECCENTRICITIES[1],
+                "added_mass": 0.0,
+            }
+            for name in JOINT_NAMES
+        ],
+        "accelerometer": {"node": SENSOR.node, "direction": SENSOR.direction, "mass": 0.0},
+        "inverse": [_inverse_entry(number, setup) for number, setup in enumerate(campaign.setups)],
+        "direct": {"file": "direct.csv", "preset_mm": PRESET_MM},
+        "tolerances": TOLERANCES,
+        "predict": [
+            {"response": [SENSOR.node, SENSOR.direction], "input": [row.node, row.direction]} for row in ASKED_FOR
+        ],
+    }
+
+
+def _inverse_entry(number: int, setup: Setup) -> dict[str, object]:
+    return {
+        "file": _inverse_file(number),
+        "averages": AVERAGES,
+        "peak_force": setup.peak_force,
+        "temperature_c": round(setup.temperature, 1),
+        "window": "none",
+        "sample_rate": 4 * HIGHEST_LINE,
+        "block_seconds": 1 / LINE_SPACING,
+    }

@@ -1,0 +1,73 @@
+"""The free bar with everything that hangs on it: joints, masses, springs, cuts, by its receptance and a small solve.
+
+H = R_ol - R_oj (1 + Z R_jj)^-1 Z R_jl, with R the free bar's receptance between output o, load l and the places j
+where something of dynamic stiffness Z is attached; one solve a frequency line, of the size of Z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from simlab.assembly import Complex
+from simlab.beam import TERMS, FreeModes, Real
+from simlab.case.article import Article
+
+
+@dataclass(frozen=True, eq=False)
+class Attachment:
+    """Something held by the bar, or taken out of it.
+
+    Attributes:
+        shapes: (n, modes) of the free bar where it is held.
+        stiffness: (lines, n, n) or (n, n) dynamic stiffness; negative takes stiffness out.
+    """
+
+    shapes: Real
+    stiffness: Complex
+
+
+def slope(modes: FreeModes, direction: str, position: float) -> Real:
+    """(modes,) derivative along the bar of the shapes in `direction` at `position` m."""
+    at = np.array([2.0 * position / modes.length - 1.0])
+    slopes = np.array([legendre.legval(at, legendre.legder(row))[0] for row in np.eye(TERMS)])
+    return np.asarray(slopes @ modes.series[direction] * 2.0 / modes.length)
+
+
+class CoupledBar:
+    """The free bar of an article, prepared for angular frequencies `omega` (lines,), rad/s, complex and not zero."""
+
+    def __init__(self, modes: FreeModes, article: Article, omega: Complex) -> None:
+        natural = modes.angular_frequency
+        damping = article.damping_scale * modes.damping_ratio
+        square = natural**2 * (1 + 1j * article.loss_factor)
+        self.omega = omega
+        self._compliance: Complex = 1.0 / (square - omega[:, None] ** 2 + 2j * damping * natural * omega[:, None])
+
+    def accelerance(self, output: Real, loads: Real, attachments: list[Attachment]) -> Complex:
+        """(loads, lines) acceleration read by `output` (modes,) under each unit force of `loads` (loads, modes)."""
+        places = np.concatenate([attachment.shapes for attachment in attachments])
+        stiffness = self._stiffness(attachments)
+        between = self._receptance(places, places)
+        reaction = np.linalg.solve(
+            np.eye(len(places)) + stiffness @ between, stiffness @ self._receptance(places, loads)
+        )
+        received = self._receptance(output[None], loads) - self._receptance(output[None], places) @ reaction
+        return np.asarray(-(self.omega**2) * received[:, 0].T)
+
+    def _receptance(self, outputs: Real, inputs: Real) -> Complex:
+        """(lines, outputs, inputs) of the free bar."""
+        pairs = (outputs[:, None, :] * inputs[None, :, :]).reshape(len(outputs) * len(inputs), -1)
+        return np.asarray((self._compliance @ pairs.T).reshape(-1, len(outputs), len(inputs)))
+
+    def _stiffness(self, attachments: list[Attachment]) -> Complex:
+        size = sum(len(attachment.shapes) for attachment in attachments)
+        whole = np.zeros((len(self.omega), size, size), dtype=np.complex128)
+        start = 0
+        for attachment in attachments:
+            end = start + len(attachment.shapes)
+            whole[:, start:end, start:end] = attachment.stiffness
+            start = end
+        return whole

@@ -1,0 +1,87 @@
+"""Draw a case: everything about it from one seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from simlab.case.article import Article, draw_article
+from simlab.case.campaign import Campaign, draw_campaign
+from simlab.case.effects import CATALOGUE, Effect
+from simlab.case.effects import NOVELTIES as NOVEL_KINDS
+
+EFFECTS: tuple[str, ...] = tuple(CATALOGUE)
+"""Every effect of the catalogue that a case can have."""
+NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
+"""Effects outside the catalogue."""
+
+SMALLEST = 0.05
+"""Of the plausible range: about what the lab's tolerances hide."""
+
+
+class Kind(StrEnum):
+    """What a case has beyond the paper's model."""
+
+    NONE = "none"
+    SINGLE = "single"
+    PAIR = "pair"
+    NOVEL = "novel"
+
+
+COUNTS = {Kind.NONE: 0, Kind.SINGLE: 1, Kind.PAIR: 2, Kind.NOVEL: 1}
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Everything drawn.
+
+    Attributes:
+        seed, kind: what it was drawn from.
+        article: as the paper's model describes it, within the lab's tolerances.
+        campaign: how it is measured.
+        effects: what the paper's model leaves out, each with size, law and values.
+    """
+
+    seed: int
+    kind: Kind
+    article: Article
+    campaign: Campaign
+    effects: tuple[Effect, ...]
+
+
+def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | None = None) -> Case:
+    """The case of a seed and a kind; article and campaign depend on the seed alone.
+
+    Args:
+        effects: names in place of drawn ones, one for a single or novel case and two for a pair.
+        size: fraction of every effect's plausible range, above 0 and up to 1; drawn between 0.05 and 1 by default.
+
+    Raises:
+        ValueError: an effect that there is none of, a number of effects that the kind has not, or a size out of range.
+    """
+    known = NOVEL_KINDS if kind is Kind.NOVEL else CATALOGUE
+    if effects and len(effects) != COUNTS[kind]:
+        raise ValueError(f"a {kind} case has {COUNTS[kind]} effects, not {len(effects)}: {', '.join(effects)}")
+    if len(set(effects)) != len(effects):
+        raise ValueError(f"an effect can be in a case once, not in {', '.join(effects)}")
+    for name in effects:
+        if name not in known:
+            raise ValueError(f"no effect {name!r} for a {kind} case; there are {', '.join(known)}")
+    if size is not None and not 0.0 < size <= 1.0:
+        raise ValueError(f"a size of {size}; it is a fraction of the plausible range, above 0 and up to 1")
+    campaign = draw_campaign(_random(seed, 1))
+    article = draw_article(_random(seed, 2), campaign.node_positions)
+    rng = _random(seed, 3)
+    chosen = [str(name) for name in rng.permutation(list(known))[: COUNTS[kind]]]
+    drawn = []
+    for name in effects or chosen:
+        drawn_size = float(rng.uniform(SMALLEST, 1.0))
+        drawn.append(known[name].draw(rng, drawn_size if size is None else size, article))
+    return Case(seed, kind, article, campaign, tuple(drawn))
+
+
+def _random(seed: int, stream: int) -> np.random.Generator:
+    return np.random.default_rng([seed, 7, stream])

@@ -1,0 +1,13 @@
+"""The effects a case can have: those of the catalogue by family, and novelties that no catalogue foresees."""
+
+from __future__ import annotations
+
+from simlab.case.effects import chain, elastomer, novel, structure, tester
+from simlab.case.effects.base import Effect
+
+CATALOGUE: dict[str, type[Effect]] = {
+    kind.name: kind for family in (elastomer, structure, chain, tester) for kind in family.EFFECTS
+}
+NOVELTIES: dict[str, type[Effect]] = {kind.name: kind for kind in novel.NOVELTIES}
+
+__all__ = ["CATALOGUE", "NOVELTIES", "Effect"]

@@ -1,0 +1,155 @@
+"""What every effect is: a name, a law with its values, and the few places where it can touch a case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from simlab.assembly import Complex
+from simlab.beam import FreeModes, Real
+from simlab.case.article import Article
+from simlab.case.campaign import Campaign, Points, Row
+from simlab.case.coupling import Attachment
+from simlab.supported_beam import Load
+
+Value = float | str
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the cylinders of one joint go through; arrays are (n,), one for each line or sine point.
+
+    Attributes:
+        in_tester: in the tester, or else in the beam's stand.
+        joint: I or II.
+        frequency: Hz.
+        deformation: amplitude, m zero to peak.
+        component: share of the deformation in shear and in compression each.
+        order: fraction of the test that is over.
+        setup: number of the hammer set, from 0.
+    """
+
+    in_tester: bool
+    joint: str
+    frequency: Real
+    deformation: Real
+    component: Real
+    order: Real
+    setup: int = 0
+
+    @property
+    def amplitude(self) -> Real:
+        """(n,) m zero to peak, in shear and in compression each."""
+        return np.asarray(self.deformation * self.component)
+
+
+@dataclass(frozen=True, eq=False)
+class Strike:
+    """One row of one hammer set on its way through the measuring chain.
+
+    Attributes:
+        row, setup: what was struck, in which set (from 0).
+        position: of the row's node, m from the left end.
+        order: fraction of the set that is over.
+        frequency: (lines,) Hz.
+        article: what was struck.
+    """
+
+    row: Row
+    setup: int
+    position: float
+    order: float
+    frequency: Real
+    article: Article
+
+    @property
+    def omega(self) -> Real:
+        """(lines,) rad/s."""
+        return 2 * np.pi * self.frequency
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """Something that the paper's model leaves out.  A kind of effect overrides `draw` and the few hooks it touches.
+
+    Attributes:
+        size: fraction of the plausible range.
+        law: which of the rival laws.
+        values: parameters of the law by name, SI unless the name says otherwise.
+    """
+
+    size: float
+    law: str
+    values: Mapping[str, Value]
+
+    name: ClassVar[str]
+    roving: ClassVar[bool] = False
+    """Whether the joints change from row to row of a set."""
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Self:
+        """One of `size` (above 0, up to 1) of its plausible range on `article`."""
+        raise NotImplementedError(f"{cls.__name__} does not say how it is drawn")
+
+    def number(self, name: str) -> float:
+        """The value of a parameter that is a number."""
+        return float(self.values[name])
+
+    @property
+    def window_decay(self) -> float:
+        """Decay in 1/s of a window that nobody corrected for."""
+        return 0.0
+
+    def built(self, article: Article) -> Article:
+        """The article as this effect makes it."""
+        return article
+
+    def measured(self, campaign: Campaign) -> Campaign:
+        """The campaign as this effect makes it."""
+        return campaign
+
+    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
+        """(n, 3) dynamic stiffness of one cylinder in shear, compression and rotation."""
+        return stiffness
+
+    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+        """(lines, 6, 6) dynamic stiffness of both joints in x, y, rotation of I, then of II."""
+        return stiffness
+
+    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+        """What else the bar carries."""
+        return []
+
+    def sensed(self, shape: Real, modes: FreeModes, article: Article) -> Real:
+        """(modes,) shapes as the accelerometer takes them."""
+        return shape
+
+    def struck(self, load: Load, row: Row) -> Load:
+        """Where and how a blow really meets the bar."""
+        return load
+
+    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+        """(lines,) accelerance as the measuring chain gives it."""
+        return accelerance
+
+    def tested(self, stiffness: Complex, points: Points) -> Complex:
+        """(points,) dynamic stiffness as the tester gives it."""
+        return stiffness
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """A number whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def either_sign(rng: np.random.Generator) -> float:
+    """1 or -1."""
+    return 1.0 if rng.random() < 0.5 else -1.0
+
+
+def one_of(rng: np.random.Generator, *choices: str) -> str:
+    """One of the choices."""
+    return choices[int(rng.integers(len(choices)))]

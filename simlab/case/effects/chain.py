@@ -1,0 +1,147 @@
+"""What hammer, accelerometer and analyser do to an accelerance.  These effects show in the beam's rig alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simlab.assembly import Complex
+from simlab.beam import FreeModes, Real
+from simlab.case.article import NODES, Article
+from simlab.case.campaign import MEASURED, Row
+from simlab.case.effects.base import Effect, Strike, either_sign, one_of
+from simlab.supported_beam import Load
+
+SENSOR_HEIGHT = 0.0127 + 0.008
+"""Of the accelerometer's element above the bar's axis, m."""
+
+
+class SensorGain(Effect):
+    """A calibration that is off by up to 5 %, in every set."""
+
+    name = "sensor_gain"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> SensorGain:
+        return cls(size, "flat", {"gain": either_sign(rng) * 0.05 * size})
+
+    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+        return accelerance * (1 + self.number("gain"))
+
+
+class ChannelDelay(Effect):
+    """Acceleration comes late against force: by a time, or by an all-pass filter of first order with that delay."""
+
+    name = "channel_delay"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ChannelDelay:
+        return cls(size, one_of(rng, "delay", "delay", "all_pass"), {"tau": 50e-6 * size})
+
+    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+        phase = strike.omega * self.number("tau")
+        if self.law == "all_pass":
+            phase = 2 * np.arctan(0.5 * phase)
+        return np.asarray(accelerance * np.exp(-1j * phase))
+
+
+class HighpassCorner(Effect):
+    """The charge amplifier's or IEPE supply's corner, of first or second order."""
+
+    name = "highpass_corner"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> HighpassCorner:
+        return cls(size, one_of(rng, "first_order", "first_order", "second_order"), {"corner": 5.0 * size})
+
+    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+        ratio = 1j * strike.frequency / self.number("corner")
+        if self.law == "first_order":
+            return np.asarray(accelerance * ratio / (1 + ratio))
+        return np.asarray(accelerance * ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))
+
+
+class ExponentialWindow(Effect):
+    """Records were weighted by exp(-s t) and nobody took the added damping out: H(w - i s)."""
+
+    name = "exponential_window"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ExponentialWindow:
+        return cls(size, "uncorrected", {"s": 10.0 * size})
+
+    @property
+    def window_decay(self) -> float:
+        return self.number("s")
+
+
+class CrossAxisSensitivity(Effect):
+    """The accelerometer takes some motion along the bar for motion across it: that of the axis, or of its own place."""
+
+    name = "cross_axis_sensitivity"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CrossAxisSensitivity:
+        sensitivity = either_sign(rng) * 0.05 * size
+        return cls(size, one_of(rng, "of_the_axis", "of_the_surface"), {"sensitivity": sensitivity})
+
+    def sensed(self, shape: Real, modes: FreeModes, article: Article) -> Real:
+        along = modes.shape("x", article.sensor_position)
+        if self.law == "of_the_surface":
+            along = along - SENSOR_HEIGHT * modes.shape("r", article.sensor_position)
+        return shape + self.number("sensitivity") * along
+
+
+class ImpactAngle(Effect):
+    """Blows lean along the bar: all of them, the transverse ones, or those of one row."""
+
+    name = "impact_angle"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ImpactAngle:
+        law = one_of(rng, "all", "transverse", "one_row")
+        row = MEASURED[int(rng.integers(len(MEASURED)))].name
+        return cls(size, law, {"angle_deg": either_sign(rng) * 4.0 * size, "row": row if law == "one_row" else "all"})
+
+    def struck(self, load: Load, row: Row) -> Load:
+        if self.law == "transverse" and row.direction == "x":
+            return load
+        if self.law == "one_row" and row.name != self.values["row"]:
+            return load
+        cos, sin = np.cos(np.radians(self.number("angle_deg"))), np.sin(np.radians(self.number("angle_deg")))
+        return replace(load, x=load.x * cos + load.y * sin, y=load.y * cos + load.x * sin)
+
+
+class ImpactPosition(Effect):
+    """One to three rows marked at the wrong place, by up to 8 mm, in every set; never off the bar."""
+
+    name = "impact_position"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ImpactPosition:
+        count = int(rng.integers(1, 4))
+        rows = [row for row in MEASURED if row.direction == "y"]
+        values: dict[str, float | str] = {}
+        for rank, i in enumerate(rng.permutation(len(rows))[:count]):
+            inwards = {1: 1.0, NODES: -1.0}.get(rows[i].node)
+            sign = either_sign(rng) if inwards is None else inwards
+            values[f"shift_{rows[i].node}"] = sign * 0.008 * size * (1.0 if rank == 0 else rng.uniform(0.5, 1.0))
+        return cls(size, f"rows_{count}", values)
+
+    def struck(self, load: Load, row: Row) -> Load:
+        key = f"shift_{row.node}"
+        if row.direction != "y" or key not in self.values:
+            return load
+        return replace(load, position=load.position + self.number(key))
+
+
+EFFECTS: tuple[type[Effect], ...] = (
+    SensorGain,
+    ChannelDelay,
+    HighpassCorner,
+    ExponentialWindow,
+    CrossAxisSensitivity,
+    ImpactAngle,
+    ImpactPosition,
+)

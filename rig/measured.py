@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from analysis.dof import Dof
 from rig.errors import RigError
 from rig.hammer import PointSoFar
-from rig.sequence import HammerStep, Sequence, Step, SweepStep
+from rig.sequence import HammerStep, Sequence, SineStep, Step
 from rig.steps import sweep_plan
 from rig.sweep import SweepPlan
 from store.blows import Blow, list_blows
@@ -46,22 +46,25 @@ class Measured:
         return {point: so_far for (number, point), so_far in self.points.items() if number == set_number}
 
     def left_of(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
-        """The steps that are not done, each with its set number (0 where it is no hammer step).
+        """The steps that are not done, each with its set number, or the order number of its first sine point, or 0.
 
         A wait or a soak serves the step after it, and is done again where that has something left.
         """
         left = list[tuple[Step, int]]()
         set_number = len(sequence.hammer_steps) + 1
+        sine_steps = list(sequence.sine_steps)
         needed = True  # whether what comes next has something left; at the end, waiting is a wish of its own
         for step in reversed(sequence.steps):
+            number = 0
             if isinstance(step, HammerStep):
-                set_number -= 1
+                number = set_number = set_number - 1
                 points = self.points_of(set_number)
                 needed = any(points.get(Dof.parse(p), PointSoFar()).accepted < step.blows for p in step.points)
-            elif isinstance(step, SweepStep):
-                needed = len(self.sines) < step.points
+            elif isinstance(step, SineStep):
+                _, number = sine_steps.pop()
+                needed = not self.sines.issuperset(range(number, number + step.points))
             if needed:
-                left.append((step, set_number if isinstance(step, HammerStep) else 0))
+                left.append((step, number))
         return tuple(reversed(left))
 
 
@@ -74,8 +77,7 @@ def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
     """
     with catalogue.reading() as session:
         blows, records = list_blows(session, run.id), list_sine_records(session, run.id)
-    if records and sequence.sweep is not None:
-        _check_order(run, records, sweep_plan(sequence.sweep))
+    _check_order(run, records, [sweep_plan(step, first) for step, first in sequence.sine_steps])
     points = dict[tuple[int, Dof], list[Blow]]()
     for blow in blows:
         points.setdefault((blow.set_number, Dof.parse(str(blow.point))), []).append(blow)
@@ -91,9 +93,10 @@ def _so_far(struck: list[Blow]) -> PointSoFar:
     return PointSoFar(accepted, len(struck) - accepted, max(blow.number for blow in struck))
 
 
-def _check_order(run: Run, records: list[SineRecord], plan: SweepPlan) -> None:
+def _check_order(run: Run, records: list[SineRecord], plans: list[SweepPlan]) -> None:
     asked = {
         sine.order_number: (mounting.specimen, mounting.configuration, sine.amplitude_pp, sine.frequency)
+        for plan in plans
         for mounting in plan.mountings()
         for sine in mounting.sines
     }

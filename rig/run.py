@@ -6,9 +6,6 @@ was acknowledged is in the store, and the store says what is left.
 
 from __future__ import annotations
 
-import getpass
-import os
-import socket
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +16,7 @@ from rig.instruments import Instruments, stored_channel
 from rig.measured import Measured, ResumeError, measured_of
 from rig.operator import Observer, Operator, RunContinued, RunStarted, unobserved
 from rig.recording import BlowRecorder, SineRecorder
-from rig.sequence import HammerStep, Sequence, SoakStep, Step, SweepStep, sequence_from
+from rig.sequence import BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
 from rig.steps import (
     channel_names,
     channels_of,
@@ -36,6 +33,7 @@ from rig.waiting import soak, wait
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
+from store.provenance import who_is_here
 from store.run_lock import discard_lock, holding
 from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 
@@ -52,7 +50,7 @@ def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who
     """
     check_plan(sequence, limits)
     with catalogue.writing() as session:
-        return create_run(session, **_described(sequence), who=who or _who()).id
+        return create_run(session, **_described(sequence), who=who or who_is_here()).id
 
 
 def run_sequence(
@@ -102,7 +100,7 @@ def run_sequence(
                     stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)
                 ],
                 "instruments": identities,
-                "who": who or _who(),
+                "who": who or who_is_here(),
                 "reason": done,
             }
             described = _described(sequence)
@@ -170,7 +168,7 @@ def resume_run(
             _check_same(catalogue, run, left, instruments, check_instruments(left, instruments))
         control.carry_out(lambda: None, observer)
         with catalogue.writing() as session:
-            run = reopen_run(session, run_id, reason, who or _who())
+            run = reopen_run(session, run_id, reason, who or who_is_here())
         observer(RunContinued(run.id, measured.blows, len(measured.sines)))
         _carry_out(_Work(run, measured, instruments, catalogue, operator, observer, control), steps)
 
@@ -187,13 +185,13 @@ class _Work:
     observer: Observer
     control: RunControl
 
-    def do(self, step: Step, set_number: int) -> None:
+    def do(self, step: Step, number: int) -> None:
         """Carry out what is left of a step."""
         match step:
             case HammerStep():
-                self._hammer(step, set_number)
-            case SweepStep():
-                self._sweep(step)
+                self._hammer(step, number)
+            case SweepStep() | BlankStep():
+                self._sweep(step, number)
             case SoakStep():
                 with self.instruments.acquisition() as (_, thermometer):
                     soak(soak_settings(step), thermometer, self.observer, self.control)
@@ -215,7 +213,7 @@ class _Work:
                 self.measured.points_of(set_number),
             )
 
-    def _sweep(self, step: SweepStep) -> None:
+    def _sweep(self, step: SineStep, first_number: int) -> None:
         channels = channels_of(step, self.instruments)
         with (
             self.instruments.acquisition() as (chassis, thermometer),
@@ -223,7 +221,7 @@ class _Work:
             chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
         ):
             run_sweep(
-                sweep_plan(step),
+                sweep_plan(step, first_number),
                 tester,
                 recorder,
                 thermometer,
@@ -238,8 +236,8 @@ class _Work:
 def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
     """Do `steps` and store how that ended."""
     try:
-        for step, set_number in steps:
-            work.do(step, set_number)
+        for step, number in steps:
+            work.do(step, number)
     except (KeyboardInterrupt, RunStoppedError):
         _end(work, RunState.STOPPED, "stopped by hand")
         raise
@@ -254,7 +252,7 @@ def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
     work.catalogue.waveforms.finish(work.run.waveform_file)
     try:
         with work.catalogue.writing() as session:
-            finish_run(session, work.run.id, state, reason, who=_who())
+            finish_run(session, work.run.id, state, reason, who=who_is_here())
     except StoreError as error:
         # what stopped the run matters more than that the catalogue cannot say so
         raise StoreError(
@@ -307,7 +305,7 @@ def _check_same(
 
 def _reset(sequence: Sequence, instruments: Instruments, observer: Observer) -> str | None:
     """Reset the tester where it is needed and has tripped; what was done, in words."""
-    if sequence.sweep is None:
+    if not sequence.sine_steps:
         return None
     with instruments.tester() as tester, tester.telling(observer):
         tripped = tester.status().interlocks
@@ -315,12 +313,3 @@ def _reset(sequence: Sequence, instruments: Instruments, observer: Observer) -> 
             return None
         tester.reset()
     return f"tester reset after {names_of(tripped)}"
-
-
-def _who() -> str:
-    """Person, computer and process, for the history of a run."""
-    try:
-        person = getpass.getuser()
-    except (KeyError, OSError):  # a computer without names for its users
-        person = "somebody"
-    return f"{person}@{socket.gethostname()}, process {os.getpid()}"

@@ -101,6 +101,14 @@ class Frequencies(_Document):
         return tuple(self.first + index * self.step for index in range(count))
 
 
+def _check_sample_rate(sample_rate: float, frequencies: Frequencies) -> None:
+    if sample_rate < SAMPLES_A_CYCLE * frequencies.last:
+        raise ValueError(
+            f"sample_rate {sample_rate:g} Hz is less than {SAMPLES_A_CYCLE} times the highest frequency, "
+            f"{frequencies.last:g} Hz"
+        )
+
+
 Configuration = Literal["compression", "shear", "angled"]
 
 
@@ -130,11 +138,7 @@ class SweepStep(_Document):
 
     @model_validator(mode="after")
     def _resolves_harmonics(self) -> SweepStep:
-        if self.sample_rate < SAMPLES_A_CYCLE * self.frequencies.last:
-            raise ValueError(
-                f"sample_rate {self.sample_rate:g} Hz is less than {SAMPLES_A_CYCLE} times the highest frequency, "
-                f"{self.frequencies.last:g} Hz"
-            )
+        _check_sample_rate(self.sample_rate, self.frequencies)
         return self
 
     @property
@@ -142,6 +146,38 @@ class SweepStep(_Document):
         """How many sine points the sweep has."""
         series = len(self.specimens) * len(self.configurations) * len(self.amplitudes_pp_mm)
         return series * len(self.frequencies.values)
+
+
+class BlankStep(_Document):
+    """Sines on something known in place of a specimen: they tell what the tester itself adds."""
+
+    step: Literal["blank"]
+    piece: str = Field(default="blank", min_length=1, description="what the operator is to put in: blank, empty, mass")
+    stiffness: float | None = Field(
+        default=None, ge=0, description="N/m; 0 where there is none; leave it out where it is rigid beside the frame"
+    )
+    stiffness_standard_error: float = Field(default=0.0, ge=0, description="N/m")
+    mass: float = Field(default=0.0, ge=0, description="of the piece, that moves with the fixture, kg")
+    amplitude_pp_mm: float = Field(default=0.01, gt=0)
+    preset_mm: float = Field(default=0.0, ge=0)
+    frequencies: Frequencies = Frequencies(first=20.0, last=200.0, step=20.0)
+    sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+
+    @model_validator(mode="after")
+    def _resolves_harmonics(self) -> BlankStep:
+        _check_sample_rate(self.sample_rate, self.frequencies)
+        return self
+
+    @model_validator(mode="after")
+    def _knows_the_error_of_something(self) -> BlankStep:
+        if self.stiffness_standard_error and not self.stiffness:
+            raise ValueError("stiffness_standard_error belongs to a stiffness; give that, too")
+        return self
+
+    @property
+    def points(self) -> int:
+        """How many sine points the step has."""
+        return len(self.frequencies.values)
 
 
 class WaitStep(_Document):
@@ -167,7 +203,8 @@ class SoakStep(_Document):
         return self
 
 
-Step = Annotated[HammerStep | SweepStep | WaitStep | SoakStep, Field(discriminator="step")]
+Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep, Field(discriminator="step")]
+SineStep = SweepStep | BlankStep
 
 
 class Sequence(_Document):
@@ -188,6 +225,16 @@ class Sequence(_Document):
     def sweep(self) -> SweepStep | None:
         """The sweep, if there is one."""
         return next((step for step in self.steps if isinstance(step, SweepStep)), None)
+
+    @property
+    def sine_steps(self) -> tuple[tuple[SineStep, int], ...]:
+        """The steps on the tester in order, each with the order number of its first sine point."""
+        found, first = list[tuple[SineStep, int]](), 1
+        for step in self.steps:
+            if isinstance(step, SineStep):
+                found.append((step, first))
+                first += step.points
+        return tuple(found)
 
     def with_seed(self) -> Sequence:
         """The sequence with a seed drawn for a sweep that is to be shuffled and has none; that is what is stored."""
@@ -210,6 +257,9 @@ class Sequence(_Document):
                     raise ValueError(f"hammer step: no node for {', '.join(beyond)}; the article has {nodes} nodes")
             elif isinstance(step, SweepStep) and (unknown := set(step.specimens) - joints):
                 raise ValueError(f"sweep step: no joint {', '.join(sorted(unknown))} in the article")
+        pieces = [step.piece for step in self.steps if isinstance(step, BlankStep)]
+        if len(set(pieces)) < len(pieces) or joints & set(pieces):
+            raise ValueError(f"blank steps: pieces {', '.join(pieces)} have to differ, also from the joints")
         if sum(isinstance(step, SweepStep) for step in self.steps) > 1:
             raise ValueError("steps: more than one sweep; put all specimens and amplitudes into one")
         return self

@@ -9,12 +9,13 @@ from daq.errors import ChannelError
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
 from rig.registers import MAP_VERSION, State
-from rig.sequence import DISPLACEMENT, FORCE, HammerStep, Sequence, SoakStep, Step, SweepStep
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step
 from rig.sweep import SweepPlan
 from rig.tester_limits import TesterLimits
 from rig.tester_status import TesterTrippedError, names_of
 from rig.waiting import Soak
 from store.instruments import Instrument
+from store.sine_records import BLANK
 
 
 def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
@@ -27,7 +28,7 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
     for step in sequence.steps:
         if isinstance(step, HammerStep):
             hammer_settings(step)
-        elif isinstance(step, SweepStep):
+        elif isinstance(step, SineStep):
             sweep_plan(step).check(limits)
 
 
@@ -40,12 +41,12 @@ def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Ins
     found = []
     with instruments.acquisition() as (chassis, thermometer):
         for step in sequence.steps:
-            if isinstance(step, HammerStep | SweepStep):
+            if isinstance(step, HammerStep | SineStep):
                 chassis.verify(channels_of(step, instruments))
         thermometer.celsius()
         found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
-    if sequence.sweep is not None:
+    if sequence.sine_steps:
         with instruments.tester() as tester:
             tester.stop()  # it is at rest: what counts is that it obeys
             if tester.state() is State.TRIPPED:
@@ -73,8 +74,17 @@ def hammer_settings(step: HammerStep) -> HammerSettings:
     )
 
 
-def sweep_plan(step: SweepStep) -> SweepPlan:
-    """The plan that a sweep step asks for; seed 0 stands for one that is drawn when a run begins."""
+def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
+    """The plan that a sweep or blank step asks for; seed 0 stands for one that is drawn when a run begins."""
+    if isinstance(step, BlankStep):
+        return SweepPlan(
+            frequencies=step.frequencies.values,
+            amplitudes_pp=(step.amplitude_pp_mm * 1e-3,),
+            preset=step.preset_mm * 1e-3,
+            configurations=(BLANK,),
+            specimens=(step.piece,),
+            first_number=first_number,
+        )
     return SweepPlan(
         frequencies=step.frequencies.values,
         amplitudes_pp=tuple(amplitude * 1e-3 for amplitude in step.amplitudes_pp_mm),
@@ -83,6 +93,7 @@ def sweep_plan(step: SweepStep) -> SweepPlan:
         specimens=step.specimens,
         order=step.order,
         seed=step.seed or 0,
+        first_number=first_number,
     )
 
 
@@ -91,7 +102,7 @@ def soak_settings(step: SoakStep) -> Soak:
     return Soak(step.band_celsius, step.seconds, step.limit_seconds, step.celsius)
 
 
-def channels_of(step: HammerStep | SweepStep, instruments: Instruments) -> tuple[Channel, ...]:
+def channels_of(step: HammerStep | SineStep, instruments: Instruments) -> tuple[Channel, ...]:
     """The channels of a step.
 
     Raises:
@@ -110,10 +121,10 @@ def channels_of(step: HammerStep | SweepStep, instruments: Instruments) -> tuple
 
 def channel_names(steps: tuple[Step, ...]) -> set[str]:
     """Names of all channels that `steps` record."""
-    return {name for step in steps if isinstance(step, HammerStep | SweepStep) for name in _channel_names(step)}
+    return {name for step in steps if isinstance(step, HammerStep | SineStep) for name in _channel_names(step)}
 
 
-def _channel_names(step: HammerStep | SweepStep) -> tuple[str, str]:
+def _channel_names(step: HammerStep | SineStep) -> tuple[str, str]:
     if isinstance(step, HammerStep):
         return step.hammer, step.accelerometer
     return DISPLACEMENT, FORCE

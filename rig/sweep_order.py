@@ -27,7 +27,7 @@ class Order(StrEnum):
 
 @dataclass(frozen=True)
 class Sine:
-    """One point to measure: its number in the sweep from 1, amplitude in m peak to peak, frequency in Hz."""
+    """One point to measure: its number in the run from 1, amplitude in m peak to peak, frequency in Hz."""
 
     order_number: int
     amplitude_pp: float
@@ -50,12 +50,14 @@ def in_order(
     frequencies: Sequence[float],
     order: Order = Order.SEQUENTIAL,
     seed: int = 0,
+    first_number: int = 1,
 ) -> tuple[Mounting, ...]:
     """Every specimen in every configuration at every amplitude (m peak to peak) and frequency (Hz), each once.
 
-    `seed` draws what `order` shuffles: the mountings, the amplitudes of each mounting, the frequencies of each series.
+    Points are numbered from `first_number`. `seed` draws what `order` shuffles: the mountings, the amplitudes of each
+    mounting, the frequencies of each series.
     """
-    draws, numbers = Random(seed), count(1)
+    draws, numbers = Random(seed), count(first_number)
     levels = list(Order)
     shuffled = levels[: levels.index(order) + 1]
 

@@ -14,6 +14,8 @@ from store.runs import specimen_id
 from store.waveform import WaveformReference
 
 CONFIGURATIONS = ("compression", "shear", "angled")
+BLANK = "blank"
+"""Configuration of a known piece in place of a specimen, by which the tester is calibrated."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +24,8 @@ class SineRecord:
 
     Attributes:
         order_number: the order of measuring within the run, from 1; a point that is taken again gets a new one.
-        specimen: the joint (I or II) whose cylinders are tested.
-        configuration: compression, shear or angled.
+        specimen: the joint (I or II) whose cylinders are tested, or the name of a known piece.
+        configuration: compression, shear or angled; blank for a known piece.
         commanded_pp_mm: commanded peak-to-peak amplitude, mm.
         reached_pp_mm: reached peak-to-peak amplitude, mm.
         frequency: Hz.
@@ -54,8 +56,9 @@ def add_sine_record(session: Session, run_id: int, record: SineRecord) -> int:
         StoreError: the configuration is unknown, or the waveform is of another run.
     """
     article, waveform_file = _run(session, run_id)
-    if record.configuration not in CONFIGURATIONS:
-        raise StoreError(f"configuration {record.configuration!r} is none of {', '.join(CONFIGURATIONS)}")
+    known = (*CONFIGURATIONS, BLANK)
+    if record.configuration not in known:
+        raise StoreError(f"configuration {record.configuration!r} is none of {', '.join(known)}")
     if record.waveform is not None and record.waveform.file != waveform_file:
         raise StoreError(f"sine record {record.order_number}: waveform {record.waveform} is not of run {run_id}")
     row = models.SineRecord(

@@ -12,7 +12,7 @@ from store.models.base import Base, Recorded
 
 
 class Specimen(Recorded, Base):
-    """One joint's cylinders; `article` is the test article they belong to, `name` the joint."""
+    """One joint's cylinders, or a known piece; `article` is the test article they belong to, `name` the joint."""
 
     __tablename__ = "specimens"
     __table_args__ = (UniqueConstraint("article", "name"),)

@@ -332,10 +332,10 @@ WAIT, SOAK = {"step": "wait", "seconds": 1}, {"step": "soak"}
 @pytest.mark.parametrize(
     ("points", "sines", "left"),
     [
-        ({}, 0, ["wait", "hammer 1", "soak", "hammer 2", "wait", "sweep", "wait"]),
-        ({(1, "5y"): 2, (1, "1x"): 1}, 0, ["wait", "hammer 1", "soak", "hammer 2", "wait", "sweep", "wait"]),
-        ({(1, "5y"): 2, (1, "1x"): 2}, 0, ["soak", "hammer 2", "wait", "sweep", "wait"]),
-        ({(1, "5y"): 2, (1, "1x"): 2, (2, "6y"): 2}, 1, ["wait", "sweep", "wait"]),
+        ({}, 0, ["wait", "hammer 1", "soak", "hammer 2", "wait", "sweep 1", "wait"]),
+        ({(1, "5y"): 2, (1, "1x"): 1}, 0, ["wait", "hammer 1", "soak", "hammer 2", "wait", "sweep 1", "wait"]),
+        ({(1, "5y"): 2, (1, "1x"): 2}, 0, ["soak", "hammer 2", "wait", "sweep 1", "wait"]),
+        ({(1, "5y"): 2, (1, "1x"): 2, (2, "6y"): 2}, 1, ["wait", "sweep 1", "wait"]),
         ({(1, "5y"): 2, (1, "1x"): 2, (2, "6y"): 2}, 2, ["wait"]),
     ],
 )
@@ -350,6 +350,27 @@ def test_waits_are_done_again_where_the_step_they_serve_has_something_left(
     )
     found = measured.left_of(sequence_from(document))
     assert [f"{step.step} {number}" if number else step.step for step, number in found] == left
+
+
+BLANK = {"step": "blank", "frequencies": {"first": 20, "last": 60, "step": 20}}
+
+
+@pytest.mark.parametrize(
+    ("sines", "left"),
+    [
+        (set(), ["blank 1", "sweep 4", "blank 6"]),
+        ({1, 2}, ["blank 1", "sweep 4", "blank 6"]),
+        ({1, 2, 3}, ["sweep 4", "blank 6"]),
+        ({1, 2, 3, 4, 5}, ["blank 6"]),
+        (set(range(1, 9)), []),
+    ],
+)
+def test_blanks_and_the_sweep_share_one_row_of_order_numbers(
+    sines: set[int], left: list[str], document: dict[str, Any]
+) -> None:
+    document["steps"] = [BLANK, document["steps"][1], BLANK | {"piece": "empty", "stiffness": 0}]
+    found = Measured(sines=frozenset(sines)).left_of(sequence_from(document))
+    assert [f"{step.step} {number}" for step, number in found] == left
 
 
 def test_a_seed_needs_an_order_to_draw(document: dict[str, Any]) -> None:

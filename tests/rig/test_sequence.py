@@ -74,6 +74,42 @@ def test_a_sequence_has_a_json_schema_that_knows_both_steps() -> None:
     assert schema["additionalProperties"] is False
 
 
+def blank(**fields: Any) -> Any:
+    return changed(("steps",), [{"step": "blank"} | fields, *PLAIN["steps"]])
+
+
+def test_a_blank_is_a_sweep_of_one_mounting_whose_numbers_come_first() -> None:
+    sequence = sequence_from(blank(stiffness=2e8, amplitude_pp_mm=0.02))
+    (step, first), (sweep, next_first) = sequence.sine_steps
+    assert (first, next_first) == (1, 11)
+    plan = sweep_plan(step, first)
+    assert (plan.specimens, plan.configurations, plan.preset) == (("blank",), ("blank",), 0.0)
+    assert (plan.amplitudes_pp, plan.frequencies[0], plan.frequencies[-1]) == ((2e-5,), 20.0, 200.0)
+    numbers = [sine.order_number for mounting in sweep_plan(sweep, next_first).mountings() for sine in mounting.sines]
+    assert numbers == list(range(11, 731))
+    check_plan(sequence, TesterLimits())
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"piece": "I"}, "have to differ, also from the joints"),
+        ({"stiffness": -1.0}, "greater than or equal to 0"),
+        ({"stiffness_standard_error": 1e6}, "belongs to a stiffness; give that, too"),
+        ({"sample_rate": 1999.0}, "less than 10 times the highest frequency, 200 Hz"),
+        ({"brick": 1}, "Extra inputs are not permitted"),
+    ],
+)
+def test_a_blank_that_cannot_calibrate_is_refused(fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(SequenceError, match=re.escape(words)):
+        sequence_from(blank(**fields))
+
+
+def test_two_pieces_of_one_name_are_refused() -> None:
+    with pytest.raises(SequenceError, match="pieces blank, blank have to differ"):
+        sequence_from(changed(("steps",), [{"step": "blank"}, {"step": "blank"}]))
+
+
 def test_steps_are_asked_for_in_si() -> None:
     hammer = HammerStep(step="hammer", blows=3, weakest_peak=20.0, highest_frequency=800.0)
     asked = hammer_settings(hammer)

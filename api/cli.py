@@ -8,7 +8,18 @@ import typer
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from api.commands import configuration, demo, exchange, identification, reporting, sequences, service, simulate, store
+from api.commands import (
+    configuration,
+    demo,
+    exchange,
+    identification,
+    keys,
+    reporting,
+    sequences,
+    service,
+    simulate,
+    store,
+)
 from api.errors import EXPECTED, exit_code
 
 INTERRUPTED = 130
@@ -21,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for module in (demo, simulate, sequences, exchange, identification, reporting, service, store, configuration):
+for module in (demo, simulate, sequences, exchange, identification, reporting, service, keys, store, configuration):
     module.register(app)
 
 

@@ -17,6 +17,10 @@ class ApiError(Exception):
     """A request that cannot be met as it stands; the message says what to change."""
 
 
+class ConflictError(ApiError):
+    """What is asked for does not go with how things stand now; the message says how they stand."""
+
+
 class SettingsError(ApiError):
     """The configuration is missing or does not fit."""
 

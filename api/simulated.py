@@ -9,7 +9,7 @@ from analysis.dof import Dof
 from api.errors import ApiError
 from api.settings import ChannelSettings, Settings
 from simlab.hand_server import Hand
-from simlab.laboratory import Addresses
+from simlab.laboratory import Addresses, LaboratoryProcess
 
 # The channel table of the simulated laboratory, as its calibration certificates would read.
 CHANNELS = (
@@ -74,6 +74,18 @@ def simulated_settings(addresses: Addresses, **others: Any) -> Settings:
         channels=CHANNELS,
         **others,
     )
+
+
+def simulated_laboratory(seed: int, speed: float) -> LaboratoryProcess:
+    """A simulated laboratory in a process of its own.
+
+    Raises:
+        ApiError: it did not start.
+    """
+    try:
+        return LaboratoryProcess(seed, speed)
+    except RuntimeError as error:
+        raise ApiError(str(error)) from error
 
 
 class SimulatedOperator:

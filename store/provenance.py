@@ -1,9 +1,12 @@
-"""Where a stored row comes from: the software's version and a hash of the configuration."""
+"""Where a stored row comes from: the software's version, a hash of the configuration, and who was at it."""
 
 from __future__ import annotations
 
+import getpass
 import hashlib
 import json
+import os
+import socket
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -41,3 +44,12 @@ def configuration_hash(document: Any) -> str:
     to_json(document)
     canonical = json.dumps(document, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def who_is_here() -> str:
+    """Person, computer and process, for histories."""
+    try:
+        person = getpass.getuser()
+    except (KeyError, OSError):  # a computer without names for its users
+        person = "somebody"
+    return f"{person}@{socket.gethostname()}, process {os.getpid()}"

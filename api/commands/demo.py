@@ -22,11 +22,10 @@ from api.identification.source import measurement_of_run
 from api.operator import SequenceProgress
 from api.progress import on_terminal
 from api.report.page import write_report
-from api.simulated import SimulatedOperator, simulated_settings
+from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
 from rig.run import run_sequence
 from simlab.hand_server import Hand
-from simlab.laboratory import LaboratoryProcess
 
 FASTEST = 100.0  # at higher speeds the wires take the time, not the bench
 
@@ -69,7 +68,7 @@ def demo(
     watch = Stopwatch()
     started = time.perf_counter()
     with watch.stage("start"):
-        laboratory = _started(seed, speed)
+        laboratory = simulated_laboratory(seed, speed)
     with laboratory:
         settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
         with open_catalogue(settings) as catalogue:
@@ -94,13 +93,6 @@ def demo(
     stages = ", ".join(f"{name} {seconds:.1f}" for name, seconds in watch.seconds.items())
     out.print(f"seconds: {stages}")
     out.print(f"{folder / 'report.html'}, {folder / 'summary.json'}, {folder / 'jointlab.db'} (run {run})")
-
-
-def _started(seed: int, speed: float) -> LaboratoryProcess:
-    try:
-        return LaboratoryProcess(seed, speed)
-    except RuntimeError as error:
-        raise ApiError(str(error)) from error
 
 
 def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:

@@ -1,16 +1,28 @@
-"""`jointlab serve`: the REST service."""
+"""`jointlab serve`: the REST service, in front of the configured instruments or simulated ones."""
 
 from __future__ import annotations
 
+import ipaddress
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
 import uvicorn
 
-from api.commands.terminal import open_catalogue, out
+from api.commands.terminal import instruments_of, open_catalogue, out
 from api.errors import ApiError
-from api.service import create_service
+from api.runs.manager import RunManager
+from api.service.application import create_app
+from api.service.context import Services
+from api.settings import Settings, load_settings
+from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
+from rig.operator import Operator
+from store.catalogue import Catalogue
+from store.keys import count_keys
+
+LOOPBACK = "127.0.0.1"
 
 
 def register(app: typer.Typer) -> None:
@@ -19,17 +31,69 @@ def register(app: typer.Typer) -> None:
 
 
 def serve(
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on the loopback address; 0: any free one.")] = 8000,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free one.")] = 8000,
+    host: Annotated[
+        str, typer.Option(help="Address; any but the loopback address needs keys: jointlab key create.")
+    ] = LOOPBACK,
+    simulated: Annotated[bool, typer.Option("--simulated", help="Drive simulated instruments, started here.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Which simulated bench is drawn.")] = 1,
+    speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Simulated bench time over wall time.")] = 1.0,
 ) -> None:
-    """Serve runs and results over REST on the loopback address, until interrupted (Ctrl-C)."""
-    with open_catalogue() as catalogue, _listening(port) as listener:
-        out.print(f"http://127.0.0.1:{listener.getsockname()[1]}/api/health, catalogue {catalogue.address}")
-        config = uvicorn.Config(create_service(catalogue), log_level="warning")
+    """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
+    with (
+        _laboratory(load_settings(), simulated, seed, speed) as (settings, hands),
+        open_catalogue(settings) as catalogue,
+        _listening(host, port) as listener,
+    ):
+        loopback = is_loopback(host)
+        if not loopback:
+            _refuse_without_keys(catalogue, host)
+        services = Services(catalogue, _runs(catalogue, settings, hands), loopback)
+        name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
+        out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
+        config = uvicorn.Config(create_app(services), log_level="warning", timeout_graceful_shutdown=5)
         uvicorn.Server(config).run(sockets=[listener])
 
 
-def _listening(port: int) -> socket.socket:
+def is_loopback(host: str) -> bool:
+    """Whether only this computer reaches `host`."""
     try:
-        return socket.create_server(("127.0.0.1", port))
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@contextmanager
+def _laboratory(
+    settings: Settings, simulated: bool, seed: int, speed: float
+) -> Iterator[tuple[Settings, Operator | None]]:
+    """The settings to work with, and hands where the bench is simulated."""
+    if not simulated:
+        yield settings, None
+        return
+    with simulated_laboratory(seed, speed) as laboratory:
+        where = {"database_url": settings.database_url, "waveform_folder": settings.waveform_folder}
+        yield simulated_settings(laboratory.addresses, **where), SimulatedOperator(laboratory.hand)
+
+
+def _runs(catalogue: Catalogue, settings: Settings, hands: Operator | None) -> RunManager | None:
+    """The run manager; none where no channel is configured, and the service only reads."""
+    return RunManager(catalogue, instruments_of(settings), hands) if settings.channels else None
+
+
+def _refuse_without_keys(catalogue: Catalogue, host: str) -> None:
+    with catalogue.reading() as session:
+        if count_keys(session) == 0:
+            raise ApiError(
+                f"on {host} whoever reaches this computer could move the machine; make keys first "
+                "(jointlab key create), or serve on the loopback address"
+            )
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
     except OSError as error:
-        raise ApiError(f"port {port} cannot be used: {error.strerror or error}; name another with --port") from error
+        why = error.strerror or str(error)
+        raise ApiError(f"port {port} of {host} cannot be used: {why}; name another with --port or --host") from error

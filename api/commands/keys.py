@@ -1,0 +1,73 @@
+"""`jointlab key`: make, list and revoke the keys by which the service knows people and programs."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from typing import Annotated
+
+import typer
+from rich.table import Table
+from sqlalchemy.orm import Session
+
+from api.commands.terminal import open_catalogue, out
+from store.audit import add_audit_entry
+from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
+from store.provenance import who_is_here
+
+commands = typer.Typer(name="key", help="Make, list and revoke keys of the service.", no_args_is_help=True)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.add_typer(commands)
+
+
+@commands.command()
+def create(
+    name: Annotated[str, typer.Argument(help="Whose it is, such as a person, a page or a test sequence.")],
+    scopes: Annotated[list[Scope], typer.Option("--scope", help="What it opens; may be given several times.")],
+    days: Annotated[int | None, typer.Option(min=1, max=36500, help="It ends after so many days.")] = None,
+) -> None:
+    """Make a key and show it: this once, because only a hash of it is kept."""
+    ends = None if days is None else datetime.now(UTC) + timedelta(days=days)
+    with open_catalogue() as catalogue, catalogue.writing() as session:
+        key, secret = add_key(session, name, scopes, ends)
+        _note(session, "create key", key)
+    out.print(secret)
+
+
+@commands.command("list")
+def list_() -> None:
+    """List the keys, newest first, without their secrets."""
+    with open_catalogue() as catalogue, catalogue.reading() as session:
+        keys = list_keys(session, limit=10_000)
+    table = Table("key", "name", "scopes", "made (UTC)", "ends (UTC)", "", box=None)
+    for key in keys:
+        table.add_row(
+            str(key.id), key.name, " ".join(sorted(key.scopes)), _minute(key.created_at), _minute(key.expires_at),
+            _standing(key),
+        )  # fmt: skip
+    out.print(table)
+
+
+@commands.command()
+def revoke(number: Annotated[int, typer.Argument(metavar="KEY", min=1, max=999_999_999, help="Its number.")]) -> None:
+    """Let a key open nothing from now on."""
+    with open_catalogue() as catalogue, catalogue.writing() as session:
+        key = revoke_key(session, number)
+        _note(session, "revoke key", key)
+    out.print(f"key {key.id} ({key.name}) revoked")
+
+
+def _note(session: Session, action: str, key: ApiKey) -> None:
+    add_audit_entry(session, who=who_is_here(), action=action, target=f"key {key.id} ({key.name})", outcome="done")
+
+
+def _minute(at: datetime | None) -> str:
+    return "" if at is None else f"{at:%Y-%m-%d %H:%M}"
+
+
+def _standing(key: ApiKey) -> str:
+    if key.revoked_at is not None:
+        return "revoked"
+    return "valid" if key.is_valid(datetime.now(UTC)) else "ended"

@@ -1,0 +1,46 @@
+"""What the service tells beside what a sequence tells of itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rig.operator import Event
+
+
+@dataclass(frozen=True)
+class OperatorAsked(Event):
+    """The operator is asked to do something, in `text`; what waits goes on with the answer to prompt `number`."""
+
+    number: int
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class OperatorAnswered(Event):
+    """Prompt `number` was answered, or is no longer asked."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class RunStopping(Event):
+    """A stop of run `run_id` was asked for."""
+
+    run_id: int | None
+
+
+@dataclass(frozen=True)
+class RunEnded(Event):
+    """Run `run_id` ended as `state`, for `reason`; None is a run that never began."""
+
+    run_id: int | None
+    state: str
+    reason: str | None
+
+
+@dataclass(frozen=True)
+class LeaseChanged(Event):
+    """`holder` drives the rig from now on; None is nobody."""
+
+    holder: str | None

@@ -1,0 +1,103 @@
+"""The journal of the rig: the latest events, numbered, for whoever watches, in whichever thread or event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, fields
+from datetime import UTC, datetime
+from typing import Any
+from uuid import uuid4
+
+from analysis.dof import Dof
+from rig.operator import Event
+
+KEPT = 5_000
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One event.
+
+    Attributes:
+        number: counts from 1.
+        at: UTC.
+        name: the event's class, such as BlowAccepted.
+        data: its fields as plain values; a point is written 3y.
+    """
+
+    number: int
+    at: datetime
+    name: str
+    data: dict[str, Any]
+
+
+class Journal:
+    """Events in the order of happening; the oldest are forgotten. An observer of a sequence.
+
+    Attributes:
+        epoch: names this journal; numbers of another one, of before the program was started anew, mean nothing here.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self.epoch = uuid4().hex[:8]
+        self._entries = deque[Entry](maxlen=kept)
+        self._latest = 0
+        self._closed = False
+        self._lock = threading.Lock()
+        self._waiting = set[tuple[asyncio.AbstractEventLoop, asyncio.Event]]()
+
+    def __call__(self, event: Event) -> None:
+        """Note `event` and wake whoever follows."""
+        with self._lock:
+            self._latest += 1
+            self._entries.append(Entry(self._latest, datetime.now(UTC), type(event).__name__, plain_fields(event)))
+            self._wake()
+
+    @property
+    def latest(self) -> int:
+        """Number of the latest event; 0 before the first."""
+        return self._latest
+
+    def after(self, number: int) -> list[Entry]:
+        """The events after `number` that are not forgotten, oldest first."""
+        with self._lock:
+            return [entry for entry in self._entries if entry.number > number]
+
+    async def follow(self, after: int) -> AsyncIterator[Entry]:
+        """Every event after `after` as it happens, until the journal is closed; one too slow misses the forgotten."""
+        happened = asyncio.Event()
+        waiting = (asyncio.get_running_loop(), happened)
+        with self._lock:
+            self._waiting.add(waiting)
+        try:
+            while True:
+                happened.clear()
+                for entry in self.after(after):
+                    after = entry.number
+                    yield entry
+                if self._closed:
+                    return
+                await happened.wait()
+        finally:
+            with self._lock:
+                self._waiting.discard(waiting)
+
+    def close(self) -> None:
+        """End whoever follows."""
+        with self._lock:
+            self._closed = True
+            self._wake()
+
+    def _wake(self) -> None:
+        for loop, happened in self._waiting:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(happened.set)
+
+
+def plain_fields(event: Event) -> dict[str, Any]:
+    """The fields of an event as values that JSON has."""
+    values = {field.name: getattr(event, field.name) for field in fields(event)}
+    return {name: str(value) if isinstance(value, Dof) else value for name, value in values.items()}

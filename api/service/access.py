@@ -1,0 +1,102 @@
+"""Who may do what: a key in the `Authorization` header, and the scope that each route asks for.
+
+A service on the loopback address of a computer on which no key was ever made is open to whoever sits there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Annotated, Any
+
+from fastapi import Depends, Header, Request
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+
+from api.runs.manager import RunManager
+from api.service.context import Context, Services, rig
+from api.service.problems import AccessError
+from store.keys import Scope, count_keys, find_key
+
+LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+_bearer = HTTPBearer(
+    auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
+)
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Whoever asks.
+
+    Attributes:
+        name: for the audit log and the history of runs.
+        scopes: what is open to them.
+    """
+
+    name: str
+    scopes: frozenset[Scope]
+
+
+def authenticate(context: Services, secret: str | None, host: str | None) -> Caller:
+    """The caller with this key, or whoever sits at the computer where no key is needed.
+
+    Args:
+        context: of the service that is asked.
+        secret: of the key; None where none was given.
+        host: that the caller believes to ask; a page of somebody else's, under a name of theirs, is not at home here.
+
+    Raises:
+        AccessError: the key is unknown, has ended or was revoked, or one is needed.
+    """
+    with context.catalogue.reading() as session:
+        key = None if secret is None else find_key(session, secret)
+        is_open = secret is None and context.loopback and host in LOOPBACK_NAMES and count_keys(session) == 0
+    if is_open:
+        return Caller("at this computer", frozenset(Scope))
+    if secret is None:
+        raise AccessError(401, "give a key: Authorization: Bearer jl_...; jointlab key create makes one")
+    if key is None:
+        raise AccessError(401, "this key is not known here; jointlab key create makes one")
+    if key.revoked_at is not None:
+        raise AccessError(401, f"key {key.id} ({key.name}) was revoked at {key.revoked_at:%Y-%m-%d %H:%M} UTC")
+    if not key.is_valid(datetime.now(UTC)):
+        raise AccessError(401, f"key {key.id} ({key.name}) ended at {key.expires_at:%Y-%m-%d %H:%M} UTC")
+    return Caller(f"key {key.id} ({key.name})", key.scopes)
+
+
+def caller(
+    request: Request, context: Context, given: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]
+) -> Caller:
+    """Whoever sent a request."""
+    return authenticate(context, None if given is None else given.credentials, request.url.hostname)
+
+
+def needs(scope: Scope) -> Any:
+    """A dependency: the caller, if `scope` is open to them."""
+
+    def check(who: Annotated[Caller, Depends(caller)]) -> Caller:
+        if scope not in who.scopes:
+            held = ", ".join(sorted(who.scopes))
+            raise AccessError(403, f"this needs the scope {scope}; {who.name} has {held}")
+        return who
+
+    return Depends(check)
+
+
+Reader = Annotated[Caller, needs(Scope.READ)]
+Analyst = Annotated[Caller, needs(Scope.ANALYSE)]
+Controller = Annotated[Caller, needs(Scope.CONTROL)]
+Engineer = Annotated[Caller, needs(Scope.ENGINEER)]
+Admin = Annotated[Caller, needs(Scope.ADMIN)]
+
+
+def driver(
+    who: Controller,
+    runs: Annotated[RunManager, Depends(rig)],
+    token: Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")] = None,
+) -> Caller:
+    """The caller, if they hold the control lease of the rig."""
+    runs.lease.check(token)
+    return who
+
+
+Driver = Annotated[Caller, Depends(driver)]

@@ -1,0 +1,57 @@
+"""The application: every resource under /api, problems for errors, and documentation without an outside network."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+from fastapi import APIRouter, FastAPI
+from fastapi_offline import FastAPIOffline
+
+from api.service.context import Services
+from api.service.problems import Problem, handle_problems
+from api.service.resources import health, rig, runs, sequences
+from store.provenance import software_version
+
+RESOURCES: tuple[APIRouter, ...] = tuple(module.router for module in (health, rig, runs, sequences))
+
+DESCRIPTION = """
+Measures elastomeric joints and identifies their stiffness k, structural damping h and loss factor gamma.
+
+SI units; a field whose unit is another says so, and every quantity has its unit as `x-unit`. Times are UTC. Errors are
+problem documents (RFC 9457). Lists come in pages. What acts needs an `Idempotency-Key`, and what drives the rig the
+control lease; STOP needs nothing.
+"""
+
+
+def create_app(services: Services) -> FastAPI:
+    """The application in front of `services`; when it is shut down, the rig is brought to rest."""
+
+    @asynccontextmanager
+    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        yield
+        if services.runs is not None:
+            services.runs.close()
+
+    app = FastAPIOffline(
+        title="Jointlab", version=software_version(), description=DESCRIPTION.strip(), lifespan=lifespan
+    )  # fmt: skip
+    app.state.services = services
+    for router in RESOURCES:
+        app.include_router(router, prefix="/api")
+    handle_problems(app)
+    _describe_problems(app)
+    return app
+
+
+def _describe_problems(app: FastAPI) -> None:
+    """Put the problem document, to which every route refers, into the schema."""
+    made = app.openapi
+
+    def openapi() -> dict[str, Any]:
+        schema = made()
+        schema["components"]["schemas"].setdefault("Problem", Problem.model_json_schema())
+        return schema
+
+    app.openapi = openapi  # type: ignore[method-assign]  # as FastAPI's documentation extends a schema

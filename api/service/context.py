@@ -1,0 +1,50 @@
+"""What every route works with: the catalogue, the rig's run manager and the queue of jobs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from api.errors import ConflictError
+from api.runs.manager import RunManager
+from store.catalogue import Catalogue
+
+
+@dataclass(frozen=True)
+class Services:
+    """The parts that a service stands in front of.
+
+    Attributes:
+        catalogue: runs and results.
+        runs: drives the rig; None where this service only reads.
+        loopback: whether nobody outside this computer can reach the service.
+    """
+
+    catalogue: Catalogue
+    runs: RunManager | None = None
+    loopback: bool = True
+
+
+def services(request: Request) -> Services:
+    """The services of the application that a request came to."""
+    found: Services = request.app.state.services
+    return found
+
+
+Context = Annotated[Services, Depends(services)]
+
+
+def rig(context: Context) -> RunManager:
+    """The run manager.
+
+    Raises:
+        ConflictError: this service drives no rig.
+    """
+    if context.runs is None:
+        raise ConflictError("this service drives no rig: its channel table is empty; write [[channels]], start it anew")
+    return context.runs
+
+
+Rig = Annotated[RunManager, Depends(rig)]

@@ -1,0 +1,38 @@
+"""What documents of several resources have in common: names, numbers and quantities with their units."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+from fastapi import Path
+from pydantic import BeforeValidator, Field, StringConstraints
+
+from api.service.pages import LARGEST
+from rig.sequence import Sequence
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]{0,99}$")]
+Words = Annotated[str, StringConstraints(pattern=r"^[^\x00-\x1f\x7f]{1,500}$")]
+"""Text that a person writes, in one line."""
+
+
+def _by_way_of_json(value: Any) -> Any:
+    # where an array is a tuple; a sequence's article is strict about that
+    return Sequence.model_validate_json(json.dumps(value)) if isinstance(value, dict) else value
+
+
+WholeSequence = Annotated[Sequence, BeforeValidator(_by_way_of_json)]
+"""A sequence in the body of a request."""
+
+RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run")]
+
+
+def number_of(what: str) -> Any:
+    """A path parameter: the number of a row."""
+    return Path(ge=1, le=LARGEST, description=f"number of the {what}")
+
+
+def quantity(unit: str, description: str = "") -> Any:
+    """A field that holds a quantity: its unit is in the schema, as `x-unit` and in words."""
+    words = f"{description}, {unit}" if description else unit
+    return Field(description=words, json_schema_extra={"x-unit": unit})

@@ -1,0 +1,54 @@
+"""Entity tags: what a reader has already is not sent again, and nobody overwrites what they have not seen."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Coroutine
+from typing import Annotated, Any
+
+from fastapi import Header, Request, Response
+from fastapi.routing import APIRoute
+
+from api.service.problems import PreconditionError
+
+IfMatch = Annotated[
+    str | None, Header(alias="If-Match", description="the ETag that was read; refused where it has changed meanwhile")
+]
+
+
+def tag_of(body: bytes) -> str:
+    """The entity tag of a document."""
+    return f'"{hashlib.sha256(body).hexdigest()[:32]}"'
+
+
+def check_unchanged(if_match: str | None, tag: str | None) -> None:
+    """Let a change pass whose sender has seen what is there; `tag` is None where nothing is there yet.
+
+    Raises:
+        PreconditionError: it has changed meanwhile.
+    """
+    if if_match is None:
+        return
+    wanted = {each.strip() for each in if_match.split(",")}
+    if tag is None or ("*" not in wanted and tag not in wanted):
+        raise PreconditionError(f"If-Match is {if_match}, but it is {tag or 'not there'}; read it again")
+
+
+class TaggedRoute(APIRoute):
+    """A route whose JSON documents have an entity tag; a reader who sends it back gets 304 where nothing changed."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """The route's handler with tags."""
+        handle = super().get_route_handler()
+
+        async def tagged(request: Request) -> Response:
+            response = await handle(request)
+            if request.method != "GET" or response.status_code != 200 or response.media_type != "application/json":
+                return response
+            tag = tag_of(bytes(response.body))
+            if tag in {each.strip().removeprefix("W/") for each in request.headers.get("if-none-match", "").split(",")}:
+                return Response(status_code=304, headers={"ETag": tag})
+            response.headers["ETag"] = tag
+            return response
+
+        return tagged

@@ -1,0 +1,135 @@
+"""Errors as RFC 9457 has them: one problem document for whatever goes wrong, and its place in the schema."""
+
+from __future__ import annotations
+
+import logging
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+
+from analysis.errors import AnalysisError
+from api.errors import ApiError, ConflictError
+from daq.errors import ChannelError, DaqError
+from rig.errors import RigError
+from rig.hammer import HammerError
+from rig.measured import ResumeError
+from rig.sequence import SequenceError
+from rig.sweep import PlanError
+from rig.tester_limits import LimitExceededError
+from store.errors import DamagedError, NotFoundError, StoreError
+from store.run_lock import RunBusyError
+
+PROBLEM_JSON = "application/problem+json"
+log = logging.getLogger(__name__)
+
+
+class Problem(BaseModel):
+    """An error as RFC 9457 has it; `detail` says what was wrong, where, and what to do."""
+
+    type: str = "about:blank"
+    title: str
+    status: int = Field(ge=400, le=599)
+    detail: str
+
+
+class AccessError(Exception):
+    """The caller is not known (401), or may not do this (403)."""
+
+    def __init__(self, status: int, detail: str) -> None:
+        super().__init__(detail)
+        self.status = status
+
+
+class PreconditionError(Exception):
+    """What the caller has seen is no longer how things are."""
+
+
+TITLES = {
+    400: "The request cannot be read",
+    401: "Nobody known asks for this",
+    403: "This key does not open that",
+    404: "Not found",
+    409: "Not as things stand",
+    412: "It has changed meanwhile",
+    422: "The request does not fit",
+    500: "Something that nobody expected",
+    502: "An instrument does not answer or obey",
+    503: "The store does not answer",
+}
+
+# Which error means what to a caller; the first that fits counts.
+STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
+    (PreconditionError, 412),
+    (ConflictError, 409),
+    (ResumeError, 409),
+    (RunBusyError, 409),
+    (NotFoundError, 404),
+    (DamagedError, 500),
+    (StoreError, 503),
+    (ChannelError, 422),
+    (HammerError, 422),
+    (LimitExceededError, 422),
+    (PlanError, 422),
+    (SequenceError, 422),
+    (AnalysisError, 422),
+    (ApiError, 422),
+    (DaqError, 502),
+    (RigError, 502),
+)
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """What a route may answer beside success, for its `responses`: these, and what every route may."""
+    content = {PROBLEM_JSON: {"schema": {"$ref": "#/components/schemas/Problem"}}}
+    return {status: {"description": TITLES[status], "content": content} for status in sorted({422, 503, *statuses})}
+
+
+def status_of(error: Exception) -> int:
+    """HTTP status for an error: 500 for one that nobody expected."""
+    return next((status for kind, status in STATUS_OF if isinstance(error, kind)), 500)
+
+
+def handle_problems(service: FastAPI) -> None:
+    """Let every error of `service` become a problem document."""
+    for kind, _ in STATUS_OF:
+        service.add_exception_handler(kind, _expected)
+    service.add_exception_handler(AccessError, _refused)
+    service.add_exception_handler(HTTPException, _by_framework)
+    service.add_exception_handler(RequestValidationError, _unfit)
+    service.add_exception_handler(Exception, _unexpected)
+
+
+def problem(status: int, detail: str, headers: dict[str, str] | None = None) -> JSONResponse:
+    """A problem document as an answer."""
+    found = Problem(title=TITLES.get(status, HTTPStatus(status).phrase), status=status, detail=detail)
+    return JSONResponse(found.model_dump(), status, headers, PROBLEM_JSON)
+
+
+def _expected(_request: Request, error: Exception) -> JSONResponse:
+    return problem(status_of(error), str(error))
+
+
+def _refused(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, AccessError)
+    return problem(error.status, str(error), {"WWW-Authenticate": "Bearer"} if error.status == 401 else None)
+
+
+def _by_framework(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    headers = dict(error.headers or {})
+    return problem(error.status_code, f"{request.method} {request.url.path}: {error.detail}", headers)
+
+
+def _unfit(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    return problem(422, "; ".join(f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors()))
+
+
+def _unexpected(request: Request, error: Exception) -> JSONResponse:
+    log.error("%s %s", request.method, request.url.path, exc_info=error)
+    return problem(500, f"{type(error).__name__}; the service's log says more")

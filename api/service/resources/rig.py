@@ -1,0 +1,205 @@
+"""The rig: what it is at, who drives it, its limits, its events as they happen, and STOP."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from dataclasses import asdict
+from typing import Annotated
+
+from anyio import CapacityLimiter, to_thread
+from fastapi import APIRouter, Header, Response
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+from pydantic import BaseModel, ConfigDict, Field
+
+from api.runs.journal import Entry, Journal
+from api.runs.lease import Lease
+from api.runs.manager import RunManager
+from api.runs.state import Phase
+from api.service.access import Controller, Engineer, Reader
+from api.service.acts import Once
+from api.service.context import Context, Rig, Services
+from api.service.documents import Words, quantity
+from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
+from api.service.problems import AccessError, problems
+from rig.tester_limits import TesterLimits
+from store.audit import add_audit_entry
+from store.keys import Scope
+
+router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)
+Token = Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")]
+
+
+class PromptDocument(BaseModel):
+    """What the operator is asked to do."""
+
+    number: int
+    kind: str
+    text: str
+    waits: bool = Field(description="whether the run waits for the answer")
+
+
+class RigDocument(BaseModel):
+    """What the rig is at."""
+
+    phase: Phase
+    run_id: int | None = Field(description="the run that is carried out, or was last")
+    title: str
+    activity: str
+    blows: int
+    blows_wanted: int
+    sines: int
+    sines_wanted: int
+    ended_as: str | None
+    reason: str | None
+    interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    prompt: PromptDocument | None
+    driven_by: str | None = Field(description="who has the control lease")
+    latest_event: int = Field(description="number of the latest event")
+
+    @classmethod
+    def of(cls, rig: RunManager) -> RigDocument:
+        """What is shown of the rig."""
+        prompt = rig.prompt
+        return cls(
+            **asdict(rig.state),
+            prompt=None if prompt is None else PromptDocument(**asdict(prompt)),
+            driven_by=rig.lease.holder,
+            latest_event=rig.journal.latest,
+        )
+
+
+class LeaseRequest(BaseModel):
+    """Who wants to drive."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    holder: Words = Field(description="to be shown to others")
+    by_force: bool = Field(default=False, description="take it from whoever has it; needs the scope engineer")
+
+
+class LeaseDocument(BaseModel):
+    """The right to drive: `token` goes into the header `Control-Lease` of every request that drives."""
+
+    token: str
+    holder: str
+    seconds: Annotated[float, quantity("s", "until it ends unless it is renewed")]
+
+    @classmethod
+    def of(cls, lease: Lease) -> LeaseDocument:
+        """What is shown of a lease."""
+        return cls(**asdict(lease))
+
+
+class Limits(BaseModel):
+    """What the rig may ask of the tester, and see it do; the tester has limits of its own beside these."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    amplitude_pp: Annotated[float, quantity("m", "largest peak-to-peak amplitude"), Field(gt=0)]
+    lowest_frequency: Annotated[float, quantity("Hz"), Field(gt=0)]
+    highest_frequency: Annotated[float, quantity("Hz"), Field(gt=0)]
+    lowest_preset: Annotated[float, quantity("m")]
+    highest_preset: Annotated[float, quantity("m")]
+    velocity: Annotated[float, quantity("m/s", "highest peak velocity of a cycle"), Field(gt=0)]
+    acceleration: Annotated[float, quantity("m/s^2", "highest peak acceleration of a cycle"), Field(gt=0)]
+    force: Annotated[float, quantity("N", "largest absolute force"), Field(gt=0)]
+
+    @classmethod
+    def of(cls, rig: RunManager) -> Limits:
+        """The limits in force."""
+        return cls(**asdict(rig.instruments.limits))
+
+
+class Stopped(BaseModel):
+    """What was stopped: the number of a run, null where none was carried out; the actuator is at rest."""
+
+    run_id: int | None
+
+
+@router.get("", responses=problems(401, 403, 409))
+def get(_who: Reader, rig: Rig) -> RigDocument:
+    """What the rig is at."""
+    return RigDocument.of(rig)
+
+
+@router.post("/stop", responses=problems(409, 502))
+async def stop(context: Context, rig: Rig) -> Stopped:
+    """STOP: end whatever is carried out; answers with the actuator at rest. Open to everybody, without any key."""
+    own_thread = CapacityLimiter(1)  # a stop waits for nobody who reads
+    run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
+    await to_thread.run_sync(_note_stop, context, run_id)
+    return Stopped(run_id=run_id)
+
+
+@router.post("/lease", status_code=201, response_model=LeaseDocument, responses=problems(401, 403, 409))
+def take_lease(who: Controller, act: Once, rig: Rig, wanted: LeaseRequest) -> Response:
+    """Take the control lease: whoever has it drives, and nobody else does. It ends by itself unless it is renewed."""
+    if wanted.by_force and Scope.ENGINEER not in who.scopes:
+        raise AccessError(403, f"taking the lease by force needs the scope {Scope.ENGINEER}")
+
+    def take() -> LeaseDocument:
+        return LeaseDocument.of(rig.lease.take(wanted.holder, by_force=wanted.by_force))
+
+    return act.once("take lease", "rig", take, 201, **wanted.model_dump())
+
+
+@router.put("/lease", responses=problems(401, 403, 409))
+def renew_lease(_who: Controller, rig: Rig, token: Token = None) -> LeaseDocument:
+    """Go on driving; renewing again changes nothing but the time."""
+    return LeaseDocument.of(rig.lease.renew(token))
+
+
+@router.delete("/lease", status_code=204, response_class=Response, responses=problems(401, 403, 409))
+def give_lease_back(_who: Controller, rig: Rig, token: Token = None) -> Response:
+    """Drive no more."""
+    rig.lease.give_back(token)
+    return Response(status_code=204)
+
+
+@router.get("/limits", responses=problems(401, 403, 409))
+def limits(_who: Reader, rig: Rig) -> Limits:
+    """The rig's limits in force."""
+    return Limits.of(rig)
+
+
+@router.put("/limits", response_model=Limits, responses=problems(401, 403, 409, 412))
+def set_limits(_who: Engineer, act: Once, rig: Rig, wanted: Limits, if_match: IfMatch = None) -> Response:
+    """Set the rig's limits for runs that begin from now on, until the service ends."""
+
+    def change() -> Limits:
+        check_unchanged(if_match, tag_of(Limits.of(rig).model_dump_json().encode()))
+        rig.set_limits(TesterLimits(**wanted.model_dump()))
+        return Limits.of(rig)
+
+    return act.once("set limits", "rig", change, **wanted.model_dump())
+
+
+@router.get("/events", response_class=EventSourceResponse, responses=problems(401, 403, 409))
+async def events(
+    _who: Reader,
+    rig: Rig,
+    last_event_id: Annotated[str | None, Header(alias="Last-Event-ID", description="of the last event seen")] = None,
+) -> AsyncIterator[ServerSentEvent]:
+    """What happens at the rig, as it happens; a reader who was cut off goes on after the last event seen."""
+    async for entry in rig.journal.follow(_after(rig.journal, last_event_id)):
+        yield _sent(rig.journal, entry)
+
+
+def _after(journal: Journal, last_event_id: str | None) -> int:
+    """Where to begin: behind the event seen last, or with what comes from now on."""
+    epoch, _, number = (last_event_id or "").partition("-")
+    if last_event_id is None or not (number.isascii() and number.isdecimal()) or len(number) > 12:
+        return journal.latest
+    return int(number) if epoch == journal.epoch else 0
+
+
+def _sent(journal: Journal, entry: Entry) -> ServerSentEvent:
+    return ServerSentEvent(
+        event=entry.name, id=f"{journal.epoch}-{entry.number}", data={"at": entry.at.isoformat(), **entry.data}
+    )  # fmt: skip
+
+
+def _note_stop(context: Services, run_id: int | None) -> None:
+    with context.catalogue.writing() as session:
+        target = "rig" if run_id is None else f"run {run_id}"
+        add_audit_entry(session, who="whoever pressed STOP", action="stop", target=target, outcome="done")

@@ -1,0 +1,115 @@
+"""Sequences: documents that say what is measured, kept under names; `paper` is always there."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from importlib import resources
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+from pydantic import BaseModel
+from sqlalchemy.orm import Session
+
+from api.errors import ApiError, ConflictError
+from api.service.access import Controller, Reader
+from api.service.acts import Once
+from api.service.context import Context
+from api.service.documents import Name, WholeSequence
+from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
+from api.service.pages import Cursor, Limit, Page, from_cursor, page_of
+from api.service.problems import problems
+from rig.sequence import Sequence, load_sequence, sequence_from
+from store.errors import NotFoundError
+from store.sequence_documents import SequenceDocument, get_sequence, keep_sequence, list_sequences, remove_sequence
+
+router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
+BUILT_IN = "paper"
+SequenceName = Annotated[Name, Path(description="name of the sequence")]
+
+
+class SequenceSummary(BaseModel):
+    """A sequence's name, and when it was changed."""
+
+    name: str
+    title: str
+    changed_at: datetime
+
+    @classmethod
+    def of(cls, kept: SequenceDocument) -> SequenceSummary:
+        """What is shown of a document in a list."""
+        return cls(name=kept.name, title=str(kept.document.get("title", "")), changed_at=kept.changed_at)
+
+
+class NamedSequence(BaseModel):
+    """A sequence and its name."""
+
+    name: str
+    sequence: Sequence
+
+
+@router.get("", responses=problems(401, 403))
+def list_(_who: Reader, context: Context, limit: Limit = 100, cursor: Cursor = None) -> Page[SequenceSummary]:
+    """List the sequences that are kept, by name; the built-in one is not among them."""
+    after = from_cursor(cursor) or ""
+    if "\0" in after:
+        raise ApiError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
+    with context.catalogue.reading() as session:
+        found = list_sequences(session, after=after, limit=limit + 1)
+    return page_of([SequenceSummary.of(each) for each in found], limit, lambda each: each.name)
+
+
+@router.get("/{name}", responses=problems(401, 403, 404))
+def get(_who: Reader, context: Context, name: SequenceName) -> NamedSequence:
+    """One sequence, as a run carries it out."""
+    with context.catalogue.reading() as session:
+        return NamedSequence(name=name, sequence=sequence_named(session, name))
+
+
+@router.put("/{name}", response_model=NamedSequence, responses=problems(401, 403, 409, 412))
+def put(
+    _who: Controller, act: Once, context: Context, name: SequenceName, sequence: WholeSequence, if_match: IfMatch = None
+) -> Response:
+    """Keep a sequence under a name, in place of what was there."""
+    if name == BUILT_IN:
+        raise ConflictError(f"{BUILT_IN} is built in; choose another name")
+
+    def keep() -> NamedSequence:
+        with context.catalogue.writing() as session:
+            check_unchanged(if_match, _tag(session, name))
+            keep_sequence(session, name, sequence.model_dump(mode="json"))
+        return NamedSequence(name=name, sequence=sequence)
+
+    return act.once("keep sequence", f"sequence {name}", keep)
+
+
+@router.delete("/{name}", status_code=204, response_class=Response, responses=problems(401, 403, 404, 409, 412))
+def delete(_who: Controller, act: Once, context: Context, name: SequenceName, if_match: IfMatch = None) -> Response:
+    """Forget a sequence; runs keep their own copy."""
+
+    def remove() -> None:
+        with context.catalogue.writing() as session:
+            check_unchanged(if_match, _tag(session, name))
+            remove_sequence(session, name)
+
+    return act.once("forget sequence", f"sequence {name}", remove, 204)
+
+
+def sequence_named(session: Session, name: str) -> Sequence:
+    """A sequence by its name.
+
+    Raises:
+        NotFoundError: there is none.
+        SequenceError: what is kept under it is no sequence any more.
+    """
+    if name == BUILT_IN:
+        with resources.as_file(resources.files("api.sequences") / "paper.yaml") as path:
+            return load_sequence(path)
+    return sequence_from(get_sequence(session, name).document, f"sequence {name}")
+
+
+def _tag(session: Session, name: str) -> str | None:
+    try:
+        kept = NamedSequence(name=name, sequence=sequence_named(session, name))
+    except NotFoundError:
+        return None
+    return tag_of(kept.model_dump_json().encode())

@@ -1,0 +1,109 @@
+"""The service in front of an empty catalogue, of the demo's, and of a simulated rig; keys for it."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import uvicorn
+from fastapi import FastAPI
+from sqlalchemy import update
+
+from api.commands.terminal import instruments_of
+from api.runs.manager import RunManager
+from api.service.application import create_app
+from api.service.context import Services
+from api.simulated import SimulatedOperator, simulated_settings
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from store import models
+from store.catalogue import Catalogue
+from store.keys import Scope, add_key, revoke_key
+
+PROBLEM = "application/problem+json"
+MakeKey = Callable[..., str]
+
+
+@contextmanager
+def served(app: FastAPI) -> Iterator[httpx.Client]:
+    """A client of the application on a real server in a thread."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        try:
+            with httpx.Client(base_url=address, timeout=30) as client:
+                yield client
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+@pytest.fixture
+def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        yield opened
+
+
+@pytest.fixture
+def client(catalogue: Catalogue) -> Iterator[httpx.Client]:
+    """A service that drives no rig, open to whoever sits at the computer."""
+    with served(create_app(Services(catalogue))) as client:
+        yield client
+
+
+@pytest.fixture
+def rig(catalogue: Catalogue, laboratory: Laboratory) -> Iterator[RunManager]:
+    """A run manager on simulated instruments."""
+    settings = simulated_settings(laboratory.addresses)
+    hand = Hand(laboratory.addresses.hand)
+    manager = RunManager(catalogue, instruments_of(settings), SimulatedOperator(hand))
+    yield manager
+    manager.close()
+    hand.close()
+
+
+@pytest.fixture
+def rig_client(catalogue: Catalogue, rig: RunManager) -> Iterator[httpx.Client]:
+    """A service that drives a simulated rig."""
+    with served(create_app(Services(catalogue, rig))) as client:
+        yield client
+
+
+@pytest.fixture
+def make_key(catalogue: Catalogue) -> MakeKey:
+    """Make a key with these scopes; it may have ended or be revoked."""
+
+    def make(*scopes: Scope, ended: bool = False, revoked: bool = False) -> str:
+        with catalogue.writing() as session:
+            key, secret = add_key(session, "test", scopes, datetime.now(UTC) + timedelta(hours=1))
+            if revoked:
+                revoke_key(session, key.id)
+            if ended:
+                past = datetime.now(UTC) - timedelta(seconds=1)
+                session.execute(update(models.ApiKey).where(models.ApiKey.id == key.id).values(expires_at=past))
+        return secret
+
+    return make
+
+
+@pytest.fixture
+def acting() -> Callable[..., dict[str, Any]]:
+    """Headers of a request that acts: a new idempotency key, and what else is given."""
+    numbers = count(1)
+
+    def headers(secret: str | None = None, lease: str | None = None) -> dict[str, Any]:
+        given = {"Idempotency-Key": f"test-{next(numbers)}"}
+        given |= {} if secret is None else {"Authorization": f"Bearer {secret}"}
+        return given | ({} if lease is None else {"Control-Lease": lease})
+
+    return headers

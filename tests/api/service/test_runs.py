@@ -1,0 +1,186 @@
+"""Runs over REST: lists, and a whole life from creation to the end, driven by whoever has the lease."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import pytest
+
+from api.runs.manager import RunManager
+from store.audit import list_audit_entries
+from store.catalogue import Catalogue
+from store.runs import RunState, finish_run, start_run
+from tests.api.conftest import paper
+
+Acting = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def small() -> dict[str, Any]:
+    """The paper's sequence with two points of two blows and two sine points."""
+    document = paper()
+    document["steps"] = [
+        {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0},
+        {
+            "step": "sweep",
+            "specimens": ["I"],
+            "configurations": ["shear"],
+            "amplitudes_pp_mm": [0.1],
+            "frequencies": {"first": 40, "last": 120, "step": 80},
+        },
+    ]
+    return document
+
+
+@pytest.fixture
+def lease(rig_client: httpx.Client, acting: Acting) -> str:
+    answer = rig_client.post("/api/rig/lease", json={"holder": "test"}, headers=acting())
+    assert answer.status_code == 201
+    return str(answer.json()["token"])
+
+
+@pytest.fixture
+def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> int:
+    answer = rig_client.post("/api/runs", json={"sequence": small}, headers=acting())
+    assert (answer.status_code, answer.json()["state"]) == (201, "created"), answer.text
+    return int(answer.json()["id"])
+
+
+def test_runs_come_newest_first_in_pages_and_by_state(client: httpx.Client, catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        for number in range(1, 6):
+            run = start_run(session, kind="hammer", title=f"run {number}", article="beam 3", setup={})
+            if number % 2:
+                finish_run(session, run.id, RunState.FAILED, "nobody struck")
+    first = client.get("/api/runs", params={"limit": 2}).json()
+    second = client.get("/api/runs", params={"limit": 2, "cursor": first["next"]}).json()
+    third = client.get("/api/runs", params={"limit": 2, "cursor": second["next"]}).json()
+    assert [[run["id"] for run in page["items"]] for page in (first, second, third)] == [[5, 4], [3, 2], [1]]
+    assert third["next"] is None
+    failed = client.get("/api/runs", params={"state": "failed"}).json()["items"]
+    assert [(run["id"], run["reason"]) for run in failed] == [(n, "nobody struck") for n in (5, 3, 1)]
+    assert client.get("/api/runs", params={"article": "none"}).json() == {"items": [], "next": None}
+
+
+def test_a_reader_who_has_it_already_is_told_so(client: httpx.Client, catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="hammer", title="t", article="beam 3", setup={})
+    tag = client.get("/api/runs/1").headers["etag"]
+    again = client.get("/api/runs/1", headers={"If-None-Match": tag})
+    assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", tag)
+    with catalogue.writing() as session:
+        finish_run(session, run.id, RunState.FINISHED)
+    changed = client.get("/api/runs/1", headers={"If-None-Match": tag})
+    assert (changed.status_code, changed.json()["state"]) == (200, "finished")
+    assert changed.headers["etag"] != tag
+
+
+def test_a_run_is_created_started_and_measured_to_its_end(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+) -> None:
+    started = rig_client.post(f"/api/runs/{created}/start", json={"automatic": True}, headers=acting(lease=lease))
+    assert (started.status_code, started.json()["state"]) == (200, "running"), started.text
+    assert rig.wait(60)
+    state = rig_client.get("/api/rig").json()
+    assert (state["phase"], state["ended_as"], state["blows"], state["sines"]) == ("idle", "finished", 4, 2)
+    history = rig_client.get(f"/api/runs/{created}/history").json()
+    assert [event["state"] for event in history] == ["created", "running", "finished"]
+
+
+def test_a_request_that_is_sent_twice_acts_once(
+    rig_client: httpx.Client, catalogue: Catalogue, acting: Acting, small: dict[str, Any]
+) -> None:
+    headers = acting()
+    first = rig_client.post("/api/runs", json={"sequence": small}, headers=headers)
+    again = rig_client.post("/api/runs", json={"sequence": small}, headers=headers)
+    assert (again.status_code, again.json()) == (201, first.json())
+    assert again.headers["idempotency-replayed"] == "true"
+    other = rig_client.post("/api/runs", json={"sequence": "paper"}, headers=headers)
+    assert other.status_code == 409
+    assert "was used for another request" in other.json()["detail"]
+    assert len(rig_client.get("/api/runs").json()["items"]) == 1
+
+
+def test_a_request_that_failed_may_be_sent_again(
+    rig_client: httpx.Client, acting: Acting, lease: str, created: int
+) -> None:
+    headers = acting(lease="wrong")
+    path = f"/api/runs/{created}/start"
+    assert rig_client.post(path, json={"automatic": True}, headers=headers).status_code == 409
+    headers["Control-Lease"] = lease
+    assert rig_client.post(path, json={"automatic": True}, headers=headers).status_code == 200
+
+
+def test_nobody_starts_or_steers_without_the_lease(rig_client: httpx.Client, acting: Acting, created: int) -> None:
+    for deed in ("start", "pause", "resume", "answer", "acknowledge-interlock"):
+        body = {"answer": {"prompt": 1}, "acknowledge-interlock": {"reason": "seen to"}}.get(deed)
+        answer = rig_client.post(f"/api/runs/{created}/{deed}", json=body, headers=acting())
+        assert answer.status_code == 409, deed
+        assert "take the control lease first" in answer.json()["detail"]
+
+
+def test_one_rig_has_one_driver_at_a_time(rig_client: httpx.Client, acting: Acting, lease: str) -> None:
+    taken = rig_client.post("/api/rig/lease", json={"holder": "another"}, headers=acting())
+    assert taken.status_code == 409
+    assert taken.json()["detail"].startswith("test drives the rig for 60 s more")
+    assert rig_client.put("/api/rig/lease", headers={"Control-Lease": lease}).status_code == 200
+    assert rig_client.delete("/api/rig/lease", headers={"Control-Lease": lease}).status_code == 204
+    assert rig_client.post("/api/rig/lease", json={"holder": "another"}, headers=acting()).status_code == 201
+
+
+def test_a_technician_is_prompted_and_waited_for(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+) -> None:
+    rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease))
+    asked: list[dict[str, Any]] = []
+    while rig_client.get("/api/rig").json()["phase"] != "idle":
+        prompt = rig_client.get("/api/rig").json()["prompt"]
+        if prompt is not None and prompt["number"] not in [each["number"] for each in asked]:
+            asked.append(prompt)
+            path = f"/api/runs/{created}/answer"
+            given = {"prompt": prompt["number"]}
+            assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 200
+            assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 409
+    assert {prompt["kind"] for prompt in asked} == {"strike", "mount"}
+    assert rig_client.get(f"/api/runs/{created}").json()["state"] == "finished"
+
+
+def test_a_run_is_paused_stopped_and_resumed(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+) -> None:
+    run = f"/api/runs/{created}"
+    rig_client.post(f"{run}/start", headers=acting(lease=lease))  # waits for the first blow to be struck
+    assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 200
+    assert rig_client.post(f"{run}/resume", headers=acting(lease=lease)).status_code == 200
+    stopped = rig_client.post(f"{run}/stop", headers=acting())
+    assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
+    assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 409
+    resumed = rig_client.post(f"{run}/resume", json={"automatic": True}, headers=acting(lease=lease))
+    assert resumed.status_code == 200, resumed.text
+    assert rig.wait(60)
+    assert rig_client.get(run).json()["state"] == "finished"
+
+
+def test_stop_needs_neither_key_nor_lease_and_may_be_repeated(
+    rig_client: httpx.Client, acting: Acting, lease: str, created: int
+) -> None:
+    rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease))
+    assert rig_client.post("/api/rig/stop").json() == {"run_id": created}
+    for _ in range(3):
+        assert rig_client.post("/api/rig/stop").status_code == 200
+
+
+def test_what_moved_the_machine_is_in_the_audit_log(
+    rig_client: httpx.Client, catalogue: Catalogue, acting: Acting, lease: str, created: int
+) -> None:
+    rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
+    rig_client.post("/api/rig/stop")
+    with catalogue.reading() as session:
+        entries = list_audit_entries(session)
+    assert [(entry.action, entry.target) for entry in entries] == [
+        ("stop", "rig"), ("pause run", f"run {created}"), ("create run", "new run"), ("take lease", "rig"),
+    ]  # fmt: skip
+    assert entries[1].outcome == f"run {created} is not being carried out here"
+    assert all(entry.who for entry in entries)

@@ -1,0 +1,95 @@
+"""`jointlab serve` and `jointlab key`: where the service listens, and for whom."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import httpx
+import pytest
+
+from api.commands.service import is_loopback
+
+Command = Callable[..., CompletedProcess[str]]
+
+
+@contextmanager
+def serving(folder: Path, *options: str) -> Iterator[str]:
+    """Run `jointlab serve` in a process of its own; its address."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "api.cli", "serve", "--port", "0", *options],
+        env={
+            **os.environ,
+            "JOINTLAB_DATABASE_URL": f"sqlite:///{folder / 'jointlab.db'}",
+            "PYTHONUNBUFFERED": "1",
+        },
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).resolve().parents[2],
+    )
+    with process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            found = re.match(r"(http://127\.0\.0\.1:[1-9]\d*)/api/health, catalogue sqlite", line)
+            assert found, line
+            yield found[1]
+        finally:
+            process.terminate()
+
+
+def test_serve_says_where_it_listens_and_answers_there(measured: int, tmp_path: Path) -> None:
+    with serving(tmp_path) as address:
+        page = httpx.get(f"{address}/api/runs", timeout=30).json()
+    assert [run["id"] for run in page["items"]] == [measured]
+
+
+def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
+    with serving(tmp_path, "--simulated", "--speed", "100") as address:
+        assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
+        assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
+
+
+def test_a_port_in_use_is_said_in_one_line(jointlab: Command) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        answer = jointlab("serve", "--port", port)
+    assert answer.returncode == 3
+    (line,) = answer.stderr.splitlines()
+    assert line.startswith(f"jointlab: port {port} of 127.0.0.1 cannot be used: Address already in use")
+
+
+def test_the_rig_is_not_served_to_a_network_without_keys(jointlab: Command) -> None:
+    answer = jointlab("serve", "--host", "0.0.0.0", "--port", 0)
+    assert answer.returncode == 3
+    assert "make keys first (jointlab key create)" in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("host", "expected"),
+    [("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("localhost", True), ("0.0.0.0", False), ("lab", False)],
+)
+def test_only_the_loopback_address_is_this_computer_alone(host: str, expected: bool) -> None:
+    assert is_loopback(host) is expected
+
+
+def test_a_key_is_shown_once_and_can_be_revoked(jointlab: Command) -> None:
+    made = jointlab("key", "create", "page", "--scope", "read:data", "--scope", "control:rig", "--days", 30)
+    assert re.fullmatch(r"jl_[\w-]{43}\n", made.stdout)
+    listed = jointlab("key", "list").stdout
+    assert re.search(r"1 +page +control:rig read:data +\d{4}-.* valid", listed)
+    assert made.stdout.strip() not in listed
+    assert jointlab("key", "revoke", 1).stdout == "key 1 (page) revoked\n"
+    assert "revoked" in jointlab("key", "list").stdout
+
+
+def test_a_key_that_is_not_there_cannot_be_revoked(jointlab: Command) -> None:
+    answer = jointlab("key", "revoke", 7)
+    assert (answer.returncode, answer.stderr) == (3, "jointlab: there is no key 7\n")

@@ -19,14 +19,15 @@ from simlab.case.article import (
     TOLERANCES,
     joint_matrix,
 )
+from simlab.case.blows import RECORD_SECONDS, SAMPLE_RATE, record, record_frequency, strike
 from simlab.case.campaign import (
     ASKED_FOR,
     AVERAGES,
     CONFIGURATIONS,
-    HIGHEST_LINE,
     LINE_SPACING,
     MEASURED,
     PRESET_MM,
+    ROWS,
     WITHHELD,
     Row,
     Setup,
@@ -34,7 +35,7 @@ from simlab.case.campaign import (
 )
 from simlab.case.draw import Case, Kind
 from simlab.case.estimate import Averaged, average, direct_deviation, noise_deviation, sine_fit
-from simlab.case.simulate import Simulated, simulate
+from simlab.case.simulate import Simulated, simulate, stand_of
 from simlab.case.universal_file import Function, Quantity, write_universal_file
 
 SENSOR = Row(SENSOR_NODE, "y")
@@ -55,7 +56,7 @@ DIRECT_COLUMNS = (
 
 
 def write_case(case: Case, folder: Path) -> None:
-    """Write setup.json, inverse_*.unv and direct.csv into `folder`, which is made if need be.
+    """Write setup.json, inverse_*.unv, direct.csv and, where blows are kept, blows/*.unv; make `folder` if need be.
 
     Nothing in them tells what the case's effects are.
     """
@@ -64,15 +65,19 @@ def write_case(case: Case, folder: Path) -> None:
     for number, setup in enumerate(simulated.campaign.setups):
         rng = np.random.default_rng([case.seed, 7, 4, number])
         count = len(MEASURED)
-        measured = average(
+        blows = strike(
             rng,
+            AVERAGES,
             _with_zero_line(simulated.accelerance[number, :count]),
             _with_zero_line(simulated.slope[number, :count]),
             np.concatenate([[0.0], simulated.frequency]),
-            simulated.campaign,
             setup.peak_force,
+            simulated.campaign,
+            case.effects,
         )
-        write_universal_file(folder / _inverse_file(number), _functions(measured))
+        write_universal_file(folder / _inverse_file(number), _functions(average(blows)))
+    if simulated.campaign.recorded:
+        _write_blows(case, folder / "blows")
     _write_direct(case.seed, simulated, folder / "direct.csv")
     setup_text = json.dumps(_setup(simulated), indent=1)
     (folder / "setup.json").write_text(setup_text + "\n", encoding="utf-8")
@@ -159,8 +164,10 @@ def floor_percent(case: Case) -> float:
         again = draw_setup(rng, reference.peak_force, reference.temperature)
         moved = np.array(again.offsets[: len(WITHHELD)])[:, None]
         true = again.gain / reference.gain * (straight + moved * slope)
-        measured = average(rng, true, slope, simulated.frequency, case.campaign, reference.peak_force)
-        found.append(percent(measured.accelerance, straight))
+        blows = strike(
+            rng, AVERAGES, true, slope, simulated.frequency, reference.peak_force, case.campaign, case.effects
+        )
+        found.append(percent(average(blows).accelerance, straight))
     return float(np.sqrt(np.mean(np.square(found))))
 
 
@@ -203,6 +210,27 @@ def _functions(measured: Averaged) -> list[Function]:
         for row, values in zip(MEASURED, measured.coherence, strict=True)
     ]
     return accelerances + coherences
+
+
+def _write_blows(case: Case, folder: Path) -> None:
+    """One blow of the reference set for every row whose blows are kept: force, then acceleration."""
+    folder.mkdir(exist_ok=True)
+    frequency = record_frequency()
+    stand = stand_of(case, frequency)
+    accelerance, slope = stand.read(0)
+    rows = [ROWS.index(row) for row in stand.campaign.recorded]
+    rng = np.random.default_rng([case.seed, 7, 8])
+    peak_force = stand.campaign.setups[0].peak_force
+    blows = strike(rng, 1, accelerance[rows], slope[rows], frequency, peak_force, stand.campaign, case.effects)
+    for i, row in enumerate(stand.campaign.recorded):
+        records = [
+            Function(1, name, response, row, Quantity.TIME, 1 / SAMPLE_RATE, record(spectra[0, i]), ordinate=ordinate)
+            for name, response, spectra, ordinate in (
+                ("force", row, blows.force, Quantity.FORCE),
+                ("acceleration", SENSOR, blows.acceleration, Quantity.ACCELERATION),
+            )
+        ]
+        write_universal_file(folder / f"blow_{row.name}.unv", records)
 
 
 def _write_direct(seed: int, simulated: Simulated, path: Path) -> None:
@@ -278,6 +306,6 @@ def _inverse_entry(number: int, setup: Setup) -> dict[str, object]:
         "peak_force": setup.peak_force,
         "temperature_c": round(setup.temperature, 1),
         "window": "none",
-        "sample_rate": 4 * HIGHEST_LINE,
-        "block_seconds": 1 / LINE_SPACING,
+        "sample_rate": SAMPLE_RATE,
+        "block_seconds": RECORD_SECONDS,
     }

@@ -38,6 +38,8 @@ WITHHELD = (Row(5, "y"), Row(8, "y"))
 ASKED_FOR = (*WITHHELD, Row(2, "y"), Row(10, "y"))
 """What a model is asked to predict: what was held back, and the joints, where no hammer reaches."""
 ROWS = MEASURED + ASKED_FOR
+RECORDED = (Row(1, "y"), Row(6, "y"), Row(9, "y"))
+"""Rows of which a lab that keeps raw blows keeps one."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ class Campaign:
         direct_noise: of the tester at 0.1 mm peak to peak, in thousandths of the stiffness; inverse to the amplitude.
         joint_amplitude: deformation of the cylinders under a blow of 100 N, m zero to peak.
         amplitude_fall: power of frequency above 80 Hz with which that amplitude falls; 0 is one amplitude for all.
+        recorded: rows of which one raw blow of the reference set is kept.
     """
 
     node_positions: tuple[float, ...]
@@ -113,6 +116,7 @@ class Campaign:
     direct_noise: float
     joint_amplitude: float
     amplitude_fall: float
+    recorded: tuple[Row, ...]
 
     @property
     def frequency(self) -> Real:
@@ -156,6 +160,7 @@ def draw_campaign(rng: np.random.Generator) -> Campaign:
         direct_noise=float(rng.uniform(0.75, 1.6)),
         joint_amplitude=_log_uniform(rng, 1e-6, 10e-6),
         amplitude_fall=float(rng.choice([0.0, rng.uniform(1.0, 2.0)], p=[0.6, 0.4])),
+        recorded=RECORDED if rng.random() < 0.3 else (),
     )
 
 

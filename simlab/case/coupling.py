@@ -15,6 +15,9 @@ from simlab.assembly import Complex
 from simlab.beam import TERMS, FreeModes, Real
 from simlab.case.article import Article
 
+DERIVATIVE: Real = np.asarray(legendre.legder(np.eye(TERMS)), dtype=np.float64)
+"""(TERMS - 1, TERMS) coefficients of each Legendre polynomial's derivative."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attachment:
@@ -31,9 +34,8 @@ class Attachment:
 
 def slope(modes: FreeModes, direction: str, position: float) -> Real:
     """(modes,) derivative along the bar of the shapes in `direction` at `position` m."""
-    at = np.array([2.0 * position / modes.length - 1.0])
-    slopes = np.array([legendre.legval(at, legendre.legder(row))[0] for row in np.eye(TERMS)])
-    return np.asarray(slopes @ modes.series[direction] * 2.0 / modes.length)
+    polynomials = legendre.legvander(np.array([2.0 * position / modes.length - 1.0]), TERMS - 2)
+    return np.asarray((polynomials @ DERIVATIVE @ modes.series[direction])[0] * 2.0 / modes.length)
 
 
 class CoupledBar:

@@ -10,11 +10,13 @@ import numpy as np
 
 from simlab.case.article import Article, draw_article
 from simlab.case.campaign import Campaign, draw_campaign
-from simlab.case.effects import CATALOGUE, Effect
+from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, Effect
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 
 EFFECTS: tuple[str, ...] = tuple(CATALOGUE)
-"""Every effect of the catalogue that a case can have."""
+"""Every effect of the catalogue that shows in averaged data."""
+RECORD_ONLY: tuple[str, ...] = tuple(RECORD_EFFECTS)
+"""Effects of the catalogue that show in raw blows; a case has them if they are asked for by name."""
 NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
 """Effects outside the catalogue."""
 
@@ -62,7 +64,8 @@ def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | 
     Raises:
         ValueError: an effect that there is none of, a number of effects that the kind has not, or a size out of range.
     """
-    known = NOVEL_KINDS if kind is Kind.NOVEL else CATALOGUE
+    common = NOVEL_KINDS if kind is Kind.NOVEL else CATALOGUE
+    known = common if kind is Kind.NOVEL else CATALOGUE | RECORD_EFFECTS
     if effects and len(effects) != COUNTS[kind]:
         raise ValueError(f"a {kind} case has {COUNTS[kind]} effects, not {len(effects)}: {', '.join(effects)}")
     if len(set(effects)) != len(effects):
@@ -75,7 +78,7 @@ def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | 
     campaign = draw_campaign(_random(seed, 1))
     article = draw_article(_random(seed, 2), campaign.node_positions)
     rng = _random(seed, 3)
-    chosen = [str(name) for name in rng.permutation(list(known))[: COUNTS[kind]]]
+    chosen = [str(name) for name in rng.permutation(list(common))[: COUNTS[kind]]]
     drawn = []
     for name in effects or chosen:
         drawn_size = float(rng.uniform(SMALLEST, 1.0))

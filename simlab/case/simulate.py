@@ -41,16 +41,25 @@ class Simulated:
     campaign: Campaign
 
 
-def simulate(case: Case, *, without_effects: bool = False) -> Simulated:
-    """Both rigs' noiseless readings; `without_effects` gives those of the paper's model of the same article."""
-    effects = () if without_effects else case.effects
-    article = reduce(lambda known, effect: effect.built(known), effects, case.article)
-    campaign = reduce(lambda known, effect: effect.measured(known), effects, case.campaign)
-    stand = Stand(article, campaign, effects)
+def stand_of(case: Case, frequency: Real) -> Stand:
+    """The beam's rig of a case with its effects, at `frequency` (lines,) Hz, above zero."""
+    article = reduce(lambda known, effect: effect.built(known), case.effects, case.article)
+    campaign = reduce(lambda known, effect: effect.measured(known), case.effects, case.campaign)
+    return Stand(article, campaign, case.effects, frequency)
+
+
+def simulate(case: Case, *, without_effects: bool = False, frequency: Real | None = None) -> Simulated:
+    """Both rigs' noiseless readings, the stand's at `frequency` (lines,) Hz above zero or at the campaign's lines.
+
+    `without_effects` gives those of the paper's model of the same article.
+    """
+    lines = case.campaign.frequency if frequency is None else frequency
+    stand = stand_of(replace(case, effects=()) if without_effects else case, lines)
+    article, campaign, effects = stand.article, stand.campaign, stand.effects
     sets = [stand.read(number) for number in range(len(campaign.setups))]
     stiffness = direct_stiffness(article, campaign, effects)
     return Simulated(
-        frequency=campaign.frequency,
+        frequency=stand.frequency,
         rows=ROWS,
         accelerance=np.array([accelerance for accelerance, _ in sets]),
         slope=np.array([slopes for _, slopes in sets]),
@@ -61,15 +70,16 @@ def simulate(case: Case, *, without_effects: bool = False) -> Simulated:
 
 
 class Stand:
-    """The beam's rig of one case."""
+    """The beam's rig as the effects made it, at `frequency` (lines,) Hz, above zero."""
 
-    def __init__(self, article: Article, campaign: Campaign, effects: tuple[Effect, ...]) -> None:
+    def __init__(self, article: Article, campaign: Campaign, effects: tuple[Effect, ...], frequency: Real) -> None:
         self.article = article
         self.campaign = campaign
         self.effects = effects
+        self.frequency = frequency
         self.modes = cached_modes(article.bar)
         decay = sum(effect.window_decay for effect in effects)
-        omega: Complex = np.asarray(2 * np.pi * campaign.frequency - 1j * decay, dtype=np.complex128)
+        omega: Complex = np.asarray(2 * np.pi * frequency - 1j * decay, dtype=np.complex128)
         self.bar = CoupledBar(self.modes, article, omega)
         sensor = self.modes.shape("y", article.sensor_position)
         self.output = reduce(lambda shape, effect: effect.sensed(shape, self.modes, article), effects, sensor)
@@ -97,7 +107,7 @@ class Stand:
 
     def _accelerance(self, loads: Real, number: int, order: float) -> Complex:
         """(loads, lines) with the joints as they are in set `number` after the fraction `order` of it."""
-        frequency = self.campaign.frequency
+        frequency = self.frequency
         deformation = self.campaign.deformation(self.campaign.setups[number].peak_force, frequency)
         joints = np.zeros((frequency.size, 6, 6), dtype=np.complex128)
         for i, name in enumerate(JOINT_NAMES):
@@ -127,7 +137,7 @@ class Stand:
         return replace(load, position=length - abs(length - abs(load.position)))
 
     def _chain(self, accelerance: Complex, row: Row, number: int) -> Complex:
-        strike = Strike(row, number, self._position(row), _order(row), self.campaign.frequency, self.article)
+        strike = Strike(row, number, self._position(row), _order(row), self.frequency, self.article)
         return reduce(lambda known, effect: effect.read(known, strike), self.effects, accelerance)
 
     def _position(self, row: Row) -> float:

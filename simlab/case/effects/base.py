@@ -135,6 +135,14 @@ class Effect:
         """(lines,) accelerance as the measuring chain gives it."""
         return accelerance
 
+    def bounced(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
+        """Factor on the force's spectrum, broadcast to (blows, rows, lines), of single `blows` (blows, rows)."""
+        return np.ones(1, dtype=np.complex128)
+
+    def hummed(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
+        """What is added to the acceleration's spectrum in m/s^2 s, broadcast to (blows, rows, lines)."""
+        return np.zeros(1, dtype=np.complex128)
+
     def tested(self, stiffness: Complex, points: Points) -> Complex:
         """(points,) dynamic stiffness as the tester gives it."""
         return stiffness

@@ -1,0 +1,92 @@
+"""Single blows: the spectra of force and acceleration as the sensors give them, and the records they belong to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simlab.assembly import Complex
+from simlab.beam import Real
+from simlab.case.campaign import HIGHEST_LINE, LINE_SPACING, Campaign
+from simlab.case.effects import Effect
+
+PEAK_SCATTER = 0.1
+"""Standard deviation of the hand's peak force from blow to blow, relative."""
+SAMPLE_RATE = 4 * HIGHEST_LINE
+RECORD_SECONDS = 1 / LINE_SPACING
+PRETRIGGER = 0.01
+"""Seconds of a record before the middle of the pulse."""
+
+
+@dataclass(frozen=True, eq=False)
+class Blows:
+    """Fourier transforms of blows, (blows, rows, lines): force in N s and acceleration in m/s^2 s."""
+
+    force: Complex
+    acceleration: Complex
+
+
+def half_sine_spectrum(frequency: Real, peak_force: float, width: float) -> Real:
+    """(lines,) Fourier transform in N s of a half-sine pulse of `width` s from foot to foot about its middle."""
+    ratio = frequency * width
+    # at ratio 1/2 numerator and denominator vanish together; their quotient tends to pi / 4
+    close = np.abs(ratio - 0.5) < 1e-6
+    safe = np.where(close, 0.0, ratio)
+    shape = np.where(close, np.pi / 4, np.cos(np.pi * safe) / (1.0 - 4.0 * safe**2))
+    return np.asarray(2.0 / np.pi * peak_force * width * shape)
+
+
+def strike(
+    rng: np.random.Generator,
+    count: int,
+    accelerance: Complex,
+    slope: Complex,
+    frequency: Real,
+    peak_force: float,
+    campaign: Campaign,
+    effects: tuple[Effect, ...],
+) -> Blows:
+    """`count` blows a row, each a little elsewhere and differently hard, with both sensors' noise.
+
+    Args:
+        accelerance, slope: (rows, lines) true accelerance, and its change along the bar, per m.
+        frequency: (lines,) Hz.
+    """
+    rows, lines = accelerance.shape
+    shape = (count, rows, 1)
+    peak = 1.0 + PEAK_SCATTER * np.clip(rng.standard_normal(shape), -3, 3)
+    place = campaign.place_scatter * np.clip(rng.standard_normal(shape), -3, 3)
+    pulse = half_sine_spectrum(frequency, peak_force, campaign.pulse_width)
+    force: Complex = np.asarray(peak * pulse, dtype=np.complex128)
+    force_noise = campaign.force_noise * _white(rng, count, rows, lines)
+    acceleration_noise = campaign.acceleration_noise * _white(rng, count, rows, lines)
+    for effect in effects:
+        force = force * effect.bounced(rng, frequency, (count, rows))
+        acceleration_noise = acceleration_noise + effect.hummed(rng, frequency, (count, rows))
+    acceleration = force * (accelerance + place * slope)
+    return Blows(np.asarray(force + force_noise), np.asarray(acceleration + acceleration_noise))
+
+
+def record_frequency() -> Real:
+    """(lines,) Hz, every line of a record above zero, up to half its sample rate."""
+    return np.asarray(np.arange(1, round(SAMPLE_RATE / LINE_SPACING / 2) + 1) * LINE_SPACING, dtype=np.float64)
+
+
+def record(spectrum: Complex) -> Real:
+    """(samples,) of the record whose spectrum at `record_frequency` is (lines,), pulse after `PRETRIGGER`.
+
+    The anti-alias filter is flat to 0.45 of the rate and without delay, on both channels alike.
+    """
+    frequency = record_frequency()
+    edge = np.clip((frequency / SAMPLE_RATE - 0.45) / 0.05, 0.0, 1.0)
+    late = np.exp(-2j * np.pi * frequency * PRETRIGGER) * np.cos(0.5 * np.pi * edge) ** 2
+    # the pulse has an impulse at 0 Hz too, next to that of the first line
+    whole = np.concatenate([[spectrum[0].real], spectrum * late])
+    return np.asarray(np.fft.irfft(whole, round(SAMPLE_RATE * RECORD_SECONDS)) * SAMPLE_RATE)
+
+
+def _white(rng: np.random.Generator, count: int, rows: int, lines: int) -> Complex:
+    """(count, rows, lines) complex noise of unit variance."""
+    parts = rng.standard_normal((count, rows, lines, 2), dtype=np.float32)
+    return np.asarray(parts.view(np.complex64)[..., 0] * np.float32(np.sqrt(0.5)))

@@ -1,0 +1,67 @@
+"""What spoils single records: blows that bounce, and the mains.  They need the raw blows, which such a case brings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from simlab.assembly import Complex
+from simlab.beam import Real
+from simlab.case.article import Article
+from simlab.case.campaign import LINE_SPACING, RECORDED, Campaign
+from simlab.case.effects.base import Effect, log_uniform, one_of
+
+
+class DoubleHit(Effect):
+    """The hammer bounces, always alike or each time otherwise: 1 + r e^(-i w dt) on the force and so on the answer."""
+
+    name = "double_hit"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> DoubleHit:
+        values = {"ratio": 0.8 * size, "dt": log_uniform(rng, 4e-3, 30e-3), "share": rng.uniform(0.6, 1.0)}
+        return cls(size, one_of(rng, "alike", "scattered"), values)
+
+    def measured(self, campaign: Campaign) -> Campaign:
+        return replace(campaign, recorded=RECORDED)
+
+    def bounced(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
+        scatter = 0.02 if self.law == "alike" else 0.3
+        delay = self.number("dt") * (1 + scatter * np.clip(rng.standard_normal((*blows, 1)), -2, 2))
+        ratio = self.number("ratio") * rng.uniform(0.7, 1.0, (*blows, 1))
+        bounces = rng.random((*blows, 1)) < self.number("share")
+        return np.asarray(1 + bounces * ratio * np.exp(-2j * np.pi * frequency * delay))
+
+
+class MainsHum(Effect):
+    """The mains and its multiples on the accelerometer, at another phase in every record."""
+
+    name = "mains_hum"
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> MainsHum:
+        values: dict[str, float | str] = {
+            "amplitude": 0.1 * size,
+            "mains_hz": 50.0 if rng.random() < 0.7 else 60.0,
+            "off_hz": rng.normal(0.0, 0.02),
+        }
+        return cls(size, one_of(rng, "all_multiples", "odd_multiples"), values)
+
+    def measured(self, campaign: Campaign) -> Campaign:
+        return replace(campaign, recorded=RECORDED)
+
+    def hummed(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
+        total = np.zeros((*blows, frequency.size), dtype=np.complex128)
+        for multiple in (1, 2, 3, 4, 5, 7, 9):
+            if self.law == "odd_multiples" and multiple % 2 == 0:
+                continue
+            away = (multiple * (self.number("mains_hz") + self.number("off_hz")) - frequency) / LINE_SPACING
+            # transform of a sine over one record, away from its own line in lines
+            leaked = 0.5 / LINE_SPACING * np.sinc(away) * np.exp(1j * np.pi * away)
+            phase = np.exp(2j * np.pi * rng.random((*blows, 1)))
+            total += self.number("amplitude") / multiple * phase * leaked
+        return total
+
+
+EFFECTS: tuple[type[Effect], ...] = (DoubleHit, MainsHum)

@@ -1,0 +1,112 @@
+"""The folder of a case: what other people's software reads from it, what it does not tell, and its truth."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+
+from simlab.case.bundle import asked_for, floor_percent, truth, write_case
+from simlab.case.campaign import MEASURED, WITHHELD
+from simlab.case.draw import Kind, draw_case
+from simlab.case.estimate import noise_deviation
+from simlab.case.simulate import simulate
+from store.bundle import read_bundle
+
+
+def test_the_store_takes_a_case_without_a_warning(tmp_path: Path) -> None:
+    write_case(draw_case(3, Kind.SINGLE, ["mains_hum"]), tmp_path)
+    bundle = read_bundle(tmp_path)
+    assert not bundle.warnings
+    assert len(bundle.direct) == 720
+    assert len(bundle.blows) == 3
+
+
+def test_pyuff_reads_accelerance_as_far_from_the_noiseless_one_as_its_noise(tmp_path: Path) -> None:
+    case = draw_case(3, Kind.NONE)
+    case = replace(case, campaign=replace(case.campaign, place_scatter=0.0))
+    write_case(case, tmp_path)
+    clean = simulate(case)
+    for number, setup in enumerate(case.campaign.setups):
+        datasets = pyuff.UFF(str(tmp_path / f"inverse_{number + 1}.unv")).read_sets()
+        accelerances, coherences = datasets[: len(MEASURED)], datasets[len(MEASURED) :]
+        assert {d["func_type"] for d in accelerances} == {4}
+        assert {d["func_type"] for d in coherences} == {6}
+        for functions in (accelerances, coherences):
+            places = [(d["rsp_node"], d["rsp_dir"], d["ref_node"], d["ref_dir"]) for d in functions]
+            assert places == [(3, 2, row.node, 1 + "xy".index(row.direction)) for row in MEASURED]
+            assert all(d["x"][-1] == 1024.0 for d in functions)
+        true = clean.accelerance[number, : len(MEASURED)]
+        deviation = noise_deviation(true, clean.frequency, case.campaign, setup.peak_force)
+        away = np.array([d["data"][1:] for d in accelerances]) - true
+        assert np.sqrt(np.mean(np.abs(away / deviation) ** 2) / 2) == pytest.approx(1.0, abs=0.03)
+        assert all(0.0 <= d["data"].min() <= d["data"].max() <= 1.0 for d in coherences)
+
+
+def test_the_tester_table_scatters_as_it_says(tmp_path: Path) -> None:
+    case = draw_case(5, Kind.NONE)
+    write_case(case, tmp_path)
+    with (tmp_path / "direct.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert [int(line["order"]) for line in table] == list(range(1, 721))
+    size = np.array([float(line["stiffness_n_per_m"]) for line in table])
+    phase = np.radians([float(line["phase_deg"]) for line in table])
+    deviation = np.array([float(line["sd_rel"]) for line in table])
+    stiffness = simulate(case).stiffness
+    scatter = (size * np.exp(1j * phase) - stiffness) / np.abs(stiffness) / deviation
+    assert np.std(scatter.real) == pytest.approx(1.0, abs=0.1)
+    assert np.std(scatter.imag) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_case_is_written_the_same_again(tmp_path: Path) -> None:
+    for folder in ("once", "twice"):
+        write_case(draw_case(7, Kind.PAIR, ["joint_mass", "transducer_lag"]), tmp_path / folder)
+    once, twice = (
+        {p.name: p.read_bytes() for p in (tmp_path / folder).rglob("*") if p.is_file()} for folder in ("once", "twice")
+    )
+    assert once == twice
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [(Kind.SINGLE, "density"), (Kind.SINGLE, "double_hit"), (Kind.NOVEL, "absorber")]
+)
+def test_what_the_lab_says_of_a_case_does_not_tell_its_effects(kind: Kind, name: str, tmp_path: Path) -> None:
+    write_case(draw_case(2, kind, [name]), tmp_path / "with")
+    write_case(draw_case(2, Kind.NONE), tmp_path / "without")
+    for file in ("setup.json", "direct.csv"):
+        assert (tmp_path / "with" / file).read_bytes() == (tmp_path / "without" / file).read_bytes()
+
+
+def test_the_truth_is_json_and_names_effects_and_novelties_apart() -> None:
+    single = truth(draw_case(2, Kind.SINGLE, ["joint_mass"], size=0.5))
+    again = json.loads(json.dumps(single))
+    assert again["effects"] == ["joint_mass"]
+    assert again["novel"] == []
+    assert again["size"] == {"joint_mass": 0.5}
+    assert {"law", "m"} <= set(again["parameters"]["joint_mass"])
+    novel = truth(draw_case(2, Kind.NOVEL, ["absorber"]))
+    assert novel["effects"] == []
+    assert novel["novel"] == ["absorber"]
+
+
+def test_the_floor_is_what_gain_and_marks_make_it() -> None:
+    case = draw_case(6, Kind.NONE)
+    seen = simulate(case)
+    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    accelerance, slope = seen.accelerance[0, rows], seen.slope[0, rows]
+    by_place = 1.4e-3**2 * np.sum(np.abs(slope) ** 2) / np.sum(np.abs(accelerance) ** 2)
+    expected = 100 * np.sqrt(by_place + 2 * 0.0047**2)
+    assert floor_percent(case) == pytest.approx(expected, rel=0.5)
+
+
+def test_what_is_asked_for_is_noiseless_and_where_the_drawing_says() -> None:
+    case = draw_case(6, Kind.NONE)
+    frequency, rows, accelerance = asked_for(case)
+    assert [row.name for row in rows] == ["5y", "8y", "2y", "10y"]
+    assert accelerance.shape == (4, frequency.size)
+    np.testing.assert_array_equal(accelerance, simulate(case).accelerance[0, len(MEASURED) :])

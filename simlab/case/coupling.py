@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from simlab.assembly import Complex
+from simlab.assembly import DYNAMIC_BELOW, Complex
 from simlab.beam import TERMS, FreeModes, Real
 from simlab.case.article import Article
 
@@ -42,11 +42,13 @@ class CoupledBar:
     """The free bar of an article, prepared for angular frequencies `omega` (lines,), rad/s, complex and not zero."""
 
     def __init__(self, modes: FreeModes, article: Article, omega: Complex) -> None:
-        natural = modes.angular_frequency
-        damping = article.damping_scale * modes.damping_ratio
-        square = natural**2 * (1 + 1j * article.loss_factor)
         self.omega = omega
+        self._dynamic = modes.frequency < DYNAMIC_BELOW
+        natural = modes.angular_frequency[self._dynamic]
+        damping = article.damping_scale * modes.damping_ratio[self._dynamic]
+        square = natural**2 * (1 + 1j * article.loss_factor)
         self._compliance: Complex = 1.0 / (square - omega[:, None] ** 2 + 2j * damping * natural * omega[:, None])
+        self._static = 1.0 / modes.angular_frequency[~self._dynamic] ** 2
 
     def accelerance(self, output: Real, loads: Real, attachments: list[Attachment]) -> Complex:
         """(loads, lines) acceleration read by `output` (modes,) under each unit force of `loads` (loads, modes)."""
@@ -62,7 +64,8 @@ class CoupledBar:
     def _receptance(self, outputs: Real, inputs: Real) -> Complex:
         """(lines, outputs, inputs) of the free bar."""
         pairs = (outputs[:, None, :] * inputs[None, :, :]).reshape(len(outputs) * len(inputs), -1)
-        return np.asarray((self._compliance @ pairs.T).reshape(-1, len(outputs), len(inputs)))
+        received = self._compliance @ pairs[:, self._dynamic].T + pairs[:, ~self._dynamic] @ self._static
+        return np.asarray(received.reshape(-1, len(outputs), len(inputs)))
 
     def _stiffness(self, attachments: list[Attachment]) -> Complex:
         size = sum(len(attachment.shapes) for attachment in attachments)

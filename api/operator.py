@@ -26,6 +26,7 @@ from rig.operator import (
     SoakStarted,
     SpecimenMounted,
     WaitStarted,
+    mounting,
 )
 from rig.sequence import Sequence
 
@@ -48,15 +49,15 @@ class TerminalOperator:
         """
         if not sys.stdin.isatty():
             raise ApiError(
-                f"mount joint {specimen} in {configuration}: there is no terminal to confirm it on; "
+                f"mount {mounting(specimen, configuration)}: there is no terminal to confirm it on; "
                 "run the sequence from a terminal"
             )
-        question = f"mount the cylinders of joint {specimen} in {configuration}, step back, then press Enter "
+        question = f"mount {mounting(specimen, configuration)}, step back, then press Enter "
         try:
             with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
                 self._console.input(question, markup=False)
         except EOFError as error:
-            raise ApiError(f"mount joint {specimen} in {configuration}: the terminal was closed") from error
+            raise ApiError(f"mount {mounting(specimen, configuration)}: the terminal was closed") from error
 
 
 class SequenceProgress:
@@ -78,7 +79,7 @@ class SequenceProgress:
             disable=not console.is_terminal,
         )
         blows = sum(len(step.points) * step.blows for step in sequence.hammer_steps) if sequence else 0
-        sines = sequence.sweep.points if sequence and sequence.sweep else 0
+        sines = sum(step.points for step, _ in sequence.sine_steps) if sequence else 0
         self._blows = self._bars.add_task("blows", total=blows) if blows else None
         self._sines = self._bars.add_task("sine points", total=sines) if sines else None
 

@@ -14,10 +14,11 @@ from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.errors import ApiError
-from api.identification.measurement import SinePoint
 from api.identification.pipeline import Identification
+from api.identification.sine_points import SinePoint
 from api.report.section import Section, Table, ends, number
 
+SAME_FREQUENCY = 1e-3  # relative: what a record shows beside what was commanded
 ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 
@@ -46,26 +47,42 @@ class SineTruth:
 
 
 def sine_truths(points: Sequence[SinePoint], dwells: Sequence[Mapping[str, Any]]) -> tuple[SineTruth, ...]:
-    """Join sine points with the bench's dwells; the last dwell before the next point is the one that was recorded.
+    """Join sine points with the bench's dwells, both in the order of measuring.
+
+    A specimen is cycled at a frequency several times until the amplitude is reached; of these dwells the one whose
+    amplitude is the point's was recorded. Dwells on what is no point's specimen, such as known pieces, are passed over.
 
     Raises:
         ApiError: the bench cycled other points than were measured.
     """
-    amplitudes = {point.amplitude_pp_mm for point in points}
-    one_frequency = len({dwell["frequency"] for dwell in dwells}) == 1
+    specimens = {point.specimen for point in points}
+    visits = [list(visit) for _, visit in groupby((d for d in dwells if d["specimen"] in specimens), key=_place)]
+    found, at = list[SineTruth](), 0
+    for point in points:
+        if found and not _is_there(point, visits[at][0]):
+            at += 1
+        if at == len(visits) or not _is_there(point, visits[at][0]):
+            raise ApiError(f"the bench did not cycle sine point {point.order_number} in its turn")
+        found.append(_truth_of(point, visits[at]))
+    if at + 1 < len(visits):
+        raise ApiError(f"the bench cycled at {len(visits)} places in turn, {at + 1} were measured")
+    return tuple(found)
 
-    def point_of(dwell: Mapping[str, Any]) -> tuple[Any, ...]:
-        asked_for = None
-        if one_frequency:  # then the amplitude alone tells one point from the next
-            asked_for = min(amplitudes, key=lambda amplitude: abs(math.log(1e3 * dwell["amplitude_pp"] / amplitude)))
-        return dwell["specimen"], dwell["configuration"], dwell["frequency"], asked_for
 
-    recorded = [list(group)[-1] for _, group in groupby(dwells, key=point_of)]
-    if len(recorded) != len(points):
-        raise ApiError(f"the bench cycled {len(recorded)} points, {len(points)} were measured")
-    return tuple(
-        SineTruth(point, dwell["stiffness"], dwell["damping"]) for point, dwell in zip(points, recorded, strict=True)
-    )
+def _place(dwell: Mapping[str, Any]) -> tuple[str, str, float]:
+    return dwell["specimen"], dwell["configuration"], dwell["frequency"]
+
+
+def _is_there(point: SinePoint, dwell: Mapping[str, Any]) -> bool:
+    specimen, configuration, frequency = _place(dwell)
+    near = math.isclose(point.result.frequency, frequency, rel_tol=SAME_FREQUENCY)
+    return near and (point.specimen, point.configuration) == (specimen, configuration)
+
+
+def _truth_of(point: SinePoint, dwells: Sequence[Mapping[str, Any]]) -> SineTruth:
+    reached = point.result.amplitude_pp
+    recorded = min(reversed(dwells), key=lambda dwell: abs(math.log(dwell["amplitude_pp"] / reached)))
+    return SineTruth(point, recorded["stiffness"], recorded["damping"])
 
 
 def truth_document(truth: Mapping[str, Any], sines: Sequence[SineTruth]) -> dict[str, Any]:

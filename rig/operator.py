@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from analysis.dof import Dof
+from store.sine_records import BLANK
 
 
 class Operator(Protocol):
@@ -25,8 +26,16 @@ class Operator(Protocol):
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` ("I", "II") into the tester; return when they are mounted.
 
-        `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair).
+        `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair); "blank" asks for the known piece
+        `specimen` in their place.
         """
+
+
+def mounting(specimen: str, configuration: str) -> str:
+    """What an operator is asked to mount, in words."""
+    if configuration == BLANK:
+        return f"the known piece {specimen!r} in place of a specimen"
+    return f"the cylinders of joint {specimen} in {configuration}"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.errors import RigError
 from rig.sweep_order import Order
-from store.bundle_setup import Article
+from store.bundle_setup import Article, unknown_keys
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -207,6 +207,17 @@ Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep, Field
 SineStep = SweepStep | BlankStep
 
 
+class Compound(_Document):
+    """How the elastomer depends on temperature, near the reference that results are wanted at."""
+
+    reference_celsius: float = 23.0
+    stiffness_per_kelvin: float = Field(description="relative change of k, 1/K; negative where it softens")
+    stiffness_per_kelvin_error: float = Field(ge=0, description="one standard deviation, 1/K")
+    loss_factor_per_kelvin: float = Field(description="relative change of gamma, 1/K")
+    loss_factor_per_kelvin_error: float = Field(ge=0, description="one standard deviation, 1/K")
+    thermometer_error: float = Field(default=0.1, ge=0, description="one standard deviation, K")
+
+
 class Sequence(_Document):
     """The whole document."""
 
@@ -214,6 +225,9 @@ class Sequence(_Document):
     title: str = Field(min_length=1)
     article_name: str = Field(min_length=1, description="by which its joints are known over the years")
     article: Article = Field(description="what was built, in the words of a bundle's setup.json")
+    compound: Compound | None = Field(
+        default=None, description="with it, sine points are given at its reference temperature"
+    )
     steps: tuple[Step, ...] = Field(min_length=1)
 
     @property
@@ -290,9 +304,14 @@ def sequence_from(document: object, source: str = "sequence") -> Sequence:
     """
     try:
         # by way of JSON text, where an array is a tuple; what YAML takes for a date is read as it is written
-        return Sequence.model_validate_json(json.dumps(document, default=str))
+        sequence = Sequence.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         found = "; ".join(f"{'.'.join(map(str, item['loc'])) or 'document'}: {item['msg']}" for item in error.errors())
         raise SequenceError(f"{source}: {found}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
+    # the article is a bundle's, which passes over what it does not know; here a misspelt key would be measured without
+    assert isinstance(document, dict), "nothing else is a sequence"
+    if unknown := unknown_keys(document["article"], sequence.article.model_dump(mode="json")):
+        raise SequenceError(f"{source}: article: there is no key {', '.join(unknown)}")
+    return sequence

@@ -183,8 +183,13 @@ def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
     if not isinstance(document, dict):
         raise StoreError("setup.json does not hold an object with named values")
     setup = setup_from(document)
-    unknown = _unknown(document, setup.model_dump(mode="json"), "")
+    unknown = unknown_keys(document, setup.model_dump(mode="json"))
     return setup, tuple(f"setup.json: unknown key {key} is ignored" for key in unknown)
+
+
+def unknown_keys(given: Any, known: Any) -> tuple[str, ...]:
+    """Keys of a document, by their path such as ``beam.lenght``, that what was read from it does not have."""
+    return tuple(_unknown(given, known, ""))
 
 
 def setup_from(document: dict[str, Any]) -> BundleSetup:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,9 +18,15 @@ from api.identification.measurement import dof
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.identification.tester_corrections import SWITCHES
 from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
+
+Without = Annotated[
+    list[str] | None,
+    typer.Option(help=f"Leave a correction of the sine points off; may be repeated: {', '.join(SWITCHES)}."),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -31,12 +38,13 @@ def register(app: typer.Typer) -> None:
 def identify_(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
+    without: Without = None,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
     Results of a run are stored beside older ones; those of a bundle are only shown (import it first to store them).
     """
-    found = identified(target)
+    found = identified(target, without or ())
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -63,17 +71,17 @@ def modes(
         out.print(modes_table(estimate))
 
 
-def identified(target: str) -> Identification:
-    """Identify a bundle, or a run; a run's results are stored.
+def identified(target: str, without: Sequence[str] = ()) -> Identification:
+    """Identify a bundle, or a run, `without` these corrections; a run's results are stored.
 
     Raises:
         StoreError, AnalysisError, ApiError: there is no such thing, or nothing can be identified from it.
     """
     run = run_number(target)
     if run is None:
-        return identify(measurement_of_bundle(read_bundle(Path(target))))
+        return identify(measurement_of_bundle(read_bundle(Path(target))), without)
     with open_catalogue() as catalogue:
-        found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
+        found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)), without)
         store_identification(catalogue, run, found)
     return found
 
@@ -122,6 +130,11 @@ def show(found: Identification) -> None:
         for gate in gates:
             if not gate.passed:
                 out.print(f"FAILED: {gate.name}: {gate.text}", style="red")
+    for correction in found.corrections.applied:
+        out.print(f"corrected for {correction.text}")
+    if found.corrections.calibration is not None:
+        for warning in found.corrections.calibration.warnings:
+            out.print(f"calibration of the tester: {warning}", style="yellow")
     for name, direct in found.direct.items():
         series = sum(len(points) for by_amplitude in direct.series.values() for points in by_amplitude.values())
         out.print(f"joint {name}: {series} sine points")

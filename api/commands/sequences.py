@@ -16,7 +16,16 @@ from api.operator import SequenceProgress, TerminalOperator
 from api.settings import load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.run import resume_run, run_sequence
-from rig.sequence import HammerStep, Sequence, SoakStep, SweepStep, WaitStep, load_sequence, sequence_from
+from rig.sequence import (
+    BlankStep,
+    HammerStep,
+    Sequence,
+    SoakStep,
+    SweepStep,
+    WaitStep,
+    load_sequence,
+    sequence_from,
+)
 from rig.steps import check_plan, sweep_plan
 from rig.sweep_order import Order
 from rig.tester_limits import TesterLimits
@@ -138,6 +147,8 @@ def list_steps(sequence: Sequence) -> None:
             case SweepStep():
                 out.print(f"{number}. {_sweep_line(step)}")
                 out.print(f"   {_limits_line(limits)}")
+            case BlankStep():
+                out.print(f"{number}. {_blank_line(step)}")
             case WaitStep():
                 out.print(f"{number}. wait: {step.seconds:g} s")
             case SoakStep():
@@ -169,6 +180,14 @@ def _sweep_line(step: SweepStep) -> str:
         f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
         f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
         f"(records alone {seconds / 60:.0f} min)"
+    )
+
+
+def _blank_line(step: BlankStep) -> str:
+    stiffness = "rigid" if step.stiffness is None else f"{step.stiffness:g} N/m"
+    return (
+        f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
+        f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p"
     )
 
 

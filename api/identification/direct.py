@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from analysis.direct.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.direct.law_fit import FEWEST_POINTS
+from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
+from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
 from api.identification.measurement import Measurement
 
 CONFIGURATIONS = ("compression", "shear", "angled")
@@ -27,6 +31,8 @@ class Direct:
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
         law: the joint at any amplitude and frequency, where there are points enough.
+        claims: by configuration, what its points can claim of standards, one sentence each.
+        unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
     """
 
     series: Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
@@ -34,6 +40,8 @@ class Direct:
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
     law: JointLaw | None
+    claims: Mapping[str, tuple[str, ...]]
+    unphysical: tuple[str, ...]
 
 
 def direct_of(measurement: Measurement) -> dict[str, Direct]:
@@ -80,4 +88,26 @@ def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]]
         },
         superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
         law=law,
+        claims={
+            configuration: claims([point for points in by_amplitude.values() for point in points])
+            for configuration, by_amplitude in series.items()
+        },
+        unphysical=tuple(
+            f"{configuration}, {amplitude:g} mm, {band.lowest:g} to {band.highest:g} Hz: {band.reason}"
+            for configuration, by_amplitude in series.items()
+            for amplitude, points in by_amplitude.items()
+            for band in _refused(points)
+        ),
     )
+
+
+def _refused(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:
+    """Bands of a series that are no stiffness of a specimen; none where it is too short to be judged."""
+    if len(points) < FEWEST_LINES:
+        return ()
+    error = [max(p.stiffness_estimate.standard_error, p.damping_estimate.standard_error) / p.magnitude for p in points]
+    return identifiable_bands(
+        np.array([point.frequency for point in points]),
+        np.array([point.complex_stiffness for point in points]),
+        np.array(error),
+    ).refused

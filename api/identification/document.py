@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from analysis.modal.estimation import ModalEstimate
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse, Route
 from api.identification.pipeline import Identification
+from api.identification.tester_corrections import TesterCorrections
 
 FORMAT = "jointlab-identification/1"
 
@@ -31,6 +33,9 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
+            "direct_claims": {name: direct.claims for name, direct in found.direct.items()},
+            "direct_unphysical": {name: direct.unphysical for name, direct in found.direct.items()},
+            "corrections": _corrections(found.corrections) if found.direct else None,
             "comparison": [_comparison(each) for each in found.comparison],
             "seconds": round(found.seconds, 3),
         }
@@ -96,6 +101,20 @@ def _joint(joint: IdentifiedJoint) -> dict[str, Any]:
         "h_ci95": joint.h_ci95,
         "gamma_ci95": joint.loss_factor_ci95,
         "observable": joint.observable,
+    }
+
+
+def _corrections(corrections: TesterCorrections) -> dict[str, Any]:
+    calibration = corrections.calibration
+    return {
+        "applied": [asdict(each) for each in corrections.applied],
+        "switched_off": corrections.switched_off,
+        "calibration": calibration
+        and {
+            "chi_square": calibration.chi_square,
+            "degrees_of_freedom": calibration.degrees_of_freedom,
+            "warnings": calibration.warnings,
+        },
     }
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from api.errors import ApiError
 from api.identification.direct import Direct, direct_of
 from api.identification.inverse import Inverse, inverse_of
 from api.identification.measurement import Measurement
+from api.identification.tester_corrections import TesterCorrections, corrected
 
 BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts
 
@@ -31,6 +32,7 @@ class Identification:
         inverse: from the hammer, or None.
         direct: from the tester, by joint.
         comparison: element by element, where both are there.
+        corrections: what was done to the sine points.
         seconds: how long it took.
     """
 
@@ -38,23 +40,30 @@ class Identification:
     inverse: Inverse | None
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
+    corrections: TesterCorrections
     seconds: float
 
 
-def identify(measurement: Measurement) -> Identification:
+def identify(measurement: Measurement, without: Collection[str] = ()) -> Identification:
     """Identify both ways and compare.
+
+    Args:
+        measurement: both experiments, or one of them.
+        without: corrections of the sine points to switch off, by the names in `tester_corrections.SWITCHES`.
 
     Raises:
         AnalysisError: a method cannot work with these data; the message says what is missing.
-        ApiError: the measurement holds neither experiment.
+        ApiError: the measurement holds neither experiment, or there is no such correction.
     """
     started = time.perf_counter()
     if not measurement.sets and not measurement.points:
         raise ApiError(f"{measurement.title}: neither accelerances nor sine points to identify from")
+    points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, without)
+    measurement = replace(measurement, points=points)
     inverse = inverse_of(measurement) if measurement.sets else None
     direct = direct_of(measurement)
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
-    return Identification(measurement, inverse, direct, comparison, time.perf_counter() - started)
+    return Identification(measurement, inverse, direct, comparison, corrections, time.perf_counter() - started)
 
 
 def _comparison(

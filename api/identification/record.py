@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from sqlalchemy.orm import Session
@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 from analysis.comparison import ElementComparison
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.identification.inverse import Inverse
-from api.identification.measurement import stored_point
 from api.identification.pipeline import Identification
+from api.identification.sine_points import stored_point
 from store.analyses import AnalysisKind, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
@@ -169,7 +169,10 @@ def _points(session: Session, run_id: int, found: Identification) -> int:
         session,
         kind=AnalysisKind.DYNAMIC_STIFFNESS,
         method="first harmonic (Eqs. 47, 48)",
-        settings={},
+        settings={
+            "corrections": [asdict(each) for each in found.corrections.applied],
+            "switched_off": list(found.corrections.switched_off),
+        },
         runs=[run_id],
     )
     add_dynamic_stiffness(session, analysis, [stored_point(point) for point in found.measurement.points])

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
+from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
+from analysis.direct.temperature import TemperatureCoefficients
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
+from analysis.interval import Estimate
 from analysis.modal.spectra import responses_from_blows
 from api.errors import ApiError
-from api.identification.measurement import Measurement, SinePoint, dof, sine_point
+from api.identification.measurement import Measurement, dof
+from api.identification.sine_points import SinePoint, sine_point
+from api.identification.tester_corrections import ReferenceTemperature
 from api.progress import Advance, Progress, silent
 from rig.point_blows import contradicted
-from rig.sequence import DISPLACEMENT, FORCE, HammerStep, sequence_from
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, Sequence, sequence_from
 from store.analyses import AnalysisKind, latest_analysis
 from store.blows import Blow, list_blows
 from store.bundle import Bundle
@@ -27,7 +32,7 @@ from store.dof import Dof as StoredDof
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.runs import get_run
-from store.sine_records import SineRecord, list_sine_records
+from store.sine_records import BLANK, SineRecord, list_sine_records
 
 
 def measurement_of_bundle(bundle: Bundle) -> Measurement:
@@ -54,7 +59,9 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
             sets = tuple(list_frequency_responses(session, run_id))
             return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False)
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
-        records = list_sine_records(session, run_id)
+        every_record = list_sine_records(session, run_id)
+    records = [record for record in every_record if record.configuration != BLANK]
+    blanks = [record for record in every_record if record.configuration == BLANK]
     if not blows and not records:
         raise ApiError(f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify")
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
@@ -71,6 +78,8 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
         sets=tuple(each.measured for each in struck),
         points=points,
         raw=True,
+        calibration=_calibration(catalogue, blanks, sequence, progress),
+        reference=_reference(sequence.compound),
         scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
         left_out=tuple(text for each in struck for text in each.left_out),
     )
@@ -86,7 +95,7 @@ class _Struck:
 
 
 def _accelerances(
-    catalogue: Catalogue, article: Article, blows: Sequence[Blow], step: HammerStep, advance: Advance
+    catalogue: Catalogue, article: Article, blows: list[Blow], step: HammerStep, advance: Advance
 ) -> _Struck:
     """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
@@ -138,8 +147,39 @@ def _accelerances(
     return _Struck(measured, computed.scatter, tuple(left_out))
 
 
-def _sine_points(catalogue: Catalogue, records: Sequence[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
-    """k, h and gamma of every sine record of a sweep step."""
+def _calibration(
+    catalogue: Catalogue, records: list[SineRecord], sequence: Sequence, progress: Progress
+) -> tuple[CalibrationRun, ...]:
+    """Sine points on known pieces, with what the sequence says of each."""
+    if not records:
+        return ()
+    points = _sine_points(catalogue, records, progress)
+    runs = []
+    for step, _ in sequence.sine_steps:
+        if isinstance(step, BlankStep):
+            piece = KnownSpecimen(
+                math.inf if step.stiffness is None else step.stiffness, step.mass, step.stiffness_standard_error
+            )
+            runs.append(CalibrationRun(piece, tuple(p.result for p in points if p.specimen == step.piece)))
+    return tuple(run for run in runs if run.points)
+
+
+def _reference(compound: Compound | None) -> ReferenceTemperature | None:
+    if compound is None:
+        return None
+    return ReferenceTemperature(
+        compound.reference_celsius,
+        TemperatureCoefficients(
+            stiffness=Estimate(compound.stiffness_per_kelvin, compound.stiffness_per_kelvin_error),
+            loss_factor=Estimate(compound.loss_factor_per_kelvin, compound.loss_factor_per_kelvin_error),
+            source="compound",
+        ),
+        compound.thermometer_error,
+    )
+
+
+def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
+    """k, h and gamma of every sine record."""
     points = []
     with progress("dynamic stiffness", len(records)) as advance:
         for record in records:

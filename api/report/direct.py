@@ -14,6 +14,7 @@ from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse
 from api.identification.pipeline import Identification
+from api.identification.tester_corrections import TesterCorrections
 from api.report import figures
 from api.report.figures import Curve, Panel
 from api.report.section import Picture, Section, Table, ends, number
@@ -23,10 +24,51 @@ Quantity = Callable[[DynamicStiffness], Estimate]
 
 def direct_sections(found: Identification) -> list[Section]:
     """The tester's results, and the comparison where there is one."""
-    sections = [_cylinders(name, direct) for name, direct in found.direct.items()]
+    sections = [_corrections(found.corrections)] if found.direct else []
+    sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
         sections.append(_comparison(found.inverse, found.direct, found.comparison))
     return sections
+
+
+def _corrections(corrections: TesterCorrections) -> Section:
+    """What the tester adds to a specimen, and what was done about it."""
+    content: list[str | Table | Picture] = []
+    calibration = corrections.calibration
+    if calibration is None:
+        content.append(
+            "No known piece was measured in this tester: frame, fixture and channels are taken to be rigid, massless "
+            "and on time."
+        )
+    else:
+        content.append(
+            f"Known pieces in place of specimens were measured; chi-square is {number(calibration.chi_square)} on "
+            f"{calibration.degrees_of_freedom} degrees of freedom."
+        )
+        content += [f"{warning}." for warning in calibration.warnings]
+    if corrections.applied:
+        rows = tuple(
+            (each.effect.replace("_", " "), each.parameter, f"{each.value:.4g} ± {each.standard_error:.2g} {each.unit}")
+            for each in corrections.applied
+        )
+        content.append(Table("Applied to every sine point", ("correction", "symbol", "value, standard error"), rows))
+    if corrections.switched_off:
+        names = ", ".join(name.replace("_", " ") for name in corrections.switched_off)
+        content.append(f"Switched off by hand: {names}.")
+    return Section("Corrections of the tester", tuple(content))
+
+
+def _claims(direct: Direct) -> list[str]:
+    """What standards can be claimed: a sentence that holds for every configuration is said once."""
+    by_sentence: dict[str, list[str]] = {}
+    for configuration, sentences in direct.claims.items():
+        for sentence in sentences:
+            by_sentence.setdefault(sentence, []).append(configuration)
+    every = len(direct.claims)
+    return [
+        sentence if len(configurations) == every else f"In {', '.join(configurations)}: {sentence}"
+        for sentence, configurations in by_sentence.items()
+    ]
 
 
 def _cylinders(name: str, direct: Direct) -> Section:
@@ -45,6 +87,8 @@ def _cylinders(name: str, direct: Direct) -> Section:
         else f"The first harmonic does not describe {len(insufficient)} of {len(flagged)} points, the first because "
         f"{insufficient[0].shortcomings[0]}."
     )
+    content += [f"Not a specimen's stiffness: {text}." for text in direct.unphysical]
+    content += _claims(direct)
     if direct.superposition:
         content.append(
             Picture(

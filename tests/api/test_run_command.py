@@ -228,7 +228,7 @@ def test_ctrl_c_is_130_and_the_run_is_stopped(
 
 def test_where_nobody_can_confirm_nothing_is_mounted() -> None:
     operator = TerminalOperator(Console(stderr=True))
-    with pytest.raises(ApiError, match="mount joint I in shear: there is no terminal to confirm it on"):
+    with pytest.raises(ApiError, match="mount the cylinders of joint I in shear: there is no terminal to confirm"):
         operator.mount("I", "shear")
 
 

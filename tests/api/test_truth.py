@@ -9,7 +9,7 @@ import pytest
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from api.errors import ApiError
-from api.identification.measurement import SinePoint
+from api.identification.sine_points import SinePoint
 from api.truth import by_amplitude, sine_truths, truth_document
 
 
@@ -34,7 +34,7 @@ def dwell(frequency: float, amplitude: float, k: float = 1e6, configuration: str
     }
 
 
-def test_the_last_dwell_before_the_next_point_is_the_one_that_counts() -> None:
+def test_the_dwell_at_the_point_s_amplitude_is_the_one_that_counts() -> None:
     points = [point(5, 0.1), point(10, 0.1), point(5, 0.01)]
     dwells = [dwell(5, 0.06, 9e5), dwell(5, 0.1, 1e6), dwell(10, 0.1, 2e6), dwell(5, 0.008, 3e6), dwell(5, 0.01, 4e6)]
     assert [each.k for each in sine_truths(points, dwells)] == [1e6, 2e6, 4e6]
@@ -48,8 +48,22 @@ def test_at_one_frequency_the_amplitude_tells_points_apart() -> None:
 
 
 def test_a_bench_that_cycled_something_else_is_not_taken_for_the_truth() -> None:
-    with pytest.raises(ApiError, match="the bench cycled 1 points, 2 were measured"):
+    with pytest.raises(ApiError, match="the bench did not cycle sine point 1 in its turn"):
         sine_truths([point(5, 0.1), point(10, 0.1)], [dwell(5, 0.1)])
+    with pytest.raises(ApiError, match="the bench cycled at 2 places in turn, 1 were measured"):
+        sine_truths([point(5, 0.1)], [dwell(5, 0.1), dwell(10, 0.1)])
+
+
+def test_one_frequency_at_two_amplitudes_in_turn_is_two_points_whatever_the_order() -> None:
+    points = [point(5, 0.1), point(10, 0.1), point(10, 0.05), point(5, 0.05), point(5, 0.1)]
+    dwells = [dwell(5, 0.07), dwell(5, 0.1), dwell(10, 0.1, 2e6), dwell(10, 0.035, 1), dwell(10, 0.05, 3e6)]
+    dwells += [dwell(5, 0.05, 4e6), dwell(5, 0.07, 1), dwell(5, 0.1, 5e6)]
+    assert [each.k for each in sine_truths(points, dwells)] == [1e6, 2e6, 3e6, 4e6, 5e6]
+
+
+def test_dwells_on_known_pieces_are_no_points() -> None:
+    (true,) = sine_truths([point(5, 0.1)], [dwell(20, 0.01) | {"specimen": "blank"}, dwell(5, 0.1, 2e6)])
+    assert true.k == 2e6
 
 
 def test_errors_are_relative_and_coverage_is_of_the_95_per_cent_interval() -> None:

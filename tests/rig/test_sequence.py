@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.hammer import PAPER_POINTS
+from rig.operator import mounting
 from rig.sequence import Frequencies, HammerStep, Sequence, SequenceError, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan, hammer_settings, sweep_plan
 from rig.sweep import PlanError
@@ -103,6 +104,20 @@ def test_a_blank_is_a_sweep_of_one_mounting_whose_numbers_come_first() -> None:
 def test_a_blank_that_cannot_calibrate_is_refused(fields: dict[str, Any], words: str) -> None:
     with pytest.raises(SequenceError, match=re.escape(words)):
         sequence_from(blank(**fields))
+
+
+def test_an_operator_is_asked_for_the_piece_by_its_name() -> None:
+    assert mounting("empty", "blank") == "the known piece 'empty' in place of a specimen"
+    assert mounting("I", "shear") == "the cylinders of joint I in shear"
+
+
+@pytest.mark.parametrize(
+    "path", [("article", "colour"), ("article", "beam", "lenght"), ("article", "joints", 1, "nodes")]
+)
+def test_a_key_that_the_article_does_not_have_is_named(path: tuple[Any, ...]) -> None:
+    where = ".".join(map(str, path[1:]))
+    with pytest.raises(SequenceError, match=f"sequence: article: there is no key {where}"):
+        sequence_from(changed(path, 1.0))
 
 
 def test_two_pieces_of_one_name_are_refused() -> None:

@@ -9,12 +9,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from types import TracebackType
 from typing import Any, Self
 
 from simlab.bench import Bench, Conditions
+from simlab.case.bench import CaseBench
+from simlab.case.draw import Case
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.hand_server import Hand, HandServer
@@ -44,6 +47,12 @@ class Addresses:
 class Laboratory:
     """Bench, instruments and hand, running until the context is left.
 
+    Args:
+        seed, conditions: of the bench; a case brings its own.
+        speed: bench time over wall time.
+        ports: of instruments by name, in place of what the operating system picks.
+        case: a sealed case whose beam, rubber and noise the instruments are put in front of.
+
     Attributes:
         bench: the physics.
         addresses: where to connect.
@@ -57,10 +66,11 @@ class Laboratory:
         conditions: Conditions | None = None,
         *,
         ports: dict[str, int] | None = None,
+        case: Case | None = None,
     ) -> None:
         ports = ports or {}
         self._stack = ExitStack()
-        self.bench = Bench(seed, Clock(speed), conditions)
+        self.bench = Bench(seed, Clock(speed), conditions) if case is None else CaseBench(case, Clock(speed))
         try:
             self.daq = start_daq_server(self.bench, f"127.0.0.1:{ports.get('daq', 0)}")
             self._stack.callback(self.daq.stop)
@@ -79,7 +89,10 @@ class Laboratory:
         def dwells() -> list[dict[str, Any]]:
             return [asdict(dwell) for dwell in self.tester.actuator.log]
 
-        return {"strike": self.bench.strike, "mount": self.bench.mount, "truth": self.bench.truth, "dwells": dwells}
+        deeds = {"strike": self.bench.strike, "mount": self.bench.mount, "truth": self.bench.truth, "dwells": dwells}
+        if isinstance(self.bench, CaseBench):
+            deeds["set_up"] = self.bench.set_up
+        return deeds
 
     def stop(self) -> None:
         """Stop every instrument."""
@@ -97,12 +110,22 @@ class Laboratory:
 class LaboratoryProcess:
     """The laboratory in a process of its own, which ends with the context or with this process.
 
+    Args:
+        seed: of the bench, or of the case.
+        speed: bench time over wall time.
+        kind: of a case to put the instruments in front of: none, single, pair or novel; None is the ordinary bench.
+        effects: of the case by name, in place of drawn ones.
+
     Raises:
         RuntimeError: it did not start; what it said is in the message.
     """
 
-    def __init__(self, seed: int = 1, speed: float = 1.0) -> None:
+    def __init__(
+        self, seed: int = 1, speed: float = 1.0, *, kind: str | None = None, effects: Sequence[str] = ()
+    ) -> None:
         command = [sys.executable, "-m", "simlab", "--seed", str(seed), "--speed", str(speed)]
+        if kind is not None:
+            command += ["--case", kind, *(f"--effect={name}" for name in effects)]
         # a session of its own: Ctrl-C is for whoever measures, and instruments outlast it to be left at rest
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True

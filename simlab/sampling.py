@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from simlab.assembly import Complex
 from simlab.beam import Real
 from simlab.elastomer import BLOW_AMPLITUDE
 from simlab.hand import Blow
-from simlab.supported_beam import PlaneLines, SupportedBeam
+from simlab.supported_beam import Load
 
 MEMORY = 3.0
 """Seconds after which a blow's response has died out, to 1e-9 for the sharpest mode."""
@@ -41,6 +41,16 @@ def blow_amplitude(peak_force: float) -> float:
     return BLOW_AMPLITUDE * peak_force / 100.0
 
 
+class StruckBeam(Protocol):
+    """What is struck, and knows its accelerance."""
+
+    def lines(self, frequency: Real) -> Any:
+        """Prepare frequency lines (lines,) in Hz, all above zero."""
+
+    def accelerance(self, lines: Any, load: Load, amplitude: float, temperature: float) -> Complex:
+        """(lines,) accelerometer reading per force, (m/s^2)/N, with the cylinders deformed by `amplitude` m."""
+
+
 @dataclass(frozen=True)
 class Grid:
     """Sampling at `rate` Hz over one blow's memory.
@@ -49,19 +59,20 @@ class Grid:
         size: samples, and with them rate / size Hz between lines.
         frequency: (lines,) from the first above zero.
         filter: (lines,) gain of the anti-alias filter.
+        lines: what the beam prepared for these lines.
     """
 
     rate: float
     size: int
     frequency: Real
     filter: Real
-    lines: PlaneLines
+    lines: Any
 
 
 class Sampler:
     """Waveforms of blows on a supported beam, at `temperature` (C of a time in s); for one thread at a time."""
 
-    def __init__(self, beam: SupportedBeam, temperature: Callable[[float], float]) -> None:
+    def __init__(self, beam: StruckBeam, temperature: Callable[[float], float]) -> None:
         self._beam = beam
         self._temperature = temperature
         self._grids: Recent[Grid] = Recent(3)

@@ -10,7 +10,7 @@ import numpy as np
 from simlab.assembly import Complex
 from simlab.beam import FreeModes, Real
 from simlab.case.article import JOINT_NAMES, Article, joint_matrix
-from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Campaign, Row, Setup
+from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Campaign, Points, Row
 from simlab.case.coupling import Attachment, CoupledBar, slope
 from simlab.case.draw import Case
 from simlab.case.effects.base import Effect, Seen, Strike
@@ -91,24 +91,35 @@ class Stand:
     def read(self, number: int) -> tuple[Complex, Complex]:
         """(rows, lines) accelerance of set `number` (from 0) and its slope with a blow's place along the bar."""
         setup = self.campaign.setups[number]
-        loads = [self._load(row, setup) for row in ROWS]
+        loads = [self._load(row, number) for row in ROWS]
         shapes = np.array([_shape(self.modes, load) for load in loads])
         slopes = np.array([_slope(self.modes, load) for load in loads])
         count = len(ROWS)
         if any(effect.roving for effect in self.effects):
             orders = [_order(row) for row in ROWS]
             both = np.stack([shapes, slopes], axis=1)
-            parts = [self._accelerance(rows, number, order) for rows, order in zip(both, orders, strict=True)]
+            joints = [self._joints(number, order, setup.peak_force) for order in orders]
+            parts = [self._accelerance(rows, held) for rows, held in zip(both, joints, strict=True)]
             clean = np.concatenate([[part[0] for part in parts], [part[1] for part in parts]])
         else:
-            clean = self._accelerance(np.concatenate([shapes, slopes]), number, 0.0)
+            clean = self._accelerance(np.concatenate([shapes, slopes]), self._joints(number, 0.0, setup.peak_force))
         read = [setup.gain * self._chain(clean[i], ROWS[i % count], number) for i in range(2 * count)]
         return np.array(read[:count]), np.array(read[count:])
 
-    def _accelerance(self, loads: Real, number: int, order: float) -> Complex:
-        """(loads, lines) with the joints as they are in set `number` after the fraction `order` of it."""
+    def blow(self, row: Row, number: int, peak_force: float, place: float) -> Complex:
+        """(lines,) accelerance read of one blow of `peak_force` N in set `number`, `place` m beside its row's mark."""
+        load = _shape(self.modes, self._load(row, number, place))
+        clean = self._accelerance(load[None], self._joints(number, _order(row), peak_force))[0]
+        return self.campaign.setups[number].gain * self._chain(clean, row, number)
+
+    def _accelerance(self, loads: Real, joints: Attachment) -> Complex:
+        """(loads, lines) of the bar on its joints, with what else it carries."""
+        return self.bar.accelerance(self.output, loads, [joints, *self.carried])
+
+    def _joints(self, number: int, order: float, peak_force: float) -> Attachment:
+        """Both joints under a blow of `peak_force` N in set `number`, after the fraction `order` of it."""
         frequency = self.frequency
-        deformation = self.campaign.deformation(self.campaign.setups[number].peak_force, frequency)
+        deformation = self.campaign.deformation(peak_force, frequency)
         joints = np.zeros((frequency.size, 6, 6), dtype=np.complex128)
         for i, name in enumerate(JOINT_NAMES):
             seen = Seen(
@@ -124,15 +135,17 @@ class Stand:
             joints[:, 3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = joint_matrix(name, self.article.joints[name], cylinder)
         for effect in self.effects:
             joints = effect.joints(joints, self.article, self.bar.omega)
-        return self.bar.accelerance(self.output, loads, [Attachment(self.places, joints), *self.carried])
+        return Attachment(self.places, joints)
 
-    def _load(self, row: Row, setup: Setup) -> Load:
-        """Where a row is really struck; a mark that would be off the end is as far inside it."""
+    def _load(self, row: Row, number: int, place: float = 0.0) -> Load:
+        """Where a row is really struck, `place` m beside its mark; what would be off the end is as far inside it."""
         position = self._position(row)
         load = Load(position, **{row.direction: 1.0})
         load = reduce(lambda known, effect: effect.struck(known, row), self.effects, load)
         if row in MEASURED:
-            load = replace(load, position=load.position + setup.offsets[MEASURED.index(row)])
+            place += self.campaign.setups[number].offsets[MEASURED.index(row)]
+        if row.direction == "y":
+            load = replace(load, position=load.position + place)
         length = self.article.bar.length
         return replace(load, position=length - abs(length - abs(load.position)))
 
@@ -147,12 +160,19 @@ class Stand:
 def direct_stiffness(
     article: Article, campaign: Campaign, effects: tuple[Effect, ...], stretch: float = 1.0
 ) -> Complex:
-    """(points,) dynamic stiffness as the tester gives it, N/m, at `stretch` times each point's amplitude.
+    """(points,) dynamic stiffness as the tester gives it, N/m, at `stretch` times each point's amplitude."""
+    stiffness = specimen_stiffness(article, campaign.points, effects, stretch)
+    for effect in effects:
+        stiffness = effect.tested(stiffness, campaign.points)
+    return campaign.tester_gain * stiffness
+
+
+def specimen_stiffness(article: Article, points: Points, effects: tuple[Effect, ...], stretch: float = 1.0) -> Complex:
+    """(points,) dynamic stiffness of the specimens themselves, N/m, at `stretch` times each point's amplitude.
 
     Compression is one cylinder, b; shear a pair, 2 a; angled a pair, each bringing half of a + b + (b - a) sin 2 lean,
     as k22 in the stand, and deformed by cos 45 of the whole in each direction.
     """
-    points = campaign.points
     stiffness = np.zeros(points.order.size, dtype=np.complex128)
     angled = points.configuration == CONFIGURATIONS.index("angled")
     for i, name in enumerate(JOINT_NAMES):
@@ -168,7 +188,7 @@ def direct_stiffness(
         leaning = np.sin(2 * np.radians(article.joints[name].lean_deg))
         ways = [compression, 2 * shear, shear + compression + leaning * (compression - shear)]
         stiffness = np.where(points.specimen == i, np.choose(points.configuration, ways), stiffness)
-    return campaign.tester_gain * reduce(lambda known, effect: effect.tested(known, points), effects, stiffness)
+    return stiffness
 
 
 def _cylinder(article: Article, name: str, seen: Seen, effects: tuple[Effect, ...]) -> Complex:

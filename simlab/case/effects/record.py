@@ -26,9 +26,19 @@ class DoubleHit(Effect):
     def measured(self, campaign: Campaign) -> Campaign:
         return replace(campaign, recorded=RECORDED)
 
+    def bounce(self, rng: np.random.Generator) -> tuple[float, float] | None:
+        """Delay in s and relative height of one blow's bounce; None for a blow that does not."""
+        if rng.random() >= self.number("share"):
+            return None
+        scatter = self._scatter * float(np.clip(rng.standard_normal(), -2, 2))
+        return self.number("dt") * (1 + scatter), self.number("ratio") * rng.uniform(0.7, 1.0)
+
+    @property
+    def _scatter(self) -> float:
+        return 0.02 if self.law == "alike" else 0.3
+
     def bounced(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
-        scatter = 0.02 if self.law == "alike" else 0.3
-        delay = self.number("dt") * (1 + scatter * np.clip(rng.standard_normal((*blows, 1)), -2, 2))
+        delay = self.number("dt") * (1 + self._scatter * np.clip(rng.standard_normal((*blows, 1)), -2, 2))
         ratio = self.number("ratio") * rng.uniform(0.7, 1.0, (*blows, 1))
         bounces = rng.random((*blows, 1)) < self.number("share")
         return np.asarray(1 + bounces * ratio * np.exp(-2j * np.pi * frequency * delay))
@@ -51,16 +61,20 @@ class MainsHum(Effect):
     def measured(self, campaign: Campaign) -> Campaign:
         return replace(campaign, recorded=RECORDED)
 
+    @property
+    def tones(self) -> dict[float, float]:
+        """Amplitude in m/s^2 by frequency in Hz."""
+        mains = self.number("mains_hz") + self.number("off_hz")
+        multiples = (1, 3, 5, 7, 9) if self.law == "odd_multiples" else (1, 2, 3, 4, 5)
+        return {multiple * mains: self.number("amplitude") / multiple for multiple in multiples}
+
     def hummed(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
         total = np.zeros((*blows, frequency.size), dtype=np.complex128)
-        for multiple in (1, 2, 3, 4, 5, 7, 9):
-            if self.law == "odd_multiples" and multiple % 2 == 0:
-                continue
-            away = (multiple * (self.number("mains_hz") + self.number("off_hz")) - frequency) / LINE_SPACING
+        for tone, amplitude in self.tones.items():
+            away = (tone - frequency) / LINE_SPACING
             # transform of a sine over one record, away from its own line in lines
             leaked = 0.5 / LINE_SPACING * np.sinc(away) * np.exp(1j * np.pi * away)
-            phase = np.exp(2j * np.pi * rng.random((*blows, 1)))
-            total += self.number("amplitude") / multiple * phase * leaked
+            total += amplitude * np.exp(2j * np.pi * rng.random((*blows, 1))) * leaked
         return total
 
 

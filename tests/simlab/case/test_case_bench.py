@@ -1,0 +1,127 @@
+"""A case in front of the instruments: the same accelerances and stiffnesses as its files, from blows and cycling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simlab.actuator import Actuator
+from simlab.case.bench import CaseBench
+from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
+from simlab.case.draw import Case, Kind, draw_case
+from simlab.case.simulate import simulate
+from simlab.clock import Clock
+from simlab.laboratory import Laboratory, LaboratoryProcess
+from simlab.sampling import blow_amplitude
+
+RATE, SAMPLES = 5120.0, 15360
+
+
+def quiet(case: Case) -> Case:
+    campaign = replace(case.campaign, force_noise=0.0, acceleration_noise=0.0, place_scatter=0.0)
+    return replace(case, campaign=campaign)
+
+
+def bench_of(kind: Kind, *effects: str, seed: int = 4, size: float = 0.6) -> CaseBench:
+    return CaseBench(quiet(draw_case(seed, kind, effects, size)), Clock())
+
+
+def accelerance_of_blow(bench: CaseBench, node: int, direction: str) -> tuple[np.ndarray, np.ndarray]:
+    bench.strike(node, direction, at=1.00003, what="clean")
+    signals = bench.hammer_signals(0.9, RATE, SAMPLES)
+    frequency = np.asarray(np.fft.rfftfreq(SAMPLES, 1 / RATE), dtype=np.float64)
+    lines = (frequency >= 20.0) & (frequency <= 1000.0)
+    force, acceleration = (np.fft.rfft(signals[name])[lines] for name in ("hammer", "accelerometer"))
+    return frequency[lines], acceleration / force
+
+
+@pytest.mark.parametrize(
+    ("kind", "effects"),
+    [
+        (Kind.NONE, []),
+        (Kind.SINGLE, ["foundation_compliance"]),
+        (Kind.SINGLE, ["channel_delay"]),
+        (Kind.SINGLE, ["impact_position"]),
+        (Kind.NOVEL, ["roving_drift"]),
+    ],
+)
+def test_a_blow_shows_the_accelerance_of_the_file(kind: Kind, effects: list[str]) -> None:
+    bench = bench_of(kind, *effects)
+    bench.set_up(1)
+    frequency, measured = accelerance_of_blow(bench, 9, "y")
+    # the blow's own peak force matters to none of these effects
+    filed = simulate(bench.case, frequency=frequency).accelerance[1, ROWS.index(Row(9, "y"))]
+    np.testing.assert_allclose(measured, filed, rtol=2e-3, atol=2e-4 * np.abs(filed).max())
+
+
+def test_a_harder_blow_meets_softer_rubber_where_the_case_has_it_so() -> None:
+    bench = bench_of(Kind.SINGLE, "amplitude_dependence")
+    frequency = np.array([50.0, 60.0])
+    soft, hard = (np.abs(bench.accelerance(frequency, 3, "y", force)) for force in (100.0, 400.0))
+    assert np.all(hard > soft)
+    filed = simulate(bench.case, frequency=frequency).accelerance[0, ROWS.index(Row(3, "y"))]
+    np.testing.assert_allclose(soft, np.abs(filed), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "effects", [["frame_compliance"], ["transducer_lag"], ["amplitude_dependence"], ["cylinder_angle"], ["joint_mass"]]
+)
+def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
+    bench = bench_of(Kind.SINGLE, *effects)
+    points, filed = bench.case.campaign.points, simulate(bench.case, frequency=np.array([100.0])).stiffness
+    for i in range(0, 720, 45):
+        bench.mount(("I", "II")[points.specimen[i]], CONFIGURATIONS[points.configuration[i]])
+        found = bench.dynamic_stiffness(float(points.amplitude[i]), float(points.frequency[i]))
+        assert found == pytest.approx(complex(filed[i]), rel=1e-9)
+
+
+def test_a_conditioning_drift_goes_with_the_work_done() -> None:
+    bench = bench_of(Kind.SINGLE, "conditioning_drift", size=1.0)
+    clock = iter(np.arange(0.0, 1e4, 1.0))
+    actuator = Actuator(bench, lambda: float(next(clock)))
+    bench.attach_actuator(actuator)
+    bench.mount("I", "compression")
+    before = bench.dynamic_stiffness(25e-6, 50.0).real
+    for _ in range(12):
+        actuator.cycle(1e-4, 50.0)
+    after = bench.dynamic_stiffness(25e-6, 50.0).real
+    assert after < before * (1 - 1e-3)
+
+
+def test_a_bouncing_case_bounces_and_a_humming_one_hums() -> None:
+    bouncing = bench_of(Kind.SINGLE, "double_hit")
+    for number in range(10):
+        bouncing.strike(3, "y", at=1.0 + 3 * number)
+    assert any(len(blow.pulses) == 2 for blow in bouncing.blows)
+    humming = bench_of(Kind.SINGLE, "mains_hum")
+    silence = humming.hammer_signals(0.0, RATE, SAMPLES)["accelerometer"]
+    spectrum = np.abs(np.fft.rfft(silence))
+    assert np.argmax(spectrum) * RATE / SAMPLES in (pytest.approx(50.0, abs=0.4), pytest.approx(60.0, abs=0.4))
+
+
+def test_the_blow_amplitude_of_the_bench_stands_for_the_peak_force() -> None:
+    bench = bench_of(Kind.NONE)
+    bench.strike(3, "y", at=1.0, what="clean")
+    assert 0.5 < blow_amplitude(bench.blows[0].peak_force) / blow_amplitude(100.0) < 1.5
+
+
+def test_a_set_that_the_case_has_not_is_refused() -> None:
+    with pytest.raises(ValueError, match="no set 7"):
+        bench_of(Kind.NONE).set_up(7)
+
+
+def test_a_laboratory_takes_a_case_and_reveals_its_truth() -> None:
+    case = draw_case(8, Kind.SINGLE, ["joint_mass"])
+    with Laboratory(speed=100.0, case=case) as laboratory:
+        assert isinstance(laboratory.bench, CaseBench)
+        assert laboratory.bench.truth()["effects"] == ["joint_mass"]
+
+
+def test_a_laboratory_of_its_own_process_takes_a_case_by_seed() -> None:
+    with LaboratoryProcess(seed=8, speed=100.0, kind="single", effects=["density"]) as process:
+        process.hand.do("set_up", number=1)
+        process.hand.do("mount", specimen="I", configuration="shear")
+        process.hand.do("strike", node=3, direction="y")
+        assert process.hand.do("truth")["effects"] == ["density"]

@@ -35,6 +35,7 @@ class Blow:
         struck_at: UTC of the trigger, or None where an imported file does not say.
         waveform: where the record is, or None where nothing was recorded.
         source: the file it was imported from, or None for a blow recorded here.
+        id: number of the stored row.
     """
 
     point: Dof
@@ -47,6 +48,7 @@ class Blow:
     struck_at: datetime | None
     waveform: WaveformReference | None
     source: str | None = None
+    id: int | None = None
 
 
 def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> Point:
@@ -95,19 +97,18 @@ def add_blow(
         raise StoreError(f"blow {number} at {point.dof} is {'accepted' if accepted else 'refused'} {said}")
     if waveform is not None and waveform.file != _waveform_file(session, point.run_id):
         raise StoreError(f"blow {number} at {point.dof}: waveform {waveform} is not of run {point.run_id}")
-    session.add(
-        models.Blow(
-            point_id=point.id,
-            number=number,
-            accepted=accepted,
-            reason=reason,
-            peak_force=peak_force,
-            temperature_c=temperature_c,
-            struck_at=struck_at,
-            waveform_record=None if waveform is None else waveform.record,
-            source=source,
-        )
+    row = models.Blow(
+        point_id=point.id,
+        number=number,
+        accepted=accepted,
+        reason=reason,
+        peak_force=peak_force,
+        temperature_c=temperature_c,
+        struck_at=struck_at,
+        waveform_record=None if waveform is None else waveform.record,
+        source=source,
     )
+    session.add(row)
     session.flush()
     return Blow(
         point.dof,
@@ -120,6 +121,7 @@ def add_blow(
         struck_at,
         waveform,
         source,
+        row.id,
     )
 
 
@@ -136,21 +138,35 @@ def list_blows(session: Session, run_id: int) -> list[Blow]:
         .where(models.Point.run_id == run_id)
         .order_by(models.Blow.id)
     )
-    return [
-        Blow(
-            point=Dof(point.node, point.direction),
-            set_number=point.set_number,
-            number=blow.number,
-            accepted=blow.accepted,
-            reason=blow.reason,
-            peak_force=blow.peak_force,
-            temperature_c=blow.temperature_c,
-            struck_at=blow.struck_at,
-            waveform=None if blow.waveform_record is None else WaveformReference(file, blow.waveform_record),
-            source=blow.source,
-        )
-        for blow, point in rows
-    ]
+    return [_blow(blow, point, file) for blow, point in rows]
+
+
+def get_blow(session: Session, blow_id: int) -> Blow:
+    """One blow.
+
+    Raises:
+        NotFoundError: there is no such blow.
+    """
+    row = session.get(models.Blow, blow_id)
+    if row is None:
+        raise NotFoundError(f"there is no blow {blow_id}")
+    return _blow(row, row.point, row.point.run.waveform_file)
+
+
+def _blow(row: models.Blow, point: models.Point, file: str) -> Blow:
+    return Blow(
+        point=Dof(point.node, point.direction),
+        set_number=point.set_number,
+        number=row.number,
+        accepted=row.accepted,
+        reason=row.reason,
+        peak_force=row.peak_force,
+        temperature_c=row.temperature_c,
+        struck_at=row.struck_at,
+        waveform=None if row.waveform_record is None else WaveformReference(file, row.waveform_record),
+        source=row.source,
+        id=row.id,
+    )
 
 
 def _waveform_file(session: Session, run_id: int) -> str:

@@ -92,22 +92,35 @@ def list_sine_records(session: Session, run_id: int) -> list[SineRecord]:
         .where(models.SineRecord.run_id == run_id)
         .order_by(models.SineRecord.order_number)
     )
-    return [
-        SineRecord(
-            order_number=row.order_number,
-            specimen=specimen,
-            configuration=row.configuration,
-            commanded_pp_mm=row.commanded_pp_mm,
-            reached_pp_mm=row.reached_pp_mm,
-            frequency=row.frequency,
-            elapsed=row.elapsed,
-            recorded_at=row.recorded_at,
-            temperature_c=row.temperature_c,
-            waveform=None if row.waveform_record is None else WaveformReference(file, row.waveform_record),
-            id=row.id,
-        )
-        for row, specimen in rows
-    ]
+    return [_record(row, specimen, file) for row, specimen in rows]
+
+
+def get_sine_record(session: Session, record_id: int) -> SineRecord:
+    """One sine record.
+
+    Raises:
+        NotFoundError: there is no such record.
+    """
+    row = session.get(models.SineRecord, record_id)
+    if row is None:
+        raise NotFoundError(f"there is no sine record {record_id}")
+    return _record(row, row.specimen.name, row.run.waveform_file)
+
+
+def _record(row: models.SineRecord, specimen: str, file: str) -> SineRecord:
+    return SineRecord(
+        order_number=row.order_number,
+        specimen=specimen,
+        configuration=row.configuration,
+        commanded_pp_mm=row.commanded_pp_mm,
+        reached_pp_mm=row.reached_pp_mm,
+        frequency=row.frequency,
+        elapsed=row.elapsed,
+        recorded_at=row.recorded_at,
+        temperature_c=row.temperature_c,
+        waveform=None if row.waveform_record is None else WaveformReference(file, row.waveform_record),
+        id=row.id,
+    )
 
 
 def _run(session: Session, run_id: int) -> tuple[str, str]:

@@ -53,9 +53,23 @@ class Act:
     fingerprint: str
 
     def once(
-        self, action: str, target: str, do: Callable[[], BaseModel | None], status: int = 200, **details: Any
+        self,
+        action: str,
+        target: str,
+        do: Callable[[], BaseModel | None],
+        status: int = 200,
+        *,
+        secret: str | None = None,
+        **details: Any,
     ) -> Response:
-        """Do it, if it was not done before, and answer with what it returns; `details` go into the audit log.
+        """Do it, if it was not done before, and answer with what it returns.
+
+        Args:
+            action: what is done, and `target` to what, for the audit log.
+            do: does it.
+            status: of the answer.
+            secret: a field of the answer that is kept nowhere; a repeat has null there.
+            details: further ones for the audit log.
 
         Raises:
             KeyReusedError: the key belongs to another request, or to one that is under way or was cut off.
@@ -80,8 +94,9 @@ class Act:
                 forget_request(session, self.who.name, self.key)
             raise
         body = "" if made is None else made.model_dump_json()
+        kept = body if made is None or secret is None else made.model_copy(update={secret: None}).model_dump_json()
         with self.services.catalogue.writing() as session:
-            answer_request(session, self.who.name, self.key, status, body)
+            answer_request(session, self.who.name, self.key, status, kept)
             add_audit_entry(session, who=self.who.name, action=action, target=target, outcome="done", details=details)
         return _answer(body, status, {})
 

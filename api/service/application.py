@@ -11,10 +11,42 @@ from fastapi_offline import FastAPIOffline
 
 from api.service.context import Services
 from api.service.problems import Problem, handle_problems
-from api.service.resources import health, rig, runs, sequences
+from api.service.resources import (
+    audit,
+    channels,
+    comparisons,
+    dynamic_stiffness,
+    frequency_responses,
+    health,
+    instruments,
+    joint_matrices,
+    keys,
+    modes,
+    records,
+    rig,
+    runs,
+    sequences,
+    specimens,
+)
 from store.provenance import software_version
 
-RESOURCES: tuple[APIRouter, ...] = tuple(module.router for module in (health, rig, runs, sequences))
+RESOURCES: tuple[APIRouter, ...] = (
+    health.router,
+    instruments.router,
+    channels.router,
+    specimens.router,
+    sequences.router,
+    rig.router,
+    runs.router,
+    records.router,
+    frequency_responses.router,
+    modes.router,
+    joint_matrices.router,
+    dynamic_stiffness.router,
+    comparisons.router,
+    keys.router,
+    audit.router,
+)
 
 DESCRIPTION = """
 Measures elastomeric joints and identifies their stiffness k, structural damping h and loss factor gamma.

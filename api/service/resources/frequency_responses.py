@@ -1,0 +1,100 @@
+"""Accelerances of roving-hammer sets."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, Field
+
+from api.identification.document import plain
+from api.service.access import Reader
+from api.service.context import Context
+from api.service.documents import RunNumber, quantity
+from api.service.etags import TaggedRoute
+from api.service.problems import problems
+from store.errors import NotFoundError
+from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+
+router = APIRouter(prefix="/runs/{run_id}/frequency-responses", tags=["FRFs"], route_class=TaggedRoute)
+Numbers = list[float]
+UNIT = "(m/s^2)/N"
+
+
+class SetSummary(BaseModel):
+    """One roving-hammer set: where was struck, and how."""
+
+    number: int
+    response: str = Field(description="where the accelerometer sat, such as 3y")
+    inputs: list[str] = Field(description="where the hammer struck")
+    lines: int
+    highest_frequency: Annotated[float, quantity("Hz")]
+    averages: int
+    peak_force: Annotated[float, quantity("N")]
+    temperature_c: Annotated[float, quantity("degC")]
+    window: str
+    sample_rate: Annotated[float, quantity("Hz")]
+    block_seconds: float
+    estimator: str
+
+    @classmethod
+    def of(cls, found: FrequencyResponseSet) -> SetSummary:
+        """What is shown of a set."""
+        same = ("number", "averages", "peak_force", "temperature_c", "window", "sample_rate", "block_seconds")
+        return cls(
+            **{name: getattr(found, name) for name in same},
+            estimator=found.estimator,
+            response=str(found.response),
+            inputs=[str(point) for point in found.inputs],
+            lines=int(found.frequency.size),
+            highest_frequency=float(found.frequency[-1]),
+        )
+
+
+class FrequencyResponseDocument(BaseModel):
+    """One accelerance over frequency."""
+
+    response: str
+    input: str
+    frequency: Annotated[Numbers, quantity("Hz")]
+    real: Annotated[Numbers, quantity(UNIT)]
+    imaginary: Annotated[Numbers, quantity(UNIT)]
+    coherence: list[float | None] | None = Field(description="0 to 1; null where it was not measured")
+    variance: Annotated[
+        list[float | None] | None, quantity("((m/s^2)/N)^2", "of the real and of the imaginary part; null: not known")
+    ]
+
+
+@router.get("", responses=problems(401, 403, 404, 500))
+def list_(_who: Reader, context: Context, run_id: RunNumber) -> list[SetSummary]:
+    """The newest accelerances of a run, set by set."""
+    with context.catalogue.reading() as session:
+        return [SetSummary.of(found) for found in list_frequency_responses(session, run_id)]
+
+
+@router.get("/{set_number}/{point}", responses=problems(401, 403, 404, 500))
+def get(
+    _who: Reader,
+    context: Context,
+    run_id: RunNumber,
+    set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
+    point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
+) -> FrequencyResponseDocument:
+    """The newest accelerance of a run from one blow point."""
+    with context.catalogue.reading() as session:
+        sets = list_frequency_responses(session, run_id)
+    for found in sets:
+        if found.number == set_number and point in map(str, found.inputs):
+            row = [str(each) for each in found.inputs].index(point)
+            accelerance = np.asarray(found.accelerance[row])
+            return FrequencyResponseDocument(
+                response=str(found.response),
+                input=point,
+                frequency=found.frequency.tolist(),
+                real=accelerance.real.tolist(),
+                imaginary=accelerance.imag.tolist(),
+                coherence=None if found.coherence is None else plain(found.coherence[row]),
+                variance=None if found.variance is None else plain(found.variance[row]),
+            )
+    raise NotFoundError(f"run {run_id} has no accelerance of set {set_number} from {point}")

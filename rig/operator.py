@@ -27,12 +27,20 @@ class Operator(Protocol):
         """Put the cylinders of joint `specimen` ("I", "II") into the tester; return when they are mounted.
 
         `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair); "blank" asks for the known piece
-        `specimen` in their place.
+        `specimen` in their place. The specimen "beam" is hung in cords ("suspended") or put on its joints
+        ("supported"); nobody is asked where a run has no suspended beam.
         """
+
+
+BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
+"""How the beam is mounted."""
 
 
 def mounting(specimen: str, configuration: str) -> str:
     """What an operator is asked to mount, in words."""
+    if specimen == BEAM:
+        where = "in its cords, free of the joints" if configuration == SUSPENDED else "on its joints"
+        return f"the beam {where}"
     if configuration == BLANK:
         return f"the known piece {specimen!r} in place of a specimen"
     return f"the cylinders of joint {specimen} in {configuration}"

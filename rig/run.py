@@ -14,7 +14,7 @@ from rig.control import RunControl, RunStoppedError
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.measured import Measured, ResumeError, measured_of
-from rig.operator import Observer, Operator, RunContinued, RunStarted, unobserved
+from rig.operator import BEAM, Observer, Operator, RunContinued, RunStarted, unobserved
 from rig.recording import BlowRecorder, SineRecorder
 from rig.sequence import BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
 from rig.steps import (
@@ -111,7 +111,9 @@ def run_sequence(
             held.enter_context(holding(catalogue, run))  # before anybody else can see it
         observer(RunStarted(run.id))
         steps = Measured().left_of(sequence)
-        _carry_out(_Work(run, Measured(), instruments, catalogue, operator, observer, control), steps)
+        _carry_out(
+            _Work(run, Measured(), instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
+        )
     return run.id
 
 
@@ -170,7 +172,9 @@ def resume_run(
         with catalogue.writing() as session:
             run = reopen_run(session, run_id, reason, who or who_is_here())
         observer(RunContinued(run.id, measured.blows, len(measured.sines)))
-        _carry_out(_Work(run, measured, instruments, catalogue, operator, observer, control), steps)
+        _carry_out(
+            _Work(run, measured, instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
+        )
 
 
 @dataclass(frozen=True)
@@ -184,6 +188,7 @@ class _Work:
     operator: Operator
     observer: Observer
     control: RunControl
+    hangs_beam: bool
 
     def do(self, step: Step, number: int) -> None:
         """Carry out what is left of a step."""
@@ -200,6 +205,8 @@ class _Work:
 
     def _hammer(self, step: HammerStep, set_number: int) -> None:
         channels = channels_of(step, self.instruments)
+        if self.hangs_beam:
+            self.operator.mount(BEAM, step.beam)
         with self.instruments.acquisition() as (chassis, thermometer):
             recorder = BlowRecorder(self.catalogue, self.run, set_number, thermometer)
             run_hammer_session(

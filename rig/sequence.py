@@ -36,6 +36,24 @@ class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+class Suspension(_Document):
+    """The cords of a suspended beam, as far as they are known, and what the beam weighs."""
+
+    bounce: float = Field(gt=0, description="frequency of the beam's bounce in its cords, Hz")
+    bounce_standard_error: float = Field(default=0.1, ge=0, description="Hz")
+    positions: tuple[Annotated[float, Field(ge=0)], ...] = Field(
+        default=(), description="of the cords along the beam, m from its left end"
+    )
+    loss_factor: float = Field(default=0.0, ge=0, description="of the cords")
+
+
+class Weight(_Document):
+    """What a balance says of the bare beam."""
+
+    mass: float = Field(gt=0, description="kg")
+    standard_error: float = Field(default=0.001, gt=0, description="kg")
+
+
 class HammerStep(_Document):
     """Roving hammer: so many accepted blows at each point, one accelerometer."""
 
@@ -51,6 +69,17 @@ class HammerStep(_Document):
     highest_frequency: float = Field(default=1024.0, gt=0, description="of the accelerances kept, Hz")
     hammer: str = Field(default="hammer", description="name of the hammer's channel")
     accelerometer: str = Field(default="accelerometer", description="name of the accelerometer's channel")
+    beam: Literal["supported", "suspended"] = Field(
+        default="supported", description="on its joints, or free of them in soft cords"
+    )
+    suspension: Suspension | None = Field(default=None, description="of a suspended beam, where it is known")
+    weight: Weight | None = Field(default=None, description="of the bare beam, where it was weighed")
+
+    @model_validator(mode="after")
+    def _hangs_in_cords(self) -> HammerStep:
+        if self.beam == "supported" and (self.suspension or self.weight):
+            raise ValueError("suspension and weight are of a suspended beam; say beam: suspended, or leave them out")
+        return self
 
     @model_validator(mode="after")
     def _fits_one_block(self) -> HammerStep:
@@ -236,6 +265,11 @@ class Sequence(_Document):
         return tuple(step for step in self.steps if isinstance(step, HammerStep))
 
     @property
+    def hangs_beam(self) -> bool:
+        """Whether the beam is taken off its joints somewhere."""
+        return any(step.beam == "suspended" for step in self.hammer_steps)
+
+    @property
     def sweep(self) -> SweepStep | None:
         """The sweep, if there is one."""
         return next((step for step in self.steps if isinstance(step, SweepStep)), None)
@@ -274,6 +308,8 @@ class Sequence(_Document):
         pieces = [step.piece for step in self.steps if isinstance(step, BlankStep)]
         if len(set(pieces)) < len(pieces) or joints & set(pieces):
             raise ValueError(f"blank steps: pieces {', '.join(pieces)} have to differ, also from the joints")
+        if sum(step.beam == "suspended" for step in self.hammer_steps) > 1:
+            raise ValueError("steps: more than one hammer step on the suspended beam; put all points into one")
         if sum(isinstance(step, SweepStep) for step in self.steps) > 1:
             raise ValueError("steps: more than one sweep; put all specimens and amplitudes into one")
         return self

@@ -16,11 +16,15 @@ from simlab.elastomer import REFERENCE_TEMPERATURE
 from simlab.hand import Blow, BlowKind, Hand
 from simlab.sampling import Sampler, blow_amplitude, white_noise
 from simlab.supported_beam import Load, SupportedBeam
+from simlab.suspension import cords_for
 from simlab.tester_frame import BLANK, PIECES, TesterFrame
 from simlab.truth import direct_truth, inverse_truth, modal_truth
 
 REACTION = 0.3
 HAMMER_CHANNELS = ("hammer", "accelerometer")
+BEAM, BEAM_CONFIGURATIONS = "beam", ("suspended", "supported")
+SUSPENDED_MEMORY = 6.0
+"""Seconds that a blow is heard on the hanging bar: its sharpest mode has died out to 1e-7 by then."""
 
 
 class Actuator(Protocol):
@@ -81,6 +85,7 @@ class Bench:
         self._weather = self._random(5).uniform([-0.2, 0, 0], [0.2, 2 * np.pi, 2 * np.pi])
         self._beam = SupportedBeam(self.article, self.conditions.cross_axis)
         self._sampler = Sampler(self._beam, self.temperature)
+        self._silent_before = 0  # blows on the beam as it hung or stood before
         self._blows: list[Blow] = []
         self._mounted: Mounted | None = None
         self._actuator: Actuator | None = None
@@ -125,7 +130,7 @@ class Bench:
     def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
         """``hammer`` in N and ``accelerometer`` in m/s^2, each (samples,), at bench times start + i / rate."""
         with self._lock:
-            clean = self._sampler.read(self._blows, start, rate, samples)
+            clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
         first = round(start * rate)
         noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
         return {
@@ -168,16 +173,30 @@ class Bench:
         amplitude = blow_amplitude(peak_force or self.conditions.peak_force)
         return self._beam.accelerance(self._beam.lines(frequency), load, amplitude, temperature)
 
+    def hang(self, suspended: bool) -> None:
+        """Take the beam off its joints and hang it in two soft cords, or put it back; it comes to rest first."""
+        with self._lock:
+            if suspended:
+                hanging = SupportedBeam(self.article, self.conditions.cross_axis, cords_for(self.article))
+                self._sampler = Sampler(hanging, self.temperature, SUSPENDED_MEMORY)
+            else:
+                self._sampler = Sampler(self._beam, self.temperature)
+            self._silent_before = len(self._blows)
+
     # --- the tester ---
 
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` (I or II) into the tester in compression, shear or angled.
 
-        In the configuration blank, `specimen` is a known piece: blank, empty or mass.
+        In the configuration blank, `specimen` is a known piece: blank, empty or mass. The `specimen` beam does not go
+        into the tester: it is hung in cords (suspended) or put on its joints (supported).
 
         Raises:
             ValueError: no such specimen, piece or configuration.
         """
+        if specimen == BEAM and configuration in BEAM_CONFIGURATIONS:
+            self.hang(configuration == BEAM_CONFIGURATIONS[0])
+            return
         if configuration != BLANK:
             self.elastomer.require(specimen, configuration)
         elif specimen not in PIECES:

@@ -70,10 +70,14 @@ class Grid:
 
 
 class Sampler:
-    """Waveforms of blows on a supported beam, at `temperature` (C of a time in s); for one thread at a time."""
+    """Waveforms of blows on a beam, at `temperature` (C of a time in s); for one thread at a time.
 
-    def __init__(self, beam: StruckBeam, temperature: Callable[[float], float]) -> None:
+    `memory` is how many seconds a blow is heard.
+    """
+
+    def __init__(self, beam: StruckBeam, temperature: Callable[[float], float], memory: float = MEMORY) -> None:
         self._beam = beam
+        self._memory = memory
         self._temperature = temperature
         self._grids: Recent[Grid] = Recent(3)
         self._spectra: Recent[Complex] = Recent(8)
@@ -94,7 +98,7 @@ class Sampler:
             # the blow's own samples are those of the block's grid: the first comes `phase` samples after its origin
             behind = (origin - start) * rate
             first = int(np.ceil(behind - 1e-6))
-            if first >= samples or first + (MEMORY + LEAD) * rate < 0:
+            if first >= samples or first + (self._memory + LEAD) * rate < 0:
                 continue
             waveform = self._waveform(blow, rate, round(first - behind, 6))
             begin, end = max(first, 0), min(first + waveform.shape[1], samples)
@@ -128,7 +132,7 @@ class Sampler:
 
     def _grid(self, rate: float) -> Grid:
         def make() -> Grid:
-            size = 1 << int(np.ceil(np.log2((MEMORY + LEAD) * rate)))
+            size = 1 << int(np.ceil(np.log2((self._memory + LEAD) * rate)))
             frequency: Real = np.arange(1.0, size // 2 + 1) * (rate / size)
             frequency = frequency[frequency <= min(0.5 * rate, HIGHEST)]
             edge = np.clip((frequency / rate - 0.45) / 0.05, 0.0, 1.0)

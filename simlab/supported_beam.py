@@ -1,8 +1,10 @@
-"""The article in its stand: what the accelerometer sees of a force, in the plane and, a little, out of it."""
+"""The article in its stand or in cords: what the accelerometer sees of a force, in plane and, a little, out of it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -32,15 +34,32 @@ class PlaneLines:
     out_of_plane: Lines
 
 
-class SupportedBeam:
-    """Beam on its two joints; `cross_axis` is how much of z the accelerometer takes for y."""
+class Support(Protocol):
+    """What holds the bar somewhere: a joint, or a cord."""
 
-    def __init__(self, article: Article, cross_axis: float = 0.0) -> None:
+    @property
+    def position(self) -> float:
+        """In m from the left end."""
+
+    def dynamic_stiffness(self, amplitude: float, frequency: Real, temperature: float) -> Complex:
+        """(lines, 3, 3) k + ih in x, y and rotation."""
+
+    def lateral_stiffness(self, amplitude: float, frequency: Real, temperature: float) -> Complex:
+        """(lines, 2, 2) k + ih out of plane, sideways and in rotation."""
+
+
+class SupportedBeam:
+    """Beam on its two joints, or on other `supports`; `cross_axis` is how much of z the accelerometer takes for y."""
+
+    def __init__(
+        self, article: Article, cross_axis: float = 0.0, supports: Mapping[str, Support] | None = None
+    ) -> None:
         self.article = article
+        self.supports: Mapping[str, Support] = article.joints if supports is None else supports
         self.cross_axis = cross_axis
         self.free = free_modes(article.bar)
         self.free_across = free_modes(article.bar.on_edge())
-        places = [joint.position for joint in article.joints.values()]
+        places = [joint.position for joint in self.supports.values()]
         self.in_plane = Assembly(self.free, _rows(self.free, places, "xyr"))
         self.out_of_plane = Assembly(self.free_across, _rows(self.free_across, places, "yr"))
 
@@ -60,7 +79,7 @@ class SupportedBeam:
             sum(getattr(load, d) * self.free.shape(d, load.position) for d in "xyr"),
         )
         if self.cross_axis and (load.z or load.s):
-            joints = [j.lateral_stiffness(amplitude, frequency, temperature) for j in self.article.joints.values()]
+            joints = [j.lateral_stiffness(amplitude, frequency, temperature) for j in self.supports.values()]
             across = load.z * self.free_across.shape("y", load.position)
             across = across + load.s * self.free_across.shape("r", load.position)
             total = total + self.cross_axis * self.out_of_plane.accelerance(
@@ -69,9 +88,9 @@ class SupportedBeam:
         return total
 
     def joint_stiffness(self, amplitude: float, frequency: Real, temperature: float) -> Complex:
-        """(lines, 6, 6) dynamic stiffness of both joints in x, y, rotation of I, then of II."""
+        """(lines, 6, 6) dynamic stiffness of both supports in x, y, rotation of the first, then of the second."""
         return _side_by_side(
-            [joint.dynamic_stiffness(amplitude, frequency, temperature) for joint in self.article.joints.values()]
+            [joint.dynamic_stiffness(amplitude, frequency, temperature) for joint in self.supports.values()]
         )
 
     def poles(self, amplitude: float, highest: float = 1024.0) -> Complex:

@@ -109,6 +109,29 @@ def test_a_blank_that_cannot_calibrate_is_refused(fields: dict[str, Any], words:
 def test_an_operator_is_asked_for_the_piece_by_its_name() -> None:
     assert mounting("empty", "blank") == "the known piece 'empty' in place of a specimen"
     assert mounting("I", "shear") == "the cylinders of joint I in shear"
+    assert mounting("beam", "suspended") == "the beam in its cords, free of the joints"
+    assert mounting("beam", "supported") == "the beam on its joints"
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"suspension": {"bounce": 4.0}}, "suspension and weight are of a suspended beam"),
+        ({"beam": "suspended", "suspension": {"bounce": 0.0}}, "greater than 0"),
+        ({"beam": "floating"}, "'supported' or 'suspended'"),
+    ],
+)
+def test_a_beam_hangs_in_cords_or_stands_on_joints(fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(SequenceError, match=re.escape(words)):
+        sequence_from(changed(("steps", 0), PLAIN["steps"][0] | fields))
+
+
+def test_the_beam_hangs_once() -> None:
+    hung = PLAIN["steps"][0] | {"beam": "suspended"}
+    assert sequence_from(changed(("steps",), [hung, PLAIN["steps"][0]])).hangs_beam
+    assert not sequence_from(PLAIN).hangs_beam
+    with pytest.raises(SequenceError, match="more than one hammer step on the suspended beam"):
+        sequence_from(changed(("steps",), [hung, hung]))
 
 
 @pytest.mark.parametrize(

@@ -89,9 +89,14 @@ class Laboratory:
         def dwells() -> list[dict[str, Any]]:
             return [asdict(dwell) for dwell in self.tester.actuator.log]
 
-        deeds = {"strike": self.bench.strike, "mount": self.bench.mount, "truth": self.bench.truth, "dwells": dwells}
+        deeds: dict[str, Any] = {
+            "strike": self.bench.strike,
+            "mount": self.bench.mount,
+            "truth": self.bench.truth,
+            "dwells": dwells,
+        }
         if isinstance(self.bench, CaseBench):
-            deeds["set_up"] = self.bench.set_up
+            deeds |= {"set_up": self.bench.set_up, "drawing": self.bench.drawing}
         return deeds
 
     def stop(self) -> None:

@@ -39,7 +39,7 @@ def inverse_truth(article: Article, amplitude: float) -> dict[str, Any]:
         truth[name] = {
             "k": mean.real.tolist(),
             "h": mean.imag.tolist(),
-            "gamma": _loss_factors(mean),
+            "gamma": loss_factors(mean),
             "k_spread": np.ptp(band.real, axis=0).tolist(),
             "h_spread": np.ptp(band.imag, axis=0).tolist(),
         }
@@ -71,9 +71,9 @@ def _point_list(stiffness: Complex) -> dict[str, list[float]]:
     }
 
 
-def _loss_factors(stiffness: Complex) -> list[list[float | None]]:
+def loss_factors(stiffness: Complex) -> list[list[float | None]]:
     """(3, 3) h / k, None where k is next to nothing beside its diagonal terms."""
-    scale = np.sqrt(np.outer(np.diag(stiffness.real), np.diag(stiffness.real)))
+    scale = np.sqrt(np.abs(np.outer(np.diag(stiffness.real), np.diag(stiffness.real))))
     return [
         [
             float(term.imag / term.real) if abs(term.real) > COUPLED * size else None

@@ -17,10 +17,11 @@ from simlab.beam import Real
 from simlab.bench import Bench, Conditions, Mounted
 from simlab.case.article import JOINT_NAMES
 from simlab.case.blows import RECORD_SECONDS, SAMPLE_RATE
-from simlab.case.bundle import truth
+from simlab.case.bundle import stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Campaign, Points, Row
 from simlab.case.draw import Case
 from simlab.case.effects.record import DoubleHit, MainsHum
+from simlab.case.expected import expected_joints
 from simlab.case.simulate import Stand, direct_stiffness, specimen_stiffness, stand_of
 from simlab.clock import Clock
 from simlab.elastomer import BLOW_AMPLITUDE, REFERENCE_TEMPERATURE
@@ -226,8 +227,12 @@ class CaseBench(Bench):
         return float(np.mean(self._campaign.points.temperature)) + weather
 
     def truth(self) -> dict[str, Any]:
-        """What was put into the case, ready for JSON."""
-        return dict(truth(self.case))
+        """What was put into the case and, in ``inverse``, what identification should find; ready for JSON."""
+        return truth(self.case) | {"inverse": expected_joints(self.case)}
+
+    def drawing(self) -> dict[str, Any]:
+        """What the lab says that it built and measured, as in the setup.json of the case's bundle."""
+        return stated_setup(self._campaign)
 
     def _point(self, mounted: Mounted, amplitude: float, frequency: float) -> Points:
         """One sine point of what is mounted, after as much of the test as the actuator has done."""

@@ -29,6 +29,7 @@ from simlab.case.campaign import (
     PRESET_MM,
     ROWS,
     WITHHELD,
+    Campaign,
     Row,
     Setup,
     draw_setup,
@@ -79,8 +80,44 @@ def write_case(case: Case, folder: Path) -> None:
     if simulated.campaign.recorded:
         _write_blows(case, folder / "blows")
     _write_direct(case.seed, simulated, folder / "direct.csv")
-    setup_text = json.dumps(_setup(simulated), indent=1)
+    setup_text = json.dumps(stated_setup(simulated.campaign), indent=1)
     (folder / "setup.json").write_text(setup_text + "\n", encoding="utf-8")
+
+
+def stated_setup(campaign: Campaign) -> dict[str, object]:
+    """setup.json: what the lab says that it built and measured, which is the drawing and not what is true."""
+    bar = Bar()
+    return {
+        "format": "jointlab-bundle/1",
+        "title": "supported beam",
+        "beam": {
+            "length": bar.length,
+            "height": bar.height,
+            "width": bar.width,
+            "youngs_modulus": bar.youngs_modulus,
+            "poisson_ratio": bar.poisson_ratio,
+            "density": bar.density,
+            "free_damping_ratios": bar.damping_ratios,
+        },
+        "node_positions": campaign.node_positions,
+        "joints": [
+            {
+                "name": name,
+                "node": JOINT_NODES[name],
+                "inclinations_deg": INCLINATIONS_DEG[name],
+                "eccentricity": ECCENTRICITIES[1],
+                "added_mass": 0.0,
+            }
+            for name in JOINT_NAMES
+        ],
+        "accelerometer": {"node": SENSOR.node, "direction": SENSOR.direction, "mass": 0.0},
+        "inverse": [_inverse_entry(number, setup) for number, setup in enumerate(campaign.setups)],
+        "direct": {"file": "direct.csv", "preset_mm": PRESET_MM},
+        "tolerances": TOLERANCES,
+        "predict": [
+            {"response": [SENSOR.node, SENSOR.direction], "input": [row.node, row.direction]} for row in ASKED_FOR
+        ],
+    }
 
 
 def truth(case: Case) -> dict[str, object]:
@@ -134,7 +171,12 @@ def truth(case: Case) -> dict[str, object]:
             "joint_amplitude": campaign.joint_amplitude,
             "amplitude_fall": campaign.amplitude_fall,
             "sets": [
-                {"peak": setup.peak_force, "gain": setup.gain, "dx": setup.offsets, "temperature": setup.temperature}
+                {
+                    "peak": setup.peak_force,
+                    "gain": setup.gain,
+                    "dx": list(setup.offsets),
+                    "temperature": setup.temperature,
+                }
                 for setup in campaign.setups
             ],
         },
@@ -261,42 +303,6 @@ def _write_direct(seed: int, simulated: Simulated, path: Path) -> None:
 
 def _inverse_file(number: int) -> str:
     return f"inverse_{number + 1}.unv"
-
-
-def _setup(simulated: Simulated) -> dict[str, object]:
-    """What the lab says that it built and measured: the drawing, not what is true."""
-    bar, campaign = Bar(), simulated.campaign
-    return {
-        "format": "jointlab-bundle/1",
-        "title": "supported beam",
-        "beam": {
-            "length": bar.length,
-            "height": bar.height,
-            "width": bar.width,
-            "youngs_modulus": bar.youngs_modulus,
-            "poisson_ratio": bar.poisson_ratio,
-            "density": bar.density,
-            "free_damping_ratios": bar.damping_ratios,
-        },
-        "node_positions": campaign.node_positions,
-        "joints": [
-            {
-                "name": name,
-                "node": JOINT_NODES[name],
-                "inclinations_deg": INCLINATIONS_DEG[name],
-                "eccentricity": ECCENTRICITIES[1],
-                "added_mass": 0.0,
-            }
-            for name in JOINT_NAMES
-        ],
-        "accelerometer": {"node": SENSOR.node, "direction": SENSOR.direction, "mass": 0.0},
-        "inverse": [_inverse_entry(number, setup) for number, setup in enumerate(campaign.setups)],
-        "direct": {"file": "direct.csv", "preset_mm": PRESET_MM},
-        "tolerances": TOLERANCES,
-        "predict": [
-            {"response": [SENSOR.node, SENSOR.direction], "input": [row.node, row.direction]} for row in ASKED_FOR
-        ],
-    }
 
 
 def _inverse_entry(number: int, setup: Setup) -> dict[str, object]:

@@ -53,7 +53,7 @@ class CoupledBar:
     def accelerance(self, output: Real, loads: Real, attachments: list[Attachment]) -> Complex:
         """(loads, lines) acceleration read by `output` (modes,) under each unit force of `loads` (loads, modes)."""
         places = np.concatenate([attachment.shapes for attachment in attachments])
-        stiffness = self._stiffness(attachments)
+        stiffness = side_by_side(attachments, self.omega.size)
         between = self._receptance(places, places)
         reaction = np.linalg.solve(
             np.eye(len(places)) + stiffness @ between, stiffness @ self._receptance(places, loads)
@@ -67,12 +67,14 @@ class CoupledBar:
         received = self._compliance @ pairs[:, self._dynamic].T + pairs[:, ~self._dynamic] @ self._static
         return np.asarray(received.reshape(-1, len(outputs), len(inputs)))
 
-    def _stiffness(self, attachments: list[Attachment]) -> Complex:
-        size = sum(len(attachment.shapes) for attachment in attachments)
-        whole = np.zeros((len(self.omega), size, size), dtype=np.complex128)
-        start = 0
-        for attachment in attachments:
-            end = start + len(attachment.shapes)
-            whole[:, start:end, start:end] = attachment.stiffness
-            start = end
-        return whole
+
+def side_by_side(attachments: list[Attachment], lines: int) -> Complex:
+    """(lines, N, N) with the stiffness of every attachment on the diagonal."""
+    size = sum(len(attachment.shapes) for attachment in attachments)
+    whole = np.zeros((lines, size, size), dtype=np.complex128)
+    start = 0
+    for attachment in attachments:
+        end = start + len(attachment.shapes)
+        whole[:, start:end, start:end] = attachment.stiffness
+        start = end
+    return whole

@@ -98,25 +98,25 @@ class Stand:
         if any(effect.roving for effect in self.effects):
             orders = [_order(row) for row in ROWS]
             both = np.stack([shapes, slopes], axis=1)
-            joints = [self._joints(number, order, setup.peak_force) for order in orders]
+            joints = [self.joints(number, order, setup.peak_force) for order in orders]
             parts = [self._accelerance(rows, held) for rows, held in zip(both, joints, strict=True)]
             clean = np.concatenate([[part[0] for part in parts], [part[1] for part in parts]])
         else:
-            clean = self._accelerance(np.concatenate([shapes, slopes]), self._joints(number, 0.0, setup.peak_force))
+            clean = self._accelerance(np.concatenate([shapes, slopes]), self.joints(number, 0.0, setup.peak_force))
         read = [setup.gain * self._chain(clean[i], ROWS[i % count], number) for i in range(2 * count)]
         return np.array(read[:count]), np.array(read[count:])
 
     def blow(self, row: Row, number: int, peak_force: float, place: float) -> Complex:
         """(lines,) accelerance read of one blow of `peak_force` N in set `number`, `place` m beside its row's mark."""
         load = _shape(self.modes, self._load(row, number, place))
-        clean = self._accelerance(load[None], self._joints(number, _order(row), peak_force))[0]
+        clean = self._accelerance(load[None], self.joints(number, _order(row), peak_force))[0]
         return self.campaign.setups[number].gain * self._chain(clean, row, number)
 
     def _accelerance(self, loads: Real, joints: Attachment) -> Complex:
         """(loads, lines) of the bar on its joints, with what else it carries."""
         return self.bar.accelerance(self.output, loads, [joints, *self.carried])
 
-    def _joints(self, number: int, order: float, peak_force: float) -> Attachment:
+    def joints(self, number: int, order: float, peak_force: float) -> Attachment:
         """Both joints under a blow of `peak_force` N in set `number`, after the fraction `order` of it."""
         frequency = self.frequency
         deformation = self.campaign.deformation(peak_force, frequency)

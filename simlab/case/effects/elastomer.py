@@ -170,7 +170,9 @@ class LossLaw(Effect):
         law = one_of(rng, "power", "power", "part_viscous")
         sign = either_sign(rng) if law == "power" else 1.0
         mechanism = one_of(rng, "all", "all", "shear", "compression")
-        return cls(size, law, {"p": sign * size, "f0": log_uniform(rng, 50.0, 200.0), "mechanism": mechanism})
+        # a loss that falls with frequency meets the baseline lower, or it would be all loss at the first sine points
+        f0 = log_uniform(rng, 50.0, 200.0) if sign > 0 else log_uniform(rng, 20.0, 80.0)
+        return cls(size, law, {"p": sign * size, "f0": f0, "mechanism": mechanism})
 
     def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
         p, ratio = self.number("p"), seen.frequency / self.number("f0")

@@ -55,7 +55,7 @@ class FrameResonance(Effect):
         law = one_of(rng, "undamped", "damped")
         # the whole range, 250 Hz, magnifies 200 Hz by 2.8; a fraction of it is taken of (f / f_r)^2
         resonance = 250.0 / np.sqrt(max(size, (250.0 / 800.0) ** 2))
-        return cls(size, law, {"f_r": resonance, "zeta": rng.uniform(0.01, 0.05) if law == "damped" else 0.0})
+        return cls(size, law, {"f_r": resonance, "zeta": rng.uniform(0.003, 0.012) if law == "damped" else 0.0})
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:
         ratio = points.frequency / self.number("f_r")

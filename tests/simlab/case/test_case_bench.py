@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from simlab.actuator import Actuator
 from simlab.case.bench import CaseBench
+from simlab.case.bundle import write_case
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
 from simlab.case.draw import Case, Kind, draw_case
 from simlab.case.simulate import simulate
@@ -125,3 +128,18 @@ def test_a_laboratory_of_its_own_process_takes_a_case_by_seed() -> None:
         process.hand.do("mount", specimen="I", configuration="shear")
         process.hand.do("strike", node=3, direction="y")
         assert process.hand.do("truth")["effects"] == ["density"]
+
+
+def test_the_joints_that_should_be_found_are_those_of_the_paper_and_the_effect() -> None:
+    plain = bench_of(Kind.NONE).truth()
+    np.testing.assert_allclose(plain["inverse"]["I"]["k"], plain["joints"]["I"]["k"], rtol=1e-9, atol=1e-6)
+    heavy = bench_of(Kind.SINGLE, "joint_mass").truth()
+    assert heavy["inverse"]["I"]["k"][1][1] < heavy["joints"]["I"]["k"][1][1] - 1e4
+    assert json.loads(json.dumps(heavy)) == heavy
+
+
+def test_the_drawing_is_the_setup_of_the_bundle(tmp_path: Path) -> None:
+    bench = CaseBench(draw_case(4, Kind.SINGLE, ["joint_mass"]), Clock())
+    write_case(bench.case, tmp_path)
+    stated = json.loads((tmp_path / "setup.json").read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(bench.drawing())) == stated

@@ -194,8 +194,8 @@ class BeamDamping(Effect):
 class OutOfPlaneBending(Effect):
     """The accelerometer sees the bar bend across its width: its two modes near 330 and 855 Hz, one, or all of them.
 
-    The bar on edge is held by both cylinders of each joint in shear; its natural frequencies are Rayleigh's.  Blows at
-    the ends excite it by their lean, transverse ones by a small leak of it.
+    The bar on edge is held, and damped, by both cylinders of each joint in shear; frequencies are Rayleigh's.  Blows
+    at the ends excite it by their lean, transverse ones by a small leak of it.
     """
 
     name = "out_of_plane_bending"
@@ -205,7 +205,7 @@ class OutOfPlaneBending(Effect):
         values = {
             "coupling": 0.08 * size,
             "transverse_leak": rng.uniform(0.0, 0.15),
-            "eta": rng.uniform(0.01, 0.03),
+            "eta": rng.uniform(0.002, 0.01),
         }
         return cls(size, one_of(rng, "two_modes", "two_modes", "one_mode", "all_modes"), values)
 

@@ -19,6 +19,7 @@ from api.commands import (
     service,
     simulate,
     store,
+    worker,
 )
 from api.errors import EXPECTED, exit_code
 
@@ -32,7 +33,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for module in (demo, simulate, sequences, exchange, identification, reporting, service, keys, store, configuration):
+for module in (
+    demo,
+    simulate,
+    sequences,
+    exchange,
+    identification,
+    reporting,
+    service,
+    worker,
+    keys,
+    store,
+    configuration,
+):
     module.register(app)
 
 

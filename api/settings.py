@@ -50,6 +50,9 @@ class Settings(BaseSettings):
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
     channels: tuple[ChannelSettings, ...] = Field(default=(), description="the channel table")
 
+    workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
+    scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
+
     @classmethod
     def settings_customise_sources(
         cls,

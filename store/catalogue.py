@@ -61,6 +61,11 @@ class Catalogue:
         """The database's address without its password."""
         return self._engine.url.render_as_string(hide_password=True)
 
+    @property
+    def url(self) -> str:
+        """The database's address with its password, to open the catalogue in another process."""
+        return self._engine.url.render_as_string(hide_password=False)
+
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that is committed when the block ends, and undone as a whole on any error.

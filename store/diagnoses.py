@@ -1,4 +1,4 @@
-"""Diagnoses of the gap between measurement and simulation, and trials of it on known bodies."""
+"""Diagnoses of the gap between measurement and simulation."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from sqlalchemy.orm import Session
 from store import models
 from store.errors import NotFoundError
 
-DIAGNOSIS, TRIAL = "diagnosis", "trial"
-
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -21,7 +19,6 @@ class Diagnosis:
 
     Attributes:
         analysis_id: its analysis, which names the run.
-        kind: diagnosis, or trial.
         status: none, explained, partial or unknown.
         effects: that explain the gap, by their names.
         gap_before_percent, gap_after_percent: on data that no fit saw; None where it was not determined.
@@ -29,7 +26,6 @@ class Diagnosis:
     """
 
     analysis_id: int
-    kind: str
     status: str
     effects: tuple[str, ...]
     gap_before_percent: float | None
@@ -47,7 +43,6 @@ def add_diagnosis(session: Session, found: Diagnosis) -> None:
     session.add(
         models.Diagnosis(
             analysis_id=found.analysis_id,
-            kind=found.kind,
             status=found.status,
             effects=list(found.effects),
             gap_before_percent=found.gap_before_percent,
@@ -73,15 +68,12 @@ def get_diagnosis(session: Session, analysis_id: int) -> Diagnosis:
 def list_diagnoses(
     session: Session,
     *,
-    kind: str | None = None,
     run_id: int | None = None,
     before: int | None = None,
     limit: int = 100,
 ) -> list[Diagnosis]:
     """Diagnoses, newest first; `before` the number of an analysis, to go on with a list."""
     query = select(models.Diagnosis).order_by(models.Diagnosis.analysis_id.desc()).limit(limit)
-    if kind is not None:
-        query = query.filter_by(kind=kind)
     if run_id is not None:
         query = query.join(
             models.AnalysisRun, models.AnalysisRun.analysis_id == models.Diagnosis.analysis_id
@@ -94,7 +86,6 @@ def list_diagnoses(
 def _diagnosis(row: models.Diagnosis) -> Diagnosis:
     return Diagnosis(
         analysis_id=row.analysis_id,
-        kind=row.kind,
         status=row.status,
         effects=tuple(row.effects),
         gap_before_percent=row.gap_before_percent,

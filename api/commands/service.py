@@ -13,6 +13,8 @@ import uvicorn
 
 from api.commands.terminal import instruments_of, open_catalogue, out
 from api.errors import ApiError
+from api.jobs.executors import DaskExecutor, Executor, ProcessExecutor
+from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services
@@ -48,7 +50,9 @@ def serve(
         loopback = is_loopback(host)
         if not loopback:
             _refuse_without_keys(catalogue, host)
-        services = Services(catalogue, _runs(catalogue, settings, hands), loopback)
+        services = Services(
+            catalogue, _runs(catalogue, settings, hands), loopback, JobQueue(catalogue, _executor(settings))
+        )  # fmt: skip
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
         config = uvicorn.Config(create_app(services), log_level="warning", timeout_graceful_shutdown=5)
@@ -72,13 +76,20 @@ def _laboratory(
         yield settings, None
         return
     with simulated_laboratory(seed, speed) as laboratory:
-        where = {"database_url": settings.database_url, "waveform_folder": settings.waveform_folder}
-        yield simulated_settings(laboratory.addresses, **where), SimulatedOperator(laboratory.hand)
+        kept = ("database_url", "waveform_folder", "scheduler", "workers")
+        others = {name: getattr(settings, name) for name in kept}
+        yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.hand)
 
 
 def _runs(catalogue: Catalogue, settings: Settings, hands: Operator | None) -> RunManager | None:
     """The run manager; none where no channel is configured, and the service only reads."""
     return RunManager(catalogue, instruments_of(settings), hands) if settings.channels else None
+
+
+def _executor(settings: Settings) -> Executor:
+    if settings.scheduler is not None:
+        return DaskExecutor(settings.scheduler)
+    return ProcessExecutor(settings.workers)
 
 
 def _refuse_without_keys(catalogue: Catalogue, host: str) -> None:

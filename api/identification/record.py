@@ -41,25 +41,34 @@ def store_identification(catalogue: Catalogue, run_id: int, found: Identificatio
         StoreError: there is no such run, or the database refuses; then nothing is stored.
     """
     with catalogue.writing() as session:
-        responses = modes = paper = likelihood = None
-        if found.inverse is not None:
-            responses = _responses(session, run_id, found)
-            modes = _modes(session, run_id, responses, found.inverse)
-            paper = _paper_joints(session, run_id, modes, found.inverse)
-            likelihood = _likelihood_joints(session, run_id, responses, paper, found.inverse)
-        points = _points(session, run_id, found) if found.measurement.points else None
-        comparisons = None
-        if found.comparison:
-            parents = [parent for parent in (likelihood, points) if parent is not None]
-            comparisons = add_analysis(
-                session,
-                kind=AnalysisKind.COMPARISONS,
-                method="elements at the modes' frequencies",
-                settings={},
-                runs=[run_id],
-                parents=parents,
-            )
-            add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
+        return keep_identification(session, run_id, found)
+
+
+def keep_identification(session: Session, run_id: int, found: Identification) -> StoredIdentification:
+    """Store everything in the caller's transaction.
+
+    Raises:
+        StoreError: there is no such run, or the database refuses.
+    """
+    responses = modes = paper = likelihood = None
+    if found.inverse is not None:
+        responses = _responses(session, run_id, found)
+        modes = _modes(session, run_id, responses, found.inverse)
+        paper = _paper_joints(session, run_id, modes, found.inverse)
+        likelihood = _likelihood_joints(session, run_id, responses, paper, found.inverse)
+    points = _points(session, run_id, found) if found.measurement.points else None
+    comparisons = None
+    if found.comparison:
+        parents = [parent for parent in (likelihood, points) if parent is not None]
+        comparisons = add_analysis(
+            session,
+            kind=AnalysisKind.COMPARISONS,
+            method="elements at the modes' frequencies",
+            settings={},
+            runs=[run_id],
+            parents=parents,
+        )
+        add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
     return StoredIdentification(responses, modes, paper, likelihood, points, comparisons)
 
 

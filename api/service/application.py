@@ -15,10 +15,14 @@ from api.service.resources import (
     audit,
     channels,
     comparisons,
+    diagnoses,
     dynamic_stiffness,
+    exports,
     frequency_responses,
     health,
+    identifications,
     instruments,
+    jobs,
     joint_matrices,
     keys,
     modes,
@@ -27,6 +31,7 @@ from api.service.resources import (
     runs,
     sequences,
     specimens,
+    trials,
 )
 from store.provenance import software_version
 
@@ -44,6 +49,11 @@ RESOURCES: tuple[APIRouter, ...] = (
     joint_matrices.router,
     dynamic_stiffness.router,
     comparisons.router,
+    diagnoses.router,
+    identifications.router,
+    trials.router,
+    exports.router,
+    jobs.router,
     keys.router,
     audit.router,
 )
@@ -65,6 +75,8 @@ def create_app(services: Services) -> FastAPI:
         yield
         if services.runs is not None:
             services.runs.close()
+        if services.jobs is not None:
+            services.jobs.close()
 
     app = FastAPIOffline(
         title="Jointlab", version=software_version(), description=DESCRIPTION.strip(), lifespan=lifespan

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from api.errors import ConflictError
+from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
 from store.catalogue import Catalogue
 
@@ -20,11 +21,13 @@ class Services:
         catalogue: runs and results.
         runs: drives the rig; None where this service only reads.
         loopback: whether nobody outside this computer can reach the service.
+        jobs: does what takes its time; None where this service asks for nothing of that kind.
     """
 
     catalogue: Catalogue
     runs: RunManager | None = None
     loopback: bool = True
+    jobs: JobQueue | None = None
 
 
 def services(request: Request) -> Services:
@@ -48,3 +51,17 @@ def rig(context: Context) -> RunManager:
 
 
 Rig = Annotated[RunManager, Depends(rig)]
+
+
+def queue(context: Context) -> JobQueue:
+    """The queue of jobs.
+
+    Raises:
+        ConflictError: this service has none.
+    """
+    if context.jobs is None:
+        raise ConflictError("this service does no jobs; ask the one that was started with jointlab serve")
+    return context.jobs
+
+
+Jobs = Annotated[JobQueue, Depends(queue)]

@@ -89,7 +89,6 @@ class Diagnosis(Recorded, Base):
     __tablename__ = "diagnoses"
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"), unique=True)
-    kind: Mapped[str]
     status: Mapped[str]
     effects: Mapped[list[str]]
     gap_before_percent: Mapped[float | None]

@@ -23,7 +23,7 @@ from store.blows import add_blow, add_point
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
-from store.diagnoses import DIAGNOSIS, Diagnosis, add_diagnosis
+from store.diagnoses import Diagnosis, add_diagnosis
 from store.dof import Dof
 from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
@@ -333,7 +333,7 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
     add_comparisons(session, compared, COMPARISONS)
     diagnosed = analysis(AnalysisKind.DIAGNOSES, "nested models", hammer, sweep, parents=(responses, direct))
     found = {"verdict": {"status": "explained", "effects": ["sensor_mass"]}}
-    add_diagnosis(session, Diagnosis(diagnosed, DIAGNOSIS, "explained", ("sensor_mass",), 12.3, 3.1, found))
+    add_diagnosis(session, Diagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, found))
 
 
 def _add_requests(session: Session) -> None:

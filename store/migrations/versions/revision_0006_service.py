@@ -17,7 +17,7 @@ TABLES = ("api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnose
 
 V_GAP = """
 CREATE VIEW v_gap AS
-SELECT done.run_id, done.analysis_id, diagnoses.kind, done.method, done.latest, done.article, done.measured_at,
+SELECT done.run_id, done.analysis_id, done.method, done.latest, done.article, done.measured_at,
     diagnoses.status, diagnoses.effects, diagnoses.gap_before_percent, diagnoses.gap_after_percent, done.analysed_at,
     done.software_version
 FROM v_analyses AS done CROSS JOIN diagnoses
@@ -72,7 +72,6 @@ def upgrade() -> None:
         "diagnoses",
         sa.Column("analysis_id", sa.Integer(), sa.ForeignKey("analyses.id", name="fk_diagnoses_analysis_id"),
                   nullable=False),
-        sa.Column("kind", sa.String(), nullable=False),
         sa.Column("status", sa.String(), nullable=False),
         sa.Column("effects", sa.JSON(), nullable=False),
         sa.Column("gap_before_percent", sa.Double()),

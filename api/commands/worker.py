@@ -1,0 +1,45 @@
+"""`jointlab worker`: do jobs of the service on this computer, for a dask scheduler."""
+
+from __future__ import annotations
+
+import asyncio
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+
+from api.commands.terminal import out
+from api.errors import ApiError
+from api.settings import load_settings
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("worker")(worker)
+
+
+def worker(
+    scheduler: Annotated[str | None, typer.Argument(help="Its address; that of the configuration by default.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="At a time.")] = 1,
+) -> None:
+    """Do jobs of the service for a dask scheduler (dask scheduler starts one), until interrupted (Ctrl-C).
+
+    It needs the extra `cluster`, and reaches the database and the folder of waveforms by the service's own addresses.
+    """
+    address = scheduler or load_settings().scheduler
+    if address is None:
+        raise ApiError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
+    try:
+        make_worker: Any = import_module("distributed").Worker
+    except ModuleNotFoundError as error:
+        raise ApiError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
+    try:
+        asyncio.run(_work(make_worker, address, jobs))
+    except (OSError, ValueError) as error:
+        raise ApiError(f"no dask scheduler answers at {address}: {error}") from error
+
+
+async def _work(make_worker: Any, address: str, jobs: int) -> None:
+    async with make_worker(address, nthreads=jobs, dashboard=False) as started:
+        out.print(f"works for {address}")
+        await started.finished()

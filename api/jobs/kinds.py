@@ -1,0 +1,139 @@
+"""The kinds of jobs: what each is asked with, and what it does.
+
+Work returns a function that stores what came of it: it is called in the transaction that ends the job, so that there
+is a result exactly where there is a job that is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from api.errors import ApiError
+from api.identification.pipeline import identify as identify_measurement
+from api.identification.record import keep_identification
+from api.identification.source import measurement_of_run
+from api.progress import Progress
+from api.report.page import write_report
+from store.analyses import AnalysisKind, add_analysis
+from store.bundle_exchange import export_bundle
+from store.catalogue import Catalogue
+from store.diagnoses import Diagnosis, add_diagnosis
+from store.hdf5 import export_hdf5
+from store.jobs import Job
+
+Keep = Callable[[Session], dict[str, Any]]
+Work = Callable[[Catalogue, Job, Progress], Keep]
+
+GAP = "api.gap.pipeline"
+"""The diagnosis at work. `diagnose_run(catalogue, run_id, progress)` returns a document jointlab-diagnosis/1,
+`run_trial(cases, seed, progress)` the scores of a sealed trial."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of job; `needs` are the names of its parameters."""
+
+    needs: tuple[str, ...]
+    work: Work
+
+
+def kind_named(name: str) -> Kind:
+    """A kind of job.
+
+    Raises:
+        ApiError: there is no such kind.
+    """
+    if name not in KINDS:
+        raise ApiError(f"there is no kind of job {name!r}; there are {', '.join(KINDS)}")
+    return KINDS[name]
+
+
+def exports_folder(catalogue: Catalogue) -> Path:
+    """Where files that were asked for are kept: beside the waveforms."""
+    return catalogue.waveforms.folder.with_name(f"{catalogue.waveforms.folder.name}-exports")
+
+
+def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """k, h and gamma of a run by both methods, and their comparison."""
+    run = job.parameters["run"]
+    measurement = measurement_of_run(catalogue, run, progress)
+    with progress("identification", 1) as advance:
+        found = identify_measurement(measurement)
+        advance(1)
+    return lambda session: asdict(keep_identification(session, run, found))
+
+
+def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """What explains the gap between a run and its simulation."""
+    run = job.parameters["run"]
+    document: dict[str, Any] = _gap("diagnose_run")(catalogue, run, progress)
+
+    def keep(session: Session) -> dict[str, Any]:
+        analysis = add_analysis(
+            session, kind=AnalysisKind.DIAGNOSES, method=document["format"], settings={}, runs=[run]
+        )  # fmt: skip
+        gap, verdict = document["gap"], document["verdict"]
+        add_diagnosis(
+            session,
+            Diagnosis(
+                analysis_id=analysis,
+                status=verdict["status"],
+                effects=tuple(verdict["effects"]),
+                gap_before_percent=gap["before"]["percent"],
+                gap_after_percent=gap["after"]["percent"],
+                document=document,
+            ),
+        )
+        return {"diagnosis": analysis}
+
+    return keep
+
+
+def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """How often the diagnosis is right, on cases whose truth is sealed until it has answered."""
+    scores: dict[str, Any] = _gap("run_trial")(job.parameters["cases"], job.parameters["seed"], progress)
+    return lambda _session: scores
+
+
+def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """A file of a run: its bundle, its waveforms as HDF5, or its report."""
+    run, form = job.parameters["run"], job.parameters["form"]
+    folder = exports_folder(catalogue)
+    name = f"run-{run}-{job.id}-{job.attempts}{FORMS[form]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ApiError(f"{folder} cannot be made: {error.strerror or error}") from error
+    with progress(form, 1) as advance:
+        match form:
+            case "bundle":
+                export_bundle(catalogue, run, folder / name)
+            case "hdf5":
+                export_hdf5(catalogue, run, folder / name)
+            case _:
+                write_report(identify_measurement(measurement_of_run(catalogue, run, progress)), folder / name)
+        advance(1)
+    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
+
+
+FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
+KINDS: Mapping[str, Kind] = {
+    "identify": Kind(("run",), identify),
+    "diagnose": Kind(("run",), diagnose),
+    "trial": Kind(("cases", "seed"), trial),
+    "export": Kind(("run", "form"), export),
+}
+
+
+def _gap(name: str) -> Callable[..., dict[str, Any]]:
+    try:
+        found: Callable[..., dict[str, Any]] = getattr(import_module(GAP), name)
+    except (ModuleNotFoundError, AttributeError) as error:
+        raise ApiError(f"this version of jointlab has no diagnosis of the gap ({error})") from error
+    return found

@@ -1,0 +1,41 @@
+"""Identifications: jobs that find k, h and gamma of a run by both methods, and compare them."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from api.service.access import Analyst
+from api.service.acts import Once
+from api.service.context import Context, Jobs, Services
+from api.service.etags import TaggedRoute
+from api.service.pages import LARGEST
+from api.service.problems import problems
+from api.service.resources.jobs import JobDocument, queue_job
+from store.runs import Run, get_run
+
+router = APIRouter(prefix="/identifications", tags=["identifications"], route_class=TaggedRoute)
+
+
+class OfRun(BaseModel):
+    """Which run."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    run: int = Field(ge=1, le=LARGEST, description="number of the run")
+
+
+@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409))
+def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: OfRun) -> Response:
+    """Queue an identification; its results are beside older ones when the job is done."""
+    return queue_job(act, jobs, "identify", wanted.model_dump(), lambda: existing_run(context, wanted.run))
+
+
+def existing_run(context: Services, run_id: int) -> Run:
+    """A run.
+
+    Raises:
+        NotFoundError: there is no such run.
+    """
+    with context.catalogue.reading() as session:
+        return get_run(session, run_id)

@@ -1,0 +1,38 @@
+"""The demo's run in a catalogue of its own, and queues in front of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from store.catalogue import Catalogue
+from store.jobs import OVER, Job, get_job
+
+Wait = Callable[..., Job]
+
+
+@pytest.fixture
+def catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
+    assert measured == 1
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        yield opened
+
+
+@pytest.fixture
+def wait_for(catalogue: Catalogue) -> Wait:
+    """Wait until a job is over, or until something else is true of it."""
+
+    def wait(job: Job, is_so: Callable[[Job], bool] = lambda job: job.state in OVER) -> Job:
+        ends = time.monotonic() + 60
+        while True:
+            with catalogue.reading() as session:
+                found = get_job(session, job.id)
+            if is_so(found):
+                return found
+            assert time.monotonic() < ends, found
+            time.sleep(0.05)
+
+    return wait

@@ -1,0 +1,106 @@
+"""Jobs over REST: queued, followed, fetched, cancelled."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from api.jobs.executors import ProcessExecutor
+from api.jobs.queue import JobQueue
+from api.service.application import create_app
+from api.service.context import Services
+from store.analyses import AnalysisKind, add_analysis
+from store.catalogue import Catalogue
+from store.diagnoses import Diagnosis, add_diagnosis
+from tests.api.service.conftest import served
+
+Acting = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def jobs_client(measured: int, catalogue: Catalogue) -> Iterator[httpx.Client]:
+    """A service that does jobs, in front of the demo's run."""
+    with served(create_app(Services(catalogue, jobs=JobQueue(catalogue, ProcessExecutor())))) as client:
+        yield client
+
+
+def followed(client: httpx.Client, job: int) -> list[tuple[str, dict[str, Any]]]:
+    """Names and data of the events of a job, to its end."""
+    with client.stream("GET", f"/api/jobs/{job}/events") as stream:
+        assert stream.headers["content-type"].startswith("text/event-stream")
+        lines = list(stream.iter_lines())
+    names = [line.removeprefix("event: ") for line in lines if line.startswith("event: ")]
+    data = [json.loads(line.removeprefix("data: ")) for line in lines if line.startswith("data: ")]
+    return list(zip(names, data, strict=True))
+
+
+def test_an_export_is_queued_followed_and_fetched(
+    jobs_client: httpx.Client, acting: Acting, measured: int, tmp_path: Path
+) -> None:
+    queued = jobs_client.post("/api/exports", json={"run": measured, "form": "hdf5"}, headers=acting())
+    assert queued.status_code == 202, queued.text
+    number = queued.json()["id"]
+    events = followed(jobs_client, number)
+    assert (events[-1][0], events[-1][1]["state"]) == ("done", "done")
+    job = jobs_client.get(f"/api/jobs/{number}").json()
+    file = jobs_client.get(f"/api/exports/{number}/file")
+    assert (file.status_code, len(file.content)) == (200, job["result"]["bytes"])
+    assert job["result"]["file"] in file.headers["content-disposition"]
+    listed = jobs_client.get("/api/exports").json()["items"]
+    assert [each["id"] for each in listed] == [number]
+    (tmp_path / "jointlab-waveforms-exports" / job["result"]["file"]).unlink()
+    assert jobs_client.get(f"/api/exports/{number}/file").status_code == 404
+
+
+def test_a_job_that_is_cancelled_is_over_at_once(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
+    queued = jobs_client.post("/api/identifications", json={"run": measured}, headers=acting()).json()
+    cancelled = jobs_client.post(f"/api/jobs/{queued['id']}/cancel", headers=acting())
+    assert (cancelled.status_code, cancelled.json()["state"]) == (200, "cancelled")
+    assert [name for name, _ in followed(jobs_client, queued["id"])] == ["cancelled"]
+    listed = jobs_client.get("/api/jobs", params={"state": "cancelled", "kind": "identify"}).json()["items"]
+    assert [each["id"] for each in listed] == [queued["id"]]
+
+
+@pytest.mark.parametrize("path", ["identifications", "diagnoses", "exports"])
+def test_a_job_for_a_run_that_is_not_there_is_refused(jobs_client: httpx.Client, acting: Acting, path: str) -> None:
+    body = {"run": 77} | ({"form": "bundle"} if path == "exports" else {})
+    answer = jobs_client.post(f"/api/{path}", json=body, headers=acting())
+    assert (answer.status_code, answer.json()["detail"]) == (404, "there is no run 77")
+    assert jobs_client.get("/api/jobs").json()["items"] == []
+
+
+@pytest.mark.parametrize("path", ["/api/jobs/7", "/api/jobs/7/events", "/api/exports/7/file"])
+def test_a_job_that_is_not_there_is_not_found(client: httpx.Client, path: str) -> None:
+    answer = client.get(path)
+    assert (answer.status_code, answer.json()["detail"]) == (404, "there is no job 7")
+
+
+def test_diagnoses_are_listed_and_shown_whole(measured: int, client: httpx.Client, catalogue: Catalogue) -> None:
+    document = {"format": "jointlab-diagnosis/1", "verdict": {"status": "explained", "effects": ["sensor_mass"]}}
+    with catalogue.writing() as session:
+        kind = AnalysisKind.DIAGNOSES
+        number = add_analysis(session, kind=kind, method="test", settings={}, runs=[measured])
+        add_diagnosis(session, Diagnosis(number, "explained", ("sensor_mass",), 12.3, 3.1, document))
+    (listed,) = client.get("/api/diagnoses", params={"run": measured}).json()["items"]
+    assert (listed["id"], listed["status"], listed["effects"]) == (number, "explained", ["sensor_mass"])
+    whole = client.get(f"/api/diagnoses/{number}").json()
+    assert whole == listed | {"document": document}
+    assert client.get("/api/diagnoses", params={"run": 99}).json()["items"] == []
+    assert client.get("/api/diagnoses/99").status_code == 404
+
+
+def test_a_trial_is_queued_as_a_job(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
+    queued = jobs_client.post("/api/trials", json={"cases": 2, "seed": 1}, headers=acting())
+    assert (queued.status_code, queued.json()["parameters"]) == (202, {"cases": 2, "seed": 1})
+    jobs_client.post(f"/api/jobs/{queued.json()['id']}/cancel", headers=acting())
+    assert [each["kind"] for each in jobs_client.get("/api/trials").json()["items"]] == ["trial"]
+
+
+def test_a_service_without_jobs_says_so(client: httpx.Client, acting: Acting) -> None:
+    answer = client.post("/api/trials", json={"cases": 2}, headers=acting())
+    assert (answer.status_code, "does no jobs" in answer.json()["detail"]) == (409, True)

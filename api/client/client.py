@@ -1,0 +1,169 @@
+"""The client: runs, results and jobs of one service."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from api.client.connection import Connection, RigEvent
+from api.client.driving import Driver
+from api.service.resources.comparisons import ComparisonDocument
+from api.service.resources.dynamic_stiffness import StiffnessPoint
+from api.service.resources.health import Health
+from api.service.resources.jobs import JobDocument
+from api.service.resources.joint_matrices import JointMatrixDocument
+from api.service.resources.modes import ModesDocument
+from api.service.resources.records import BlowDocument, SineRecordDocument, WaveformDocument
+from api.service.resources.rig import RigDocument, Stopped
+from api.service.resources.runs import RunDetails, RunSummary
+from rig.sequence import Sequence
+from store.jobs import OVER
+from store.runs import RunState
+
+LOOK = 0.5  # s between looks at what is waited for
+
+
+class Client:
+    """One service. A context manager; methods raise `ProblemError` where the service says why it cannot.
+
+    Args:
+        address: such as ``http://127.0.0.1:8000``.
+        key: made by ``jointlab key create``; None on a computer where no key is needed.
+        timeout: s that an answer may take.
+    """
+
+    def __init__(self, address: str = "http://127.0.0.1:8000", key: str | None = None, timeout: float = 30.0) -> None:
+        self._connection = Connection(address, key, timeout)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def health(self) -> Health:
+        """Whether the service can do its work."""
+        return self._connection.get(Health, "/health")
+
+    # The rig
+
+    def rig(self) -> RigDocument:
+        """What the rig is at."""
+        return self._connection.get(RigDocument, "/rig")
+
+    def stop(self) -> int | None:
+        """STOP: end whatever is carried out; its number. Needs neither key nor lease; the actuator is at rest then."""
+        return self._connection.post(Stopped, "/rig/stop").run_id
+
+    @contextmanager
+    def driving(self, holder: str) -> Iterator[Driver]:
+        """Have the control lease while the context lasts."""
+        driver = Driver(self._connection, holder)
+        try:
+            yield driver
+        finally:
+            driver.give_back()
+
+    @contextmanager
+    def events(self, last_event_id: str | None = None) -> Iterator[Iterator[RigEvent]]:
+        """What happens at the rig from now on, or after the event with this id."""
+        with self._connection.events("/rig/events", last_event_id) as happening:
+            yield happening
+
+    # Runs
+
+    def runs(self, state: RunState | None = None, article: str | None = None) -> Iterator[RunSummary]:
+        """Runs, newest first."""
+        return self._connection.pages(RunSummary, "/runs", state=state, article=article)
+
+    def run(self, run: int) -> RunDetails:
+        """One run."""
+        return self._connection.get(RunDetails, f"/runs/{run}")
+
+    def create_run(self, sequence: str | Sequence | dict[str, Any]) -> RunSummary:
+        """Store a run to be started later, of a sequence that is kept under a name, or of a whole one."""
+        given = sequence.model_dump(mode="json") if isinstance(sequence, Sequence) else sequence
+        return self._connection.post(RunSummary, "/runs", {"sequence": given})
+
+    def wait_for_run(self, run: int) -> RunDetails:
+        """Wait until a run has ended, however it did."""
+        while (found := self.run(run)).state is RunState.RUNNING:
+            time.sleep(LOOK)
+        return found
+
+    def blows(self, run: int, accepted: bool | None = None) -> Iterator[BlowDocument]:
+        """Blows of a run, in the order of measuring."""
+        return self._connection.pages(BlowDocument, f"/runs/{run}/blows", accepted=accepted, limit=1000)
+
+    def sine_records(self, run: int) -> Iterator[SineRecordDocument]:
+        """Sine records of a run, in the order of measuring."""
+        return self._connection.pages(SineRecordDocument, f"/runs/{run}/sine-records", limit=1000)
+
+    def blow_waveform(self, blow: int) -> WaveformDocument:
+        """What was recorded of a blow."""
+        return self._connection.get(WaveformDocument, f"/blows/{blow}/waveform")
+
+    # Results
+
+    def modes(self, run: int) -> ModesDocument:
+        """The newest modes of a run."""
+        return self._connection.get(ModesDocument, f"/runs/{run}/modes")
+
+    def joint_matrices(self, run: int) -> list[JointMatrixDocument]:
+        """The newest joint matrices of a run, by each inverse method."""
+        return self._connection.get_all(JointMatrixDocument, f"/runs/{run}/joint-matrices")
+
+    def dynamic_stiffness(self, run: int) -> Iterator[StiffnessPoint]:
+        """The newest sine points of a run, by the direct method."""
+        return self._connection.pages(StiffnessPoint, f"/runs/{run}/dynamic-stiffness", limit=1000)
+
+    def comparisons(self, run: int) -> list[ComparisonDocument]:
+        """The newest comparison of both methods on a run."""
+        return self._connection.get_all(ComparisonDocument, f"/runs/{run}/comparisons")
+
+    # Jobs
+
+    def identify(self, run: int) -> JobDocument:
+        """Queue an identification of a run by both methods."""
+        return self._connection.post(JobDocument, "/identifications", {"run": run})
+
+    def diagnose(self, run: int) -> JobDocument:
+        """Queue a diagnosis of the gap between a run and its simulation."""
+        return self._connection.post(JobDocument, "/diagnoses", {"run": run})
+
+    def job(self, job: int) -> JobDocument:
+        """One job."""
+        return self._connection.get(JobDocument, f"/jobs/{job}")
+
+    def cancel(self, job: int) -> JobDocument:
+        """End a job that is not over."""
+        return self._connection.post(JobDocument, f"/jobs/{job}/cancel")
+
+    def wait_for_job(self, job: int) -> JobDocument:
+        """Wait until a job is over, however it ended."""
+        while (found := self.job(job)).state not in OVER:
+            time.sleep(LOOK)
+        return found
+
+    def export(self, run: int, form: str, path: Path) -> None:
+        """Write a run to a new file: as ``bundle`` (.zip), ``hdf5`` or ``report`` (HTML).
+
+        Raises:
+            ProblemError: it cannot be made.
+            FileExistsError: the file is there already.
+        """
+        asked = self._connection.post(JobDocument, "/exports", {"run": run, "form": form})
+        job = self.wait_for_job(asked.id)
+        content = self._connection.request("GET", f"/exports/{job.id}/file").content
+        with path.open("xb") as file:
+            file.write(content)

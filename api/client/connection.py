@@ -1,0 +1,157 @@
+"""The wire to the service: requests that may be sent again, pages, events, and problems as exceptions."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, TypeVar
+from uuid import uuid4
+
+import httpx
+from pydantic import BaseModel
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+Query = Mapping[str, str | int | float | bool | None]
+ATTEMPTS = 4
+PAUSE = 0.2  # s before the second attempt; each further one waits twice as long
+
+
+class ProblemError(Exception):
+    """The service says why it cannot do what was asked for.
+
+    Attributes:
+        status: of HTTP; 0 where no service answers.
+        title: what kind of problem it is.
+    """
+
+    def __init__(self, status: int, title: str, detail: str) -> None:
+        super().__init__(detail)
+        self.status = status
+        self.title = title
+
+
+@dataclass(frozen=True)
+class RigEvent:
+    """Something that happened at the rig.
+
+    Attributes:
+        id: to go on after it when the wire was cut.
+        name: such as BlowAccepted.
+        at: UTC.
+        data: of the event.
+    """
+
+    id: str
+    name: str
+    at: datetime
+    data: dict[str, Any]
+
+
+class Connection:
+    """A connection to one service; every request that acts has an idempotency key, so that it is safe to repeat it."""
+
+    def __init__(self, address: str, key: str | None, timeout: float) -> None:
+        headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+        self._http = httpx.Client(base_url=f"{address.rstrip('/')}/api", headers=headers, timeout=timeout)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._http.close()
+
+    def request(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Query | None = None,
+        body: Any = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> httpx.Response:
+        """Send a request, again where the wire was cut before an answer came.
+
+        Raises:
+            ProblemError: the service says why not, or does not answer.
+        """
+        sent = {"Idempotency-Key": uuid4().hex, **(headers or {})} if method != "GET" else dict(headers or {})
+        given = {name: value for name, value in (query or {}).items() if value is not None}
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                answer = self._http.request(method, path, params=given, json=body, headers=sent)
+            except httpx.TransportError as error:
+                if attempt == ATTEMPTS:
+                    raise _unreachable(self._http, error) from error
+                time.sleep(PAUSE * 2 ** (attempt - 1))
+            else:
+                return _checked(answer)
+        raise AssertionError("the last attempt returns or raises")
+
+    def get(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> ModelT:
+        """A document."""
+        return model.model_validate_json(self.request("GET", path, query=query).content)
+
+    def get_all(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> list[ModelT]:
+        """A list that comes as a whole."""
+        return [model.model_validate(each) for each in self.request("GET", path, query=query).json()]
+
+    def post(self, model: type[ModelT], path: str, body: Any = None, **headers: str) -> ModelT:
+        """Ask for something that acts."""
+        named = {name.replace("_", "-"): value for name, value in headers.items()}
+        return model.model_validate_json(self.request("POST", path, body=body, headers=named).content)
+
+    def pages(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> Iterator[ModelT]:
+        """Every item of a list, page after page."""
+        cursor: str | None = None
+        while True:
+            page = self.request("GET", path, query={**query, "cursor": cursor}).json()
+            yield from (model.model_validate(each) for each in page["items"])
+            cursor = page["next"]
+            if cursor is None:
+                return
+
+    @contextmanager
+    def events(self, path: str, last_event_id: str | None) -> Iterator[Iterator[RigEvent]]:
+        """Events as they happen, until the context is left.
+
+        Raises:
+            ProblemError: the service says why not, or does not answer.
+        """
+        headers = {} if last_event_id is None else {"Last-Event-ID": last_event_id}
+        try:
+            with self._http.stream("GET", path, headers=headers, timeout=httpx.Timeout(30.0)) as stream:
+                if stream.is_error:
+                    stream.read()
+                yield _events(_checked(stream))
+        except httpx.TransportError as error:
+            raise _unreachable(self._http, error) from error
+
+
+def _events(stream: httpx.Response) -> Iterator[RigEvent]:
+    """Events of a stream, as the HTML standard has them; comments only keep the wire alive."""
+    fields: dict[str, str] = {}
+    for line in stream.iter_lines():
+        if line and not line.startswith(":"):
+            name, _, value = line.partition(":")
+            fields[name] = value.removeprefix(" ")
+        elif not line and "data" in fields:
+            data = json.loads(fields["data"])
+            at = datetime.fromisoformat(data.pop("at"))
+            yield RigEvent(fields.get("id", ""), fields.get("event", "message"), at, data)
+            fields = {}
+
+
+def _checked(answer: httpx.Response) -> httpx.Response:
+    if not answer.is_error:
+        return answer
+    try:
+        problem = answer.json()
+        raise ProblemError(answer.status_code, problem["title"], problem["detail"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ProblemError(answer.status_code, answer.reason_phrase, answer.text) from error
+
+
+def _unreachable(http: httpx.Client, error: httpx.TransportError) -> ProblemError:
+    return ProblemError(0, "No service answers", f"no service answers at {http.base_url}: {error}")

@@ -1,0 +1,79 @@
+"""The free bar: how its modes move at any place, and how stiff they are for any E, density and damping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from analysis.dof import Direction
+from analysis.frequency_response import Complex, Real
+from analysis.gap.measurement import Drawing
+from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam, Mesh, assemble
+
+ELEMENTS_BETWEEN_NODES = 6
+DEGREE = 5
+"""Of the splines between nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bar:
+    """Modes of the bar without joints.
+
+    Attributes:
+        free: the bar as drawn, on its mesh.
+        damping_rate: (N,) 2 zeta w of each mode, 1/s.
+    """
+
+    free: FreeBeam
+    damping_rate: Real
+
+    @cached_property
+    def _splines(self) -> dict[Direction, tuple[BSpline, BSpline]]:
+        found = {}
+        for place, direction in enumerate(DIRECTIONS):
+            spline = make_interp_spline(self.free.mesh.positions, self.free.shapes[place :: len(DIRECTIONS)], DEGREE)
+            found[direction] = spline, spline.derivative()
+        return found
+
+    def motion(self, direction: Direction, position: float) -> Real:
+        """(N,) of the modes in `direction` at `position`, m from the left end."""
+        return np.asarray(self._splines[direction][0](position))
+
+    def slope(self, direction: Direction, position: float) -> Real:
+        """(N,) its derivative in the position, 1/m."""
+        return np.asarray(self._splines[direction][1](position))
+
+    @cached_property
+    def mesh_share(self) -> Real:
+        """(N,) of the error of a mesh in squared frequencies: it grows with them (cubic shapes: as the fourth power of
+        a wave's length), taken as one at the third free mode and as no more for modes above ten times that."""
+        square = self.free.squared_frequency
+        return np.asarray(np.minimum(square / square[RIGID_MODES + 2], 100.0))
+
+    def modal_stiffness(self, pole: Complex, modulus: float, density: float, mesh: float, loss: float) -> Complex:
+        """(N, lines) at `pole` (lines,) rad/s, for E and rho over the drawing's and an extra structural loss factor.
+
+        E and rho scale the bar's stiffness and mass exactly, with the modal damping ratios kept.
+        """
+        rate = np.sqrt(modulus * density) * self.damping_rate
+        stiffness = modulus * (1 + 1j * loss) * (1 + mesh * self.mesh_share) * self.free.squared_frequency
+        return np.asarray(density * pole**2 + np.outer(rate, pole) + stiffness[:, None])
+
+
+def bar_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> Bar:
+    """The bar of a drawing.
+
+    Raises:
+        AnalysisError: the node positions do not span the beam, or a damping ratio is negative.
+    """
+    mesh = Mesh.through(drawing.node_positions, elements_between)
+    free = assemble(drawing.beam, mesh)
+    ratios = np.zeros(free.squared_frequency.size)
+    given = np.asarray(drawing.damping_ratios, dtype=float)
+    if given.size:
+        ratios[RIGID_MODES:] = given[-1]
+        ratios[RIGID_MODES : RIGID_MODES + given.size] = given[: ratios.size - RIGID_MODES]
+    return Bar(free, 2 * ratios * np.sqrt(free.squared_frequency))

@@ -1,0 +1,155 @@
+"""The paper's model of the bench, and the tolerances that the laboratory states for it.
+
+A Timoshenko beam on lumped joints of two cylinders each, Eqs. (8)-(11), whose stiffness and structural damping depend
+on neither amplitude nor frequency. Its cylinders are wanted; what is stated only within a tolerance comes along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting
+from analysis.gap.effect import Given
+from analysis.gap.measurement import Configuration, Measurement, TesterPoints
+from analysis.gap.parameter import Parameter
+
+STIFFNESS_SPREAD = 1.0
+"""Of the natural logarithm of a cylinder's stiffness: nothing is known beforehand but its order."""
+TYPICAL_LOSS, LOSS_SPREAD = 0.1, 0.7
+"""Loss factors of filled rubber lie between 0.03 and 0.3 (D. I. G. Jones, Viscoelastic Vibration Damping, 2001)."""
+TYPICAL_ROTATION = 20.0
+MESH_TOLERANCE = 2e-5
+"""Of the square of the third free frequency: sixty elements leave 3e-6, and forty of another make ten times that."""
+STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
+"""Shear and compression that the tester sees, by configuration; of an angled pair see `Baseline.weights`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """The paper's model for one measurement.
+
+    Attributes:
+        measurement: that it is a model of.
+        shear, compression: (joints,) typical stiffness a and b, N/m, on which the priors are centred.
+    """
+
+    measurement: Measurement
+    shear: Real
+    compression: Real
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Of the cylinders of each joint, then what is stated within tolerances."""
+        drawing, tolerances = self.measurement.drawing, self.measurement.tolerances
+        found = list[Parameter]()
+        for joint, a, b in zip(drawing.joints, self.shear, self.compression, strict=True):
+            found += [
+                Parameter(f"a({joint.name})", "N/m", float(a), STIFFNESS_SPREAD, positive=True),
+                Parameter(f"b({joint.name})", "N/m", float(b), STIFFNESS_SPREAD, positive=True),
+                Parameter(f"gamma_a({joint.name})", "1", TYPICAL_LOSS, LOSS_SPREAD, positive=True),
+                Parameter(f"gamma_b({joint.name})", "1", TYPICAL_LOSS, LOSS_SPREAD, positive=True),
+            ]
+            found.append(Parameter(f"inclination({joint.name})", "rad", 0.0, tolerances.inclination))
+            if self.measurement.sets:
+                found += [
+                    Parameter(f"c({joint.name})", "N m", TYPICAL_ROTATION, STIFFNESS_SPREAD, positive=True),
+                    Parameter(f"position({joint.name})", "m", 0.0, tolerances.node_position),
+                ]
+        if self.measurement.sets:
+            found += [
+                Parameter("modulus", "1", 1.0, tolerances.youngs_modulus),
+                Parameter("density", "1", 1.0, tolerances.density),
+                Parameter("sensor position", "m", 0.0, tolerances.node_position),
+                Parameter("mesh", "1", 0.0, MESH_TOLERANCE),
+            ]
+        if self.measurement.points is not None:
+            found.append(Parameter("tester gain", "1", 1.0, tolerances.tester_gain))
+        return tuple(found)
+
+    def cylinders(self, given: Given) -> Cylinders:
+        """The same everywhere; a cylinder in rotation loses what one in compression does."""
+        storage, loss = [], []
+        for joint in self.measurement.drawing.joints:
+            name = joint.name
+            gamma_a, gamma_b = given[f"gamma_a({name})"], given[f"gamma_b({name})"]
+            a, b, c = given[f"a({name})"], given[f"b({name})"], given.get(f"c({name})", 0.0)
+            storage.append([[a], [b], [c]])
+            loss.append([[a * gamma_a], [b * gamma_b], [c * gamma_b]])
+        return Cylinders(np.array(storage), np.array(loss))
+
+    @cached_property
+    def _drawn(self) -> Mounting:
+        drawing = self.measurement.drawing
+        nodes = np.array([drawing.node_positions[joint.node - 1] for joint in drawing.joints])
+        return Mounting(
+            inclination=np.array([joint.inclinations for joint in drawing.joints]),
+            eccentricity=np.array([[-joint.eccentricity, joint.eccentricity] for joint in drawing.joints]),
+            length=np.zeros(nodes.size),
+            position=nodes,
+        )
+
+    def mounting(self, given: Given) -> Mounting:
+        """As drawn, within tolerances; both cylinders of a joint lean together, as its frame does."""
+        drawn, names = self._drawn, [joint.name for joint in self.measurement.drawing.joints]
+        return Mounting(
+            inclination=drawn.inclination + np.array([[given[f"inclination({name})"]] for name in names]),
+            eccentricity=drawn.eccentricity,
+            length=drawn.length,
+            position=drawn.position + np.array([given.get(f"position({name})", 0.0) for name in names]),
+        )
+
+    def beam(self, given: Given, setting: Setting, mounting: Mounting) -> BeamBench:
+        """The beam rig in a set, its joints yet to be put in."""
+        drawing = self.measurement.drawing
+        rows = len(setting.inputs)
+        pole = 2j * np.pi * setting.frequency
+        return BeamBench(
+            pole=np.asarray(pole, dtype=complex),
+            joints=np.zeros((1, len(drawing.joints), 3, 3), dtype=complex),
+            modulus=given["modulus"],
+            density=given["density"],
+            mesh=given["mesh"],
+            loss=0.0,
+            joint_position=mounting.position,
+            sensor_position=drawing.node_positions[drawing.accelerometer.node - 1] + given["sensor position"],
+            sensor_mass=0.0,
+            cross_axis=0.0,
+            blow_offset=np.zeros(rows),
+            lean=np.zeros(rows),
+            strike_height=0.0,
+            chain=np.ones((1, 1), dtype=complex),
+            added=np.zeros((1, 1), dtype=complex),
+        )
+
+    def weights(self, mounting: Mounting, points: TesterPoints) -> Real:
+        """(points, 2) how much of shear and of compression the tester sees.
+
+        An angled pair shows sin^2 theta of a and cos^2 theta of b from each side, which is a + b at 45 degrees.
+        """
+        lean = mounting.inclination
+        pairs = np.stack([np.sum(np.sin(lean) ** 2, axis=1), np.sum(np.cos(lean) ** 2, axis=1)], axis=1)
+        angled = pairs[points.specimen]
+        straight = np.array(STRAIGHT)[points.configuration]
+        return np.where((points.configuration == Configuration.ANGLED)[:, None], angled, straight)
+
+
+def baseline_of(measurement: Measurement) -> Baseline:
+    """Priors centred on what the tester shows, or on a stiff joint where there is no tester."""
+    joints = len(measurement.drawing.joints)
+    typical = measurement.drawing.beam.flexural_rigidity / measurement.drawing.beam.length**3
+    shear, compression = np.full(joints, 20 * typical), np.full(joints, 120 * typical)
+    points = measurement.points
+    if points is not None:
+        for joint in range(joints):
+            for found, configuration, share in (
+                (shear, Configuration.SHEAR, 2.0),
+                (compression, Configuration.COMPRESSION, 1.0),
+            ):
+                of = (points.specimen == joint) & (points.configuration == configuration)
+                if np.any(of):
+                    found[joint] = float(np.median(points.stiffness[of].real)) / share
+    return Baseline(measurement, shear, compression)

@@ -1,0 +1,294 @@
+"""What the accelerometer reads for a blow at each point, and how that changes with everything in the bench.
+
+The bar is never solved for: joints and accelerometer are attached to its free modes through their receptance, a small
+system a line. With y_q the bar's motion under a unit force at the accelerometer and y_r that under a blow, a change dD
+of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, and cheap for any number of changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Complex, Real
+from analysis.gap.bar import Bar
+from analysis.gap.bench import BeamBench
+
+JOINT_WAYS = (Direction.X, Direction.Y, Direction.ROTATION)
+Changes = Mapping[str, Complex | Real]
+"""By name of a field of `BeamBench`, derivatives in one parameter."""
+
+
+@dataclass(frozen=True, eq=False)
+class BeamRig:
+    """A hammer set's points on a bar.
+
+    Attributes:
+        bar: without joints.
+        inputs: (rows,) the points struck.
+        node_positions: (nodes,) m.
+        sensor: which way the accelerometer looks.
+        sensor_mass: known, kg.
+        joint_mass: (joints,) known, kg.
+    """
+
+    bar: Bar
+    inputs: tuple[Dof, ...]
+    node_positions: Real
+    sensor: Direction
+    sensor_mass: float
+    joint_mass: Real
+
+    def answer(self, bench: BeamBench, blow_offset: Real) -> Answer:
+        """What `bench` answers to blows `blow_offset` (rows,) m beside where it says."""
+        return Answer(self, bench, bench.blow_offset + blow_offset)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The beam rig's answer at one state of the bench.
+
+    Attributes:
+        rig: that answers.
+        bench: its state.
+        blow_offset: (rows,) of the blows beside their nodes, m.
+    """
+
+    rig: BeamRig
+    bench: BeamBench
+    blow_offset: Real
+
+    @cached_property
+    def _sensor(self) -> tuple[Real, Real, Real]:
+        """(N,) the modes as the accelerometer sees them; their derivatives in its place and in its cross-axis share."""
+        bar, place, share = (
+            self.rig.bar,
+            self.bench.sensor_position,
+            self.bench.cross_axis,
+        )
+        way = self.rig.sensor
+        across = Direction.X if way is Direction.Y else Direction.Y
+        other = bar.motion(across, place)
+        return (
+            bar.motion(way, place) + share * other,
+            bar.slope(way, place) + share * bar.slope(across, place),
+            other,
+        )
+
+    @cached_property
+    def _blows(self) -> tuple[Real, Real, Real]:
+        """(rows, N) the modes as the blows see them; their derivatives in the place and in the lean of each blow.
+
+        A leaning blow that strikes above the axis turns the section as well.
+        """
+        bar, half = self.rig.bar, self.bench.strike_height
+        value, place, lean = [], [], []
+        for dof, offset, angle in zip(self.rig.inputs, self.blow_offset, self.bench.lean, strict=True):
+            x = float(self.rig.node_positions[dof.node - 1]) + (offset if dof.direction is Direction.Y else 0.0)
+            straight = bar.motion(dof.direction, x)
+            if dof.direction is Direction.Y:
+                across = bar.motion(Direction.X, x) - half * bar.motion(Direction.ROTATION, x)
+                slope = bar.slope(Direction.Y, x)
+            else:
+                across, slope = bar.motion(Direction.Y, x), np.zeros_like(straight)
+            value.append(np.cos(angle) * straight + np.sin(angle) * across)
+            place.append(np.cos(angle) * slope)
+            lean.append(np.cos(angle) * across - np.sin(angle) * straight)
+        return np.array(value), np.array(place), np.array(lean)
+
+    @cached_property
+    def _attached(self) -> tuple[Real, Real]:
+        """(attached, N) the modes at joints (x, y, rotation each) and accelerometer (x, y), and at joints' slopes."""
+        bar, bench = self.rig.bar, self.bench
+        places = [float(place) for place in bench.joint_position]
+        values = [bar.motion(way, place) for place in places for way in JOINT_WAYS]
+        slopes = [bar.slope(way, place) for place in places for way in JOINT_WAYS]
+        sensor = bench.sensor_position
+        values += [bar.motion(way, sensor) for way in JOINT_WAYS[:2]]
+        slopes += [bar.slope(way, sensor) for way in JOINT_WAYS[:2]]
+        return np.array(values), np.array(slopes)
+
+    @cached_property
+    def _stiffness(self) -> Complex:
+        """(lines, attached, attached) what is attached to the bar."""
+        bench, rig = self.bench, self.rig
+        joints = bench.joints.shape[1]
+        size = 3 * joints + 2
+        found = np.zeros((bench.pole.size, size, size), dtype=complex)
+        for joint in range(joints):
+            at = slice(3 * joint, 3 * joint + 3)
+            found[:, at, at] = bench.joints[:, joint]
+            for way in range(2):
+                found[:, 3 * joint + way, 3 * joint + way] += bench.pole**2 * rig.joint_mass[joint]
+        for way in (size - 2, size - 1):
+            found[:, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
+        return found
+
+    @cached_property
+    def _compliance(self) -> Complex:
+        """(N, lines) of the free modes."""
+        bench = self.bench
+        return 1 / self.rig.bar.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss)
+
+    def _free(self, rows: Real, columns: Real) -> Complex:
+        """(lines, rows, columns) receptance of the bar without joints."""
+        products = (rows[:, None, :] * columns).reshape(-1, rows.shape[-1])
+        return np.ascontiguousarray(_times(products, self._compliance).T).reshape(-1, len(rows), len(columns))
+
+    @cached_property
+    def _ends(self) -> Real:
+        """(3 + rows, N) the accelerometer, its derivatives in place and cross-axis share, and the blows."""
+        return np.concatenate([np.array(self._sensor), self._blows[0]])
+
+    @cached_property
+    def _motion(self) -> Complex:
+        """(lines, attached, 3 + rows) of the attached freedoms under unit forces at the ends."""
+        attached, _ = self._attached
+        system = np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness
+        return np.asarray(np.linalg.solve(system, self._free(attached, self._ends)))
+
+    @cached_property
+    def _force(self) -> Complex:
+        """(lines, attached, 3 + rows) what the attached push back with."""
+        return self._stiffness @ self._motion
+
+    @cached_property
+    def _receptances(self) -> Complex:
+        """(lines, 3, rows) of the accelerometer and its derivatives under the blows."""
+        attached, _ = self._attached
+        free = self._free(self._ends[:3], self._ends[3:])
+        at_ends = np.swapaxes(self._free(attached, self._ends[:3]), 1, 2)
+        return free - at_ends @ self._force[:, :, 3:]
+
+    @cached_property
+    def receptance(self) -> Complex:
+        """(rows, lines) of the plane model, m/N."""
+        return np.ascontiguousarray(self._receptances[:, 0].T)
+
+    @cached_property
+    def accelerance(self) -> Complex:
+        """(rows, lines) as read, (m/s^2)/N."""
+        return self._to_read * (self.receptance + self.bench.added)
+
+    # --- derivatives ---
+
+    @cached_property
+    def _to_read(self) -> Complex:
+        return self.bench.chain * self.bench.pole**2
+
+    @cached_property
+    def _field(self) -> Complex:
+        """(N, lines) the bar's motion under a unit force at the accelerometer, in free modes."""
+        attached, _ = self._attached
+        return np.asarray(self._compliance * (self._ends[0][:, None] - _times(attached.T, self._force[:, :, 0].T)))
+
+    @cached_property
+    def by_blow_offset(self) -> Complex:
+        """(rows, lines) derivative of each row's accelerance in the place of its blow, (m/s^2)/N/m."""
+        return self._to_read * _times(self._blows[1], self._field)
+
+    @cached_property
+    def _by_lean(self) -> Complex:
+        return self._to_read * _times(self._blows[2], self._field)
+
+    @cached_property
+    def _by_sensor_position(self) -> Complex:
+        """With the mass that goes with it."""
+        carried = range(self._stiffness.shape[1] - 2, self._stiffness.shape[1])
+        return self._to_read * (self._receptances[:, 1] + self._moved(carried)).T
+
+    @cached_property
+    def _slopes_under_forces(self) -> Complex:
+        """(lines, attached, 1 + rows) slope of the bar at the attached, under unit forces at sensor and blows."""
+        attached, slopes = self._attached
+        at = [0, *range(3, len(self._ends))]
+        return self._free(slopes, self._ends[at]) - self._free(slopes, attached) @ self._force[:, :, at]
+
+    def _moved(self, which: range) -> Complex:
+        """(lines, rows) derivative of the receptance when what is attached at `which` moves along the bar."""
+        at, slope = list(which), self._slopes_under_forces
+        of_sensor = np.einsum("la,lar->lr", slope[:, at, 0], self._force[:, at, 3:])
+        of_blows = np.einsum("la,lar->lr", self._force[:, at, 0], slope[:, at, 1:])
+        return np.asarray(-(of_sensor + of_blows))
+
+    @cached_property
+    def _by_joint_position(self) -> Complex:
+        """(joints, rows, lines)."""
+        joints = self.bench.joints.shape[1]
+        return np.array([self._to_read * self._moved(range(3 * j, 3 * j + 3)).T for j in range(joints)])
+
+    def _along(self, load: Complex) -> Complex:
+        """(rows, lines) sum over free modes of `load` (N, lines) times the motion under each blow, by reciprocity."""
+        attached, _ = self._attached
+        field = self._compliance * load
+        return np.asarray(
+            _times(self._ends[3:], field) - np.einsum("al,lar->rl", _times(attached, field), self._force[:, :, 3:])
+        )
+
+    def derivative(self, changes: Changes) -> Complex:
+        """(rows, lines) derivative of the accelerance, from those of the bench's fields in one parameter."""
+        bench = self.bench
+        total = np.zeros_like(self.accelerance)
+        sensor, blows = self._motion[:, :, 0], self._motion[:, :, 3:]
+        if "joints" in changes:
+            change = changes["joints"]
+            for joint in range(change.shape[1]):
+                at = slice(3 * joint, 3 * joint + 3)
+                pulled = np.einsum("lp,lpq->lq", sensor[:, at], change[:, joint])
+                total -= self._to_read * np.einsum("lq,lqr->rl", pulled, blows[:, at])
+        if "sensor_mass" in changes:
+            both = np.einsum("lp,lpr->rl", sensor[:, -2:], blows[:, -2:])
+            total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * both
+        modal = self._modal_change(changes)
+        if modal is not None:
+            total -= self._to_read * self._along(self._field * modal)
+        if "pole" in changes:
+            total += changes["pole"] * (2 / bench.pole * self.accelerance + self._by_pole)
+        if "sensor_position" in changes:
+            total += changes["sensor_position"] * self._by_sensor_position
+        if "cross_axis" in changes:
+            total += changes["cross_axis"] * self._to_read * self._receptances[:, 2].T
+        if "joint_position" in changes:
+            total += np.tensordot(changes["joint_position"], self._by_joint_position, axes=1)
+        if "blow_offset" in changes:
+            total += changes["blow_offset"][:, None] * self.by_blow_offset
+        if "lean" in changes:
+            total += changes["lean"][:, None] * self._by_lean
+        if "chain" in changes:
+            total += changes["chain"] * bench.pole**2 * (self.receptance + bench.added)
+        if "added" in changes:
+            total += self._to_read * changes["added"]
+        return total
+
+    @cached_property
+    def _by_pole(self) -> Complex:
+        """(rows, lines) derivative by the pole through the known masses; joints and modes have theirs elsewhere."""
+        joints = [mass for kilograms in self.rig.joint_mass for mass in (kilograms, kilograms, 0.0)]
+        mass = np.array([*joints, *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
+        both = np.einsum("lp,p,lpr->rl", self._motion[:, :, 0], mass, self._motion[:, :, 3:])
+        return np.asarray(-self._to_read * 2 * self.bench.pole * both)
+
+    def _modal_change(self, changes: Changes) -> Complex | None:
+        """(N, lines) change of the free modes' dynamic stiffness, or None where there is none."""
+        bench, free = self.bench, self.rig.bar.free.squared_frequency[:, None]
+        e, r, loss = bench.modulus, bench.density, bench.loss
+        meshed = (1 + bench.mesh * self.rig.bar.mesh_share[:, None]) * free
+        rate = np.outer(self.rig.bar.damping_rate, bench.pole)
+        parts = {
+            "modulus": np.sqrt(r / e) / 2 * rate + (1 + 1j * loss) * meshed,
+            "density": bench.pole**2 + np.sqrt(e / r) / 2 * rate,
+            "loss": 1j * e * meshed,
+            "mesh": e * (1 + 1j * loss) * self.rig.bar.mesh_share[:, None] * free,
+            "pole": 2 * r * bench.pole + np.sqrt(e * r) * self.rig.bar.damping_rate[:, None],
+        }
+        found = [changes[name] * part for name, part in parts.items() if name in changes]
+        return np.asarray(sum(found[1:], start=found[0])) if found else None
+
+
+def _times(rows: Real, fields: Complex) -> Complex:
+    """(rows, lines) real `rows` (rows, N) times complex `fields` (N, lines), without making the rows complex."""
+    return (rows @ np.ascontiguousarray(fields).view(np.float64)).view(np.complex128)

@@ -1,0 +1,163 @@
+"""What parameters make of the drawing: all that the two rigs need to answer a blow or a sine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import Complex, Real
+
+REFERENCE_FORCE = 100.0
+"""N; of a blow at level 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loading:
+    """In which state of motion cylinders are asked for their stiffness; all but `tester` and `level` as (n,).
+
+    Attributes:
+        tester: in the tester, not under the beam.
+        frequency: Hz.
+        amplitude: zero to peak in the tester, m; nan under the beam, where a law has to say it from `level`.
+        level: peak force of the blows over 100 N; 1 in the tester.
+        temperature: degrees Celsius; nan where it is not known.
+        fraction: of the tester's order of measuring; 0 under the beam.
+    """
+
+    tester: bool
+    frequency: Real
+    amplitude: Real
+    level: float
+    temperature: Real
+    fraction: Real
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """How the beam is struck.
+
+    Attributes:
+        inputs: (rows,) points struck.
+        frequency: (lines,) Hz.
+        peak_force: of a blow, N.
+        temperature: degrees Celsius; nan where it is not known.
+    """
+
+    inputs: tuple[Dof, ...]
+    frequency: Real
+    peak_force: float
+    temperature: float
+
+    @cached_property
+    def loading(self) -> Loading:
+        """The state of motion of the cylinders."""
+        lines = self.frequency.size
+        return Loading(
+            tester=False,
+            frequency=self.frequency,
+            amplitude=np.full(lines, np.nan),
+            level=self.peak_force / REFERENCE_FORCE,
+            temperature=np.full(lines, self.temperature),
+            fraction=np.zeros(lines),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinders:
+    """Stiffness of the cylinders of each joint in shear, compression (N/m) and rotation (N m).
+
+    Attributes:
+        storage, loss: (joints, 3, n) k' and k''; n is 1 where they are the same everywhere.
+    """
+
+    storage: Real
+    loss: Real
+
+    @property
+    def complex_stiffness(self) -> Complex:
+        """(joints, 3, n) k' + i k''."""
+        return np.asarray(self.storage + 1j * self.loss)
+
+    def scaled(self, storage: Real | float, loss: Real | float) -> Cylinders:
+        """Multiplied by factors that broadcast to (joints, 3, n)."""
+        return Cylinders(np.asarray(self.storage * storage), np.asarray(self.loss * loss))
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """How cylinders hold the beam.
+
+    Attributes:
+        inclination: (joints, 2) theta of the lower and the upper cylinder, rad.
+        eccentricity: (joints, 2) of each from the beam's axis, m, the lower one negative.
+        length: (joints,) along which the stiffness is spread, m.
+        position: (joints,) of each joint, m from the left end.
+    """
+
+    inclination: Real
+    eccentricity: Real
+    length: Real
+    position: Real
+
+
+@dataclass(frozen=True, eq=False)
+class BeamBench:
+    """The beam rig in one hammer set.
+
+    Attributes:
+        pole: (lines,) at which the bench is looked at: i w, or beside it under an exponential window.
+        joints: (lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
+        modulus, density: over the drawing's.
+        mesh: share by which the mesh stiffens the third free mode, and others by their frequency squared.
+        loss: structural loss factor of the bar beyond its free damping.
+        joint_position: (joints,) m.
+        sensor_position: m.
+        sensor_mass: kg, beyond the known one.
+        cross_axis: share of the axial acceleration that the sensor reads.
+        blow_offset: (rows,) of the blows along the bar beyond what each set's tolerance says, m.
+        lean: (rows,) of the blows, rad; leaning to the right.
+        strike_height: of the struck surface over the axis, m: the lever of a leaning blow.
+        chain: (rows or 1, lines or 1) what is read over the acceleration per force.
+        added: (rows or 1, lines or 1) receptance that the plane model does not have, m/N.
+    """
+
+    pole: Complex
+    joints: Complex
+    modulus: float
+    density: float
+    mesh: float
+    loss: float
+    joint_position: Real
+    sensor_position: float
+    sensor_mass: float
+    cross_axis: float
+    blow_offset: Real
+    lean: Real
+    strike_height: float
+    chain: Complex
+    added: Complex
+
+
+def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
+    """(lines, joints, 3, 3) what a lower and an upper cylinder make of a joint, Eqs. (9)-(11).
+
+    A stiffness spread over a length l turns with k22 l^2 / 12 besides.
+    """
+    a, b, c = (each.T for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
+    cosine, sine = np.cos(mounting.inclination), np.sin(mounting.inclination)
+    e = mounting.eccentricity
+    found = np.zeros((*a.shape, 3, 3), dtype=complex)
+    for p, q, of_a, of_b in (
+        (0, 0, cosine**2, sine**2),
+        (0, 1, cosine * sine, -cosine * sine),
+        (1, 1, sine**2, cosine**2),
+        (0, 2, -e * cosine**2, -e * sine**2),
+        (1, 2, -e * cosine * sine, e * cosine * sine),
+        (2, 2, (e * cosine) ** 2, (e * sine) ** 2),
+    ):
+        found[:, :, p, q] = found[:, :, q, p] = np.sum(of_a, axis=1) * a + np.sum(of_b, axis=1) * b
+    found[:, :, 2, 2] += 2 * c + found[:, :, 1, 1] * mounting.length**2 / 12
+    return found

@@ -1,0 +1,68 @@
+"""What an effect is: parameters with their priors, and what they change of the bench."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from analysis.frequency_response import Complex
+from analysis.gap.bench import BeamBench, Cylinders, Loading, Mounting, Setting
+from analysis.gap.measurement import Measurement, TesterPoints
+from analysis.gap.parameter import Parameter
+
+Given = Mapping[str, float]
+"""Real of an effect's own parameters, by name."""
+
+
+@dataclass(frozen=True)
+class Effect(ABC):
+    """An effect of the catalogue under one law.
+
+    A subclass says what it is by its class attributes, and overrides those methods that it has something to say to:
+    each takes a part of the bench as the paper's model and the effects before it left it, and returns it changed.
+    The fields of the dataclass tell variants apart, such as the joint that is concerned.
+    """
+
+    id: ClassVar[str]
+    """Name in the catalogue, in JSON and on pages."""
+    title: ClassVar[str]
+    """A few words for people."""
+    law: ClassVar[str] = "the only one"
+    """Name of the law, where rival laws share an id."""
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """All that a measurement can show; by default the one that takes no arguments."""
+        return (cls(),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What a candidate may have: its full plausible range."""
+        raise NotImplementedError
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        """The elastomer: in both rigs."""
+        return cylinders
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        """How the cylinders hold the beam; angled pairs lean alike in the tester."""
+        return mounting
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        """Joint matrices (lines, joints, 3, 3) of the beam rig at `pole` (lines,)."""
+        return joints
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        """Bar, accelerometer, blows and measuring chain of the beam rig."""
+        return bench
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        """What the tester reads, (points,) N/m, of what it holds."""
+        return stiffness
+
+
+def acts_on(effect: Effect, part: str) -> bool:
+    """Whether an effect has something to say to a part of the bench: the name of one of its methods."""
+    return getattr(type(effect), part) is not getattr(Effect, part)

@@ -1,0 +1,1 @@
+"""The catalogue of effects, a file each; `analysis.gap.catalogue` finds them."""

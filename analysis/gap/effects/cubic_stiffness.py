@@ -1,0 +1,29 @@
+"""Stiffness that grows or falls with the square of the amplitude, without loss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.gap.bench import Cylinders, Loading
+from analysis.gap.effect import Effect, Given
+from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class CubicStiffness(Effect):
+    """k (1 + beta x^2); at 0.05 mm zero to peak a beta of 1e8 makes 25 %."""
+
+    id = "cubic_stiffness"
+    title = "cubic stiffness"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        blow = given["x_100"] * loading.level
+        amplitude = loading.amplitude if loading.tester else np.full(loading.frequency.size, blow)
+        return cylinders.scaled(1 + given["beta"] * amplitude**2, 1.0)

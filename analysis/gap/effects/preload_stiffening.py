@@ -1,0 +1,47 @@
+"""Cylinders that are stiffer under the tester's preset than under the beam: 0.2 to 1 per mm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from analysis.gap.bench import Cylinders, Loading
+from analysis.gap.effect import Effect, Given
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class PreloadStiffening(Effect):
+    """Stiffness grows with the preset, loss does not.
+
+    Attributes:
+        preset_mm: of the tester.
+    """
+
+    id = "preload_stiffening"
+    title = "stiffening under the tester's preset"
+    law = "stiffness alone"
+    preset_mm: float = 0.5
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(measurement.preset * 1e3 or 0.5),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (Parameter("s", "1/mm", 0.0, 0.67),)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        return cylinders.scaled(1 + given["s"] * self.preset_mm, 1.0) if loading.tester else cylinders
+
+
+@dataclass(frozen=True)
+class PreloadWithLoss(PreloadStiffening):
+    """Stiffness and loss grow alike."""
+
+    law = "stiffness and loss alike"
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        factor = 1 + given["s"] * self.preset_mm
+        return cylinders.scaled(factor, factor) if loading.tester else cylinders

@@ -1,0 +1,305 @@
+"""The most likely parameters of one model, with noise and all priors in Gaussian form.
+
+All unknowns are scores with a standard normal prior: those that the rigs share, the gain of each hammer set, and how
+far the blows of each row fell beside their node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.dof import Direction
+from analysis.frequency_response import Complex, Real
+from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.simulation import Prediction, Simulation
+from analysis.inverse.levenberg_marquardt import Linearised, Minimum, inverse, minimise
+
+SCHEDULE = ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0), (0.03, np.inf), (0.01, np.inf), (0.0, np.inf))
+"""Shares of |H| by which noise is inflated and bands in Hz, one fit after the other: the way round local minima."""
+FARTHEST = 50.0
+"""Standard deviations from its prior where no parameter ever is."""
+EARLY_GAIN = 30.0
+"""Gain in chi-square (over chi-square per datum) at which all stages but the last end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """What one row of accelerances, or all points of the tester, say of some of the unknowns.
+
+    Attributes:
+        rig: "inverse" or "direct".
+        set_number, row: which row it is; -1 in the tester.
+        unknowns: (n,) places of the unknowns that matter to it.
+        normal: (n, n) J^t J.
+        descent: (n,) J^t r.
+        chi_square: r^t r.
+        data: number of real and imaginary parts.
+    """
+
+    rig: str
+    set_number: int
+    row: int
+    unknowns: NDArray[np.intp]
+    normal: Real
+    descent: Real
+    chi_square: float
+    data: int
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """A sum of squares over unknown scores for one simulation.
+
+    Attributes:
+        simulation: with its measurement.
+        inflation: share of what is measured that is added to its standard deviation.
+    """
+
+    simulation: Simulation
+    inflation: float = 0.0
+
+    @property
+    def measurement(self) -> Measurement:
+        """What is fitted."""
+        return self.simulation.baseline.measurement
+
+    @cached_property
+    def _first_blow(self) -> list[int]:
+        """Where the blows of each set start among the unknowns, and where they all end."""
+        counts = [len(each.inputs) for each in self.measurement.sets]
+        return list(len(self.simulation.shared) + len(counts) + np.cumsum([0, *counts]))
+
+    @property
+    def unknowns(self) -> int:
+        """How many."""
+        return self._first_blow[-1]
+
+    @property
+    def data(self) -> int:
+        """Number of real and imaginary parts."""
+        points = self.measurement.points
+        return 2 * (
+            sum(each.accelerance.size for each in self.measurement.sets) + (0 if points is None else points.order.size)
+        )
+
+    def predict(self, scores: Real, derivatives: bool = True) -> Prediction:
+        """What both rigs read for `scores` (unknowns,)."""
+        return self.predict_some(scores, None if derivatives else ())
+
+    def predict_some(self, scores: Real, derivatives: Sequence[int] | None) -> Prediction:
+        """The same, with derivatives in some of the shared parameters, or in all."""
+        shared, sets = len(self.simulation.shared), self.measurement.sets
+        tolerances = self.measurement.tolerances
+        gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
+        blows = []
+        for number, each in enumerate(sets):
+            offset = scores[self._first_blow[number] : self._first_blow[number + 1]]
+            across = np.array([dof.direction is Direction.Y for dof in each.inputs])
+            blows.append(tolerances.impact_position * np.where(across, offset, 0.0))
+        return self.simulation.predict(scores[:shared], gains, blows, derivatives)
+
+    def deviation(self, hammer_set: HammerSet) -> Real:
+        """(rows, lines) of a set, inflated."""
+        return np.hypot(hammer_set.deviation, self.inflation * np.abs(hammer_set.accelerance))
+
+    @cached_property
+    def tester_deviation(self) -> Real:
+        """(points,) inflated."""
+        points = self.measurement.points
+        assert points is not None
+        return np.hypot(points.deviation, self.inflation * np.abs(points.stiffness))
+
+    def cost(self, values: Real) -> float:
+        """Chi-square and the scores' own squares; infinite for a bench that cannot be."""
+        if np.max(np.abs(values)) > FARTHEST:
+            return float("inf")
+        with np.errstate(all="ignore"):
+            predicted = self.predict(values, derivatives=False)
+            total = float(values @ values)
+            for each, found in zip(self.measurement.sets, predicted.accelerances, strict=True):
+                total += _square((each.accelerance - found) / self.deviation(each))
+            if self.measurement.points is not None:
+                total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
+        return total if np.isfinite(total) else float("inf")
+
+    def blocks(self, values: Real) -> tuple[Block, ...]:
+        """What each row and the tester say, about `values`."""
+        predicted, shared = self.predict(values), len(self.simulation.shared)
+        tolerances, found = self.measurement.tolerances, list[Block]()
+        for number, each in enumerate(self.measurement.sets):
+            weight = 1 / self.deviation(each)
+            accelerance = predicted.accelerances[number]
+            left = (each.accelerance - accelerance) * weight
+            gain = values[shared + number] * tolerances.sensor_gain
+            by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
+            for row, dof in enumerate(each.inputs):
+                columns = [*predicted.by_shared[number][:, row], by_gain[row]]
+                unknowns = [*range(shared), shared + number]
+                if dof.direction is Direction.Y:
+                    columns.append(predicted.by_blow[number][row])
+                    unknowns.append(self._first_blow[number] + row)
+                found.append(_block("inverse", number, row, unknowns, np.array(columns) * weight[row], left[row]))
+        points = self.measurement.points
+        if points is not None:
+            weight = 1 / self.tester_deviation
+            left = (points.stiffness - predicted.stiffness) * weight
+            columns_of_points = predicted.stiffness_by_shared * weight
+            found.append(_block("direct", -1, -1, list(range(shared)), columns_of_points, left))
+        return tuple(found)
+
+    def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
+        """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
+        predicted, parts, left = self.predict_some(values, shared), list[Complex](), list[Complex]()
+        for number, each in enumerate(self.measurement.sets):
+            weight = 1 / self.deviation(each)
+            parts.append((predicted.by_shared[number] * weight).reshape(len(shared), -1))
+            left.append(((each.accelerance - predicted.accelerances[number]) * weight).ravel())
+        points = self.measurement.points
+        if points is not None:
+            parts.append(predicted.stiffness_by_shared / self.tester_deviation)
+            left.append((points.stiffness - predicted.stiffness) / self.tester_deviation)
+        return _as_parts(np.concatenate(parts, axis=1)), _as_parts(np.concatenate(left))
+
+    def own_columns(self, values: Real) -> Real:
+        """(sets and rows, data) whitened derivatives in the gain of each set and in the place of each row's blows."""
+        predicted, first = self.predict_some(values, (0,)), len(self.simulation.shared)
+        tolerances, found, place = self.measurement.tolerances, np.zeros((self.unknowns - first, self.data)), 0
+        for number, each in enumerate(self.measurement.sets):
+            weight = 1 / self.deviation(each)
+            gain = 1 + values[first + number] * tolerances.sensor_gain
+            by_gain = _as_parts(tolerances.sensor_gain / gain * predicted.accelerances[number] * weight)
+            by_blow = _as_parts(predicted.by_blow[number] * weight)
+            for row, dof in enumerate(each.inputs):
+                at = slice(place, place + by_gain.shape[1])
+                found[number, at] = by_gain[row]
+                if dof.direction is Direction.Y:
+                    found[self._first_blow[number] - first + row, at] = by_blow[row]
+                place = at.stop
+        return found
+
+    def linearised(self, values: Real) -> Linearised:
+        """The normal equations about `values` (unknowns,)."""
+        return together(self.blocks(values), values)
+
+
+def together(blocks: Sequence[Block], values: Real) -> Linearised:
+    """The normal equations of some blocks and of the prior."""
+    normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
+    for block in blocks:
+        normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
+        descent[block.unknowns] += block.descent
+        cost += block.chi_square
+    return Linearised(cost, descent, normal)
+
+
+def _block(rig: str, number: int, row: int, unknowns: list[int], columns: Complex, left: Complex) -> Block:
+    parts, residual = _as_parts(columns), _as_parts(left)
+    return Block(
+        rig,
+        number,
+        row,
+        np.array(unknowns),
+        parts @ parts.T,
+        parts @ residual,
+        float(residual @ residual),
+        residual.size,
+    )
+
+
+def _as_parts(values: Complex) -> Real:
+    """(..., 2 n) real and imaginary parts of (..., n)."""
+    return np.ascontiguousarray(values).view(np.float64)
+
+
+def _square(values: Complex) -> float:
+    return float(np.vdot(values, values).real)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The most likely parameters of one model.
+
+    Attributes:
+        likelihood: that was maximised.
+        scores: (unknowns,).
+        at: the normal equations there.
+        converged: whether the search ended by itself.
+    """
+
+    likelihood: Likelihood
+    scores: Real
+    at: Linearised
+    converged: bool
+
+    @property
+    def chi_square(self) -> float:
+        """Without the priors."""
+        return self.at.cost - float(self.scores @ self.scores)
+
+    @property
+    def per_datum(self) -> float:
+        """Chi-square per real or imaginary part."""
+        return self.chi_square / self.likelihood.data
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """What each row and the tester say."""
+        return self.likelihood.blocks(self.scores)
+
+    @cached_property
+    def covariance(self) -> Real:
+        """(unknowns, unknowns) of the scores."""
+        return inverse(self.at.normal)
+
+    @property
+    def deviations(self) -> Real:
+        """(unknowns,) standard deviations of the scores."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def value(self, name: str) -> float:
+        """Of a shared parameter."""
+        for parameter, score in zip(self.likelihood.simulation.shared, self.scores, strict=False):
+            if parameter.name == name:
+                return float(np.real(parameter.value(float(score))))
+        raise KeyError(name)
+
+
+def fit(
+    simulation: Simulation,
+    start: Real,
+    schedule: Sequence[tuple[float, float]] = SCHEDULE,
+    tolerance: float = 1e-2,
+    most_steps: int = 30,
+) -> Fit:
+    """Search the most likely parameters.
+
+    Args:
+        simulation: the model.
+        start: (unknowns,) scores.
+        schedule: inflations of the noise and upper ends of the band, Hz; the last should be (0, inf).
+        tolerance: gain in chi-square (over chi-square per datum) at which a search ends.
+        most_steps: of each stage.
+    """
+    found: Minimum | None = None
+    scores, likelihood = start, Likelihood(simulation)
+    for inflation, highest in schedule:
+        likelihood = Likelihood(_below(simulation, highest), inflation)
+        last = (inflation, highest) == schedule[-1]
+        found = minimise(likelihood, scores, tolerance if last else EARLY_GAIN, most_steps)
+        scores = found.values
+    assert found is not None
+    return Fit(likelihood, found.values, found.at, found.converged)
+
+
+def _below(simulation: Simulation, highest: float) -> Simulation:
+    """The simulation of what was measured up to `highest` Hz."""
+    measurement = simulation.baseline.measurement
+    if not np.isfinite(highest):
+        return simulation
+    sets = tuple(each.lines(each.frequency <= highest) for each in measurement.sets)
+    return replace(simulation, baseline=replace(simulation.baseline, measurement=replace(measurement, sets=sets)))

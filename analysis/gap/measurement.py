@@ -1,0 +1,185 @@
+"""What the diagnosis works on: the bench as drawn, hammer sets, points of the tester, and stated tolerances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.structure.beam import Beam
+
+Indices = NDArray[np.intp]
+
+
+class Configuration(IntEnum):
+    """How cylinders are mounted in the tester, and what it then sees of shear a and compression b."""
+
+    COMPRESSION = 0
+    """One cylinder: b."""
+    SHEAR = 1
+    """A pair: 2a."""
+    ANGLED = 2
+    """A pair at 45 degrees: a + b."""
+
+
+@dataclass(frozen=True)
+class DrawnJoint:
+    """A joint as drawn: a lower and an upper cylinder at a node.
+
+    Attributes:
+        name: such as "I".
+        node: of the beam, numbered from 1.
+        inclinations: theta of Eq. (10) of the lower and the upper cylinder, rad.
+        eccentricity: of both, m; the lower counts as minus it.
+        added_mass: known mass of the caps, kg.
+    """
+
+    name: str
+    node: int
+    inclinations: tuple[float, float]
+    eccentricity: float
+    added_mass: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """The bench as drawn, SI.
+
+    Attributes:
+        beam: the bar.
+        node_positions: (nodes,) m from the left end.
+        damping_ratios: of the free bar's elastic modes; the last holds for those above.
+        joints: at least one.
+        accelerometer: where it sits and which way it looks.
+        accelerometer_mass: known, kg.
+    """
+
+    beam: Beam
+    node_positions: Real
+    damping_ratios: tuple[float, ...]
+    joints: tuple[DrawnJoint, ...]
+    accelerometer: Dof
+    accelerometer_mass: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class HammerSet:
+    """One roving-hammer set.
+
+    Attributes:
+        inputs: (rows,) points struck.
+        frequency: (lines,) Hz, above zero.
+        accelerance: (rows, lines) (m/s^2)/N.
+        deviation: (rows, lines) standard deviation per real and imaginary part.
+        peak_force: of a blow, N.
+        temperature: degrees Celsius; nan where it was not recorded.
+    """
+
+    inputs: tuple[Dof, ...]
+    frequency: Real
+    accelerance: Complex
+    deviation: Real
+    peak_force: float
+    temperature: float = float("nan")
+
+    def __post_init__(self) -> None:
+        expected = (len(self.inputs), self.frequency.size)
+        if self.accelerance.shape != expected or self.deviation.shape != expected:
+            raise AnalysisError(f"accelerances and their deviation must have shape (rows, lines) = {expected}")
+        if not self.inputs or self.frequency.size == 0 or not np.all(self.frequency > 0):
+            raise AnalysisError("a hammer set needs at least one row and lines above 0 Hz")
+        if not np.all(np.isfinite(self.accelerance)) or not np.all(self.deviation > 0):
+            raise AnalysisError("accelerances must be finite and their standard deviation above zero")
+
+    def lines(self, keep: NDArray[np.bool_] | Indices) -> HammerSet:
+        """The same at some of its lines."""
+        return HammerSet(
+            self.inputs,
+            self.frequency[keep],
+            self.accelerance[:, keep],
+            self.deviation[:, keep],
+            self.peak_force,
+            self.temperature,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TesterPoints:
+    """Steady sine points of the tester, in the order of measuring.
+
+    Attributes:
+        order: (points,) rank in the order of measuring.
+        specimen: (points,) place in the drawing's joints.
+        configuration: (points,) of `Configuration`.
+        amplitude: (points,) zero to peak, m.
+        frequency: (points,) Hz.
+        stiffness: (points,) k + i h, N/m.
+        deviation: (points,) standard deviation per real and imaginary part, N/m.
+        temperature: (points,) degrees Celsius; nan where it was not recorded.
+    """
+
+    order: Real
+    specimen: Indices
+    configuration: Indices
+    amplitude: Real
+    frequency: Real
+    stiffness: Complex
+    deviation: Real
+    temperature: Real
+
+    def __post_init__(self) -> None:
+        if len({getattr(self, name).shape for name in self.__dataclass_fields__}) != 1 or self.order.ndim != 1:
+            raise AnalysisError("columns of the tester's points differ in length")
+        if not np.all(np.isfinite(self.stiffness)) or not np.all(self.deviation > 0):
+            raise AnalysisError("stiffness must be finite and its standard deviation above zero at every point")
+
+    @property
+    def fraction(self) -> Real:
+        """(points,) how far the test had come: 0 at the first point, 1 at the last."""
+        first, last = np.min(self.order), np.max(self.order)
+        return np.asarray((self.order - first) / max(last - first, 1.0))
+
+    def only(self, keep: NDArray[np.bool_]) -> TesterPoints:
+        """Some of the points."""
+        return TesterPoints(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
+class StatedTolerances:
+    """One standard deviation of what the laboratory admits not to know; m, relative or rad."""
+
+    node_position: float = 1e-3
+    sensor_gain: float = 5e-3
+    youngs_modulus: float = 5e-3
+    density: float = 3e-3
+    impact_position: float = 1.5e-3
+    inclination: float = float(np.radians(0.5))
+    tester_gain: float = 3e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """One article in both rigs; one of them may be missing, not both.
+
+    Attributes:
+        drawing: the bench as drawn.
+        sets: hammer sets, the reference first; empty where the beam was not struck.
+        points: of the tester, or None.
+        tolerances: as stated.
+        preset: mean displacement in the tester, m.
+    """
+
+    drawing: Drawing
+    sets: tuple[HammerSet, ...]
+    points: TesterPoints | None
+    tolerances: StatedTolerances = field(default_factory=StatedTolerances)
+    preset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.sets and self.points is None:
+            raise AnalysisError("there is neither a hammer set nor a point of the tester: nothing to diagnose")

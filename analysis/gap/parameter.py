@@ -1,0 +1,36 @@
+"""What is not known: parameters with Gaussian priors, counted in their standard deviations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, inf
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter and its Gaussian prior.
+
+    A score z counts standard deviations from the centre: the value is centre + spread z, or centre exp(spread z) for
+    one that is positive by nature.
+
+    Attributes:
+        name: as in the catalogue of effects, or of the bench.
+        unit: "1" where it is a ratio.
+        centre: of the prior.
+        spread: its standard deviation; of the natural logarithm where `positive`.
+        positive: whether it cannot change sign.
+        least: values below are impossible, such as masses below zero; the prior then is the half above.
+        starts: scores from which a search begins.
+    """
+
+    name: str
+    unit: str
+    centre: float
+    spread: float
+    positive: bool = False
+    least: float = -inf
+    starts: tuple[float, ...] = (0.0,)
+
+    def value(self, score: float) -> float:
+        """The value at a score."""
+        return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score

@@ -1,0 +1,250 @@
+"""Which effects: the paper's model first, then every effect of the catalogue on top of it, then pairs.
+
+Screening takes one step of a linearised fit for every variant of every law, with noise inflated so that no sharp peak
+decides. The best are fitted in full, from several starts where a law has them. Pairs are searched always: to each of
+the best effects every other is tried in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from analysis.frequency_response import Real
+from analysis.gap.bar import Bar, bar_of
+from analysis.gap.baseline import Baseline, baseline_of
+from analysis.gap.effect import Effect
+from analysis.gap.evidence import log_evidence
+from analysis.gap.fit import Fit, Likelihood, fit
+from analysis.gap.measurement import Indices, Measurement
+from analysis.gap.simulation import Simulation
+
+LINES = 128
+"""Of each hammer set that the search looks at; what it finds is fitted to all of them."""
+INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
+"""Shares of |H| added to noise, of which screening takes the least that makes a model plausible."""
+PLAUSIBLE = 2.0
+"""Chi-square per datum."""
+PROMISING = 12.0
+"""Gain in chi-square below which a further effect cannot pay for its parameters."""
+CLOSE = ((0.03, np.inf), (0.0, np.inf))
+FITTED_SINGLES = 9
+FITTED_SEEDS = 4
+FITTED_PAIRS = 4
+MOST_STARTS = 12
+MOST_STEPS = 12
+ENOUGH = 1.0
+"""Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model: the baseline with no, one or two effects."""
+
+    effects: tuple[Effect, ...]
+    fit: Fit
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Of its effects."""
+        return tuple(effect.id for effect in self.effects)
+
+    @property
+    def log_evidence(self) -> float:
+        """Of this law, with noise alone."""
+        return log_evidence(self.fit)
+
+
+@dataclass(eq=False)
+class Search:
+    """A search over models of one measurement.
+
+    Attributes:
+        measurement: at the lines that the search looks at.
+        candidates: variants of laws that are tried.
+        bar: of the drawing.
+    """
+
+    measurement: Measurement
+    candidates: tuple[Effect, ...]
+    bar: Bar
+    baseline: Baseline = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.baseline = baseline_of(self.measurement)
+
+    def simulation(self, effects: Sequence[Effect] = ()) -> Simulation:
+        """Of the baseline with some effects."""
+        return Simulation(self.baseline, self.bar, tuple(effects))
+
+    def without_effects(self) -> Model:
+        """The paper's model, fitted from nothing."""
+        simulation = self.simulation()
+        return Model((), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
+
+    def singles(self, none: Model) -> list[Model]:
+        """The most promising effects, fitted, the best first."""
+        return self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
+
+    def pairs(self, singles: Sequence[Model]) -> list[Model]:
+        """The most promising second effects to the best singles, fitted, the best first.
+
+        Where nothing on top of the best single promises anything, no other can do better with two.
+        """
+        found = list[Model]()
+        for seed in best_by_id(singles)[:FITTED_SEEDS]:
+            known = {frozenset(model.ids) for model in found}
+            others = [each for each in self.candidates if frozenset((*seed.ids, each.id)) not in known]
+            ranked = self.screened(seed, [each for each in others if each.id not in seed.ids])
+            if not found and not ranked:
+                break
+            found += self.fitted(seed, ranked, FITTED_PAIRS)
+        return sorted(found, key=lambda model: -model.log_evidence)
+
+    def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
+        """Candidates that promise something on top of a model, the best first."""
+        likelihood = _plausible(on.fit)
+        scores, shared = on.fit.scores, len(likelihood.simulation.shared)
+        step = LinearStep.about(likelihood, scores)
+        found = []
+        for candidate in candidates:
+            extended = Likelihood(self.simulation((*on.effects, candidate)), likelihood.inflation)
+            own = range(shared, shared + len(candidate.parameters))
+            tried = []
+            for start in starts(candidate):
+                with np.errstate(all="ignore"):
+                    columns, left = extended.columns(inserted(scores, shared, start), own)
+                if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
+                    tried.append((step.gain(columns, start, left), start))
+            tried.sort(key=lambda each: -each[0])
+            if tried and tried[0][0] > PROMISING:
+                found.append(Promise(candidate, tried[0][0], tuple(start for _, start in tried[:2])))
+        return sorted(found, key=lambda each: -each.gain)
+
+    def fitted(self, on: Model, ranked: Sequence[Promise], count: int) -> list[Model]:
+        """The first `count` of a ranking fitted on top of a model, two laws of an effect at most."""
+        found, seen = list[Model](), dict[str, int]()
+        shared = len(on.fit.likelihood.simulation.shared)
+        for promise in ranked:
+            candidate = promise.effect
+            if seen.get(candidate.id, 0) >= 2 or len(found) >= count:
+                continue
+            seen[candidate.id] = seen.get(candidate.id, 0) + 1
+            simulation = self.simulation((*on.effects, candidate))
+            fits = [
+                fit(simulation, inserted(on.fit.scores, shared, start), CLOSE, ENOUGH, MOST_STEPS)
+                for start in promise.starts
+            ]
+            found.append(Model((*on.effects, candidate), min(fits, key=lambda each: each.at.cost)))
+        return sorted(found, key=lambda model: -model.log_evidence)
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What one linearised step says of a candidate: the gain in chi-square with priors, and its best starts."""
+
+    effect: Effect
+    gain: float
+    starts: tuple[Real, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearStep:
+    """A model linearised about its fit, ready to take in further columns.
+
+    Attributes:
+        known: (unknowns, data) whitened derivatives in all unknowns.
+        factor: of known known^T + 1.
+        scores: (unknowns,).
+        cost: chi-square with priors.
+    """
+
+    known: Real
+    factor: Real
+    scores: Real
+    cost: float
+
+    @classmethod
+    def about(cls, likelihood: Likelihood, scores: Real) -> LinearStep:
+        """A model about `scores` (unknowns,)."""
+        shared, left = likelihood.columns(scores, range(len(likelihood.simulation.shared)))
+        known = np.concatenate([shared, likelihood.own_columns(scores)])
+        factor = np.linalg.cholesky(known @ known.T + np.eye(len(known)))
+        return cls(known, np.asarray(factor, dtype=np.float64), scores, float(left @ left + scores @ scores))
+
+    def gain(self, columns: Real, start: Real, left: Real) -> float:
+        """By how much a step in all unknowns and further ones would lower the cost.
+
+        Args:
+            columns: (further, data) whitened derivatives.
+            start: (further,) their scores.
+            left: (data,) whitened residual there.
+        """
+        solved = solve_triangular(self.factor, self.known @ columns.T, lower=True)
+        known = solve_triangular(self.factor, self.known @ left - self.scores, lower=True)
+        reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
+        along = columns @ left - start - solved.T @ known
+        lowered = known @ known + along @ np.linalg.solve(reduced, along)
+        return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
+
+
+def _plausible(found: Fit) -> Likelihood:
+    """The likelihood of a fit with noise inflated until its misfit could be noise."""
+    likelihood = found.likelihood
+    for inflation in INFLATIONS:
+        likelihood = replace(found.likelihood, inflation=inflation)
+        if likelihood.cost(found.scores) < PLAUSIBLE * likelihood.data:
+            break
+    return likelihood
+
+
+def search_of(measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES) -> Search:
+    """A search that looks at some `lines` of each hammer set."""
+    chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
+    sets = tuple(each.lines(chosen) for each in measurement.sets)
+    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing))
+
+
+def refined(model: Model, measurement: Measurement) -> Model:
+    """A model fitted to all that was measured, from where it is."""
+    simulation = model.fit.likelihood.simulation
+    whole = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    return Model(model.effects, fit(whole, model.fit.scores, ((0.0, np.inf),), most_steps=MOST_STEPS))
+
+
+def best_by_id(models: Sequence[Model]) -> list[Model]:
+    """The best model of each set of effects, the best first."""
+    found = dict[frozenset[str], Model]()
+    for model in sorted(models, key=lambda each: -each.log_evidence):
+        found.setdefault(frozenset(model.ids), model)
+    return list(found.values())
+
+
+def starts(effect: Effect) -> list[Real]:
+    """Scores from which a candidate is tried."""
+    combinations = product(*(parameter.starts for parameter in effect.parameters))
+    return [np.array(each) for each in combinations][:MOST_STARTS]
+
+
+def inserted(scores: Real, place: int, own: Real) -> Real:
+    """Scores of a model with those of a further effect among the shared."""
+    return np.concatenate([scores[:place], own, scores[place:]])
+
+
+def informative(measurement: Measurement, wanted: int) -> Indices:
+    """Places of about `wanted` lines: half of them evenly spread, half where accelerances change most."""
+    reference = measurement.sets[0]
+    count = reference.frequency.size
+    if count <= wanted:
+        return np.arange(count)
+    size = np.abs(reference.accelerance)
+    change = np.sum(
+        np.abs(np.gradient(reference.accelerance, axis=1)) / (size + np.median(size, axis=1)[:, None]), axis=0
+    )
+    smooth = np.convolve(change, np.ones(9) / 9, mode="same")
+    density = np.cumsum(0.5 / count + 0.5 * smooth / np.sum(smooth))
+    return np.unique(np.searchsorted(density, (np.arange(wanted) + 0.5) / wanted * density[-1]))

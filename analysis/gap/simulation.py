@@ -1,0 +1,276 @@
+"""One simulation of both rigs with its derivatives: the paper's model, and effects on top of it.
+
+Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
+its gain and the place of its blows. What the bench makes of accelerances, with its sharp resonances, is differentiated
+by hand in `beam_rig`; what parameters make of the bench is smooth, and a difference good to nine digits does for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from analysis.frequency_response import Complex, Real
+from analysis.gap.bar import Bar
+from analysis.gap.baseline import Baseline
+from analysis.gap.beam_rig import BeamRig
+from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
+from analysis.gap.effect import Effect, Given, acts_on
+from analysis.gap.measurement import TesterPoints
+from analysis.gap.parameter import Parameter
+
+STEP = 1e-4
+"""Either way, in standard deviations of the prior: truncation and rounding are then both near 1e-9."""
+TOUCHES = {
+    "cylinders": ("joints", "tester"),
+    "mounting": ("joints", "surroundings", "tester"),
+    "joints": ("joints",),
+    "beam": ("surroundings",),
+    "tester": ("tester",),
+}
+"""Which parts of the bench the methods of an effect change."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What both rigs would read, and how that changes with the parameters they share.
+
+    Attributes:
+        accelerances: for each set, (rows, lines), (m/s^2)/N.
+        by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
+        by_blow: for each set, (rows, lines) per score of the place of its own blow.
+        stiffness: (points,) N/m.
+        stiffness_by_shared: (shared, points).
+    """
+
+    accelerances: tuple[Complex, ...]
+    by_shared: tuple[Complex, ...]
+    by_blow: tuple[Complex, ...]
+    stiffness: Complex
+    stiffness_by_shared: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """Both rigs of one measurement under the baseline and some effects.
+
+    Attributes:
+        baseline: the paper's model.
+        bar: of the drawing.
+        effects: that are in the model, in the order in which they act.
+    """
+
+    baseline: Baseline
+    bar: Bar
+    effects: tuple[Effect, ...] = ()
+
+    @cached_property
+    def shared(self) -> tuple[Parameter, ...]:
+        """Parameters of the baseline and of the effects."""
+        own = (parameter for effect in self.effects for parameter in effect.parameters)
+        return (*self.baseline.parameters, *own)
+
+    @cached_property
+    def _groups(self) -> tuple[Group, ...]:
+        """Hammer sets that see one bench: at the same lines, and at the same level where an effect asks for it."""
+        measurement = self.baseline.measurement
+        by_level = any(acts_on(effect, "cylinders") for effect in self.effects)
+        found = dict[tuple[object, ...], list[int]]()
+        for number, each in enumerate(measurement.sets):
+            key = (each.frequency.tobytes(), each.peak_force if by_level else None)
+            found.setdefault(key, []).append(number)
+        return tuple(self._group(numbers) for numbers in found.values())
+
+    def _group(self, numbers: list[int]) -> Group:
+        drawing, sets = self.baseline.measurement.drawing, [self.baseline.measurement.sets[n] for n in numbers]
+        inputs = tuple(dof for each in sets for dof in each.inputs)
+        ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
+        rig = BeamRig(
+            bar=self.bar,
+            inputs=inputs,
+            node_positions=drawing.node_positions,
+            sensor=drawing.accelerometer.direction,
+            sensor_mass=drawing.accelerometer_mass,
+            joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
+        )
+        setting = Setting(inputs, sets[0].frequency, sets[0].peak_force, sets[0].temperature)
+        return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
+
+    @cached_property
+    def _names(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the parameters of the baseline, then of each effect."""
+        owners = [self.baseline.parameters, *(effect.parameters for effect in self.effects)]
+        return tuple(tuple(each.name for each in parameters) for parameters in owners)
+
+    def given(self, scores: Sequence[float]) -> tuple[Given, list[tuple[Effect, Given]]]:
+        """Values by name: of the baseline, and of each effect."""
+        values = iter([parameter.value(score) for parameter, score in zip(self.shared, scores, strict=True)])
+        baseline, *own = [{name: next(values) for name in names} for names in self._names]
+        return baseline, list(zip(self.effects, own, strict=True))
+
+    # --- what parameters make of the bench ---
+
+    @cached_property
+    def _touched(self) -> tuple[frozenset[str], ...]:
+        """For each shared parameter, which parts of the bench it changes: joints, surroundings, tester."""
+        found = [touched_by(name) for name in self._names[0]]
+        for effect in self.effects:
+            parts = frozenset(part for hook, parts in TOUCHES.items() if acts_on(effect, hook) for part in parts)
+            found += [parts] * len(effect.parameters)
+        return tuple(found)
+
+    def surroundings(self, scores: Sequence[float], setting: Setting) -> BeamBench:
+        """The beam rig in one setting but for the stiffness of its joints."""
+        given, acting = self.given(scores)
+        mounting = self.baseline.mounting(given)
+        for effect, values in acting:
+            mounting = effect.mounting(values, mounting)
+        bench = self.baseline.beam(given, setting, mounting)
+        for effect, values in acting:
+            bench = effect.beam(values, bench, setting)
+        return bench
+
+    def joints(self, scores: Sequence[float], setting: Setting, pole: Complex) -> Complex:
+        """(lines or 1, joints, 3, 3) stiffness of the joints in one setting."""
+        given, acting = self.given(scores)
+        cylinders, mounting = self.baseline.cylinders(given), self.baseline.mounting(given)
+        for effect, values in acting:
+            cylinders = effect.cylinders(values, cylinders, setting.loading)
+            mounting = effect.mounting(values, mounting)
+        joints = joint_matrices(cylinders, mounting)
+        for effect, values in acting:
+            joints = effect.joints(values, joints, pole)
+        return joints
+
+    def tester(self, scores: Sequence[float], points: TesterPoints) -> Complex:
+        """(points,) what the tester reads, N/m."""
+        given, acting = self.given(scores)
+        cylinders, mounting = self.baseline.cylinders(given), self.baseline.mounting(given)
+        for effect, values in acting:
+            cylinders = effect.cylinders(values, cylinders, self._tester_loading)
+            mounting = effect.mounting(values, mounting)
+        weights = self.baseline.weights(mounting, points)
+        stiffness = cylinders.complex_stiffness[:, :2]
+        alone = stiffness.shape[2] == 1
+        seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]
+        read = np.sum(weights * seen, axis=1)
+        for effect, values in acting:
+            read = effect.tester(values, read, points)
+        return np.asarray(given["tester gain"] * read)
+
+    @cached_property
+    def _tester_loading(self) -> Loading:
+        points = self.baseline.measurement.points
+        assert points is not None
+        return Loading(
+            tester=True,
+            frequency=points.frequency,
+            amplitude=points.amplitude,
+            level=1.0,
+            temperature=points.temperature,
+            fraction=points.fraction,
+        )
+
+    # --- what both rigs read ---
+
+    def predict(
+        self, scores: Real, gains: Real, blows: Sequence[Real], derivatives: Sequence[int] | None = None
+    ) -> Prediction:
+        """What both rigs read.
+
+        Args:
+            scores: (shared,).
+            gains: (sets,) of hammer and accelerometer together, relative to one.
+            blows: for each set, (rows,) how far the blows fell beside their nodes, m.
+            derivatives: places of the shared parameters whose derivatives are wanted; all by default.
+        """
+        measurement = self.baseline.measurement
+        wanted = range(scores.size) if derivatives is None else derivatives
+        accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * len(measurement.sets) for _ in range(3))
+        for group in self._groups:
+            offsets = np.concatenate([blows[number] for number in group.numbers])
+            at = self.surroundings(scores.tolist(), group.setting)
+            at = replace(at, joints=self.joints(scores.tolist(), group.setting, at.pole))
+            answer = group.rig.answer(at, offsets)
+            changes = (self._change(group.setting, scores, place, at.pole) for place in wanted)
+            slopes = [answer.derivative(change) for change in changes]
+            columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
+            for number, rows in zip(group.numbers, group.rows, strict=True):
+                gain = 1 + gains[number]
+                accelerances[number] = gain * answer.accelerance[rows]
+                by_shared[number] = gain * columns[:, rows]
+                if len(wanted):
+                    by_blow[number] = gain * measurement.tolerances.impact_position * answer.by_blow_offset[rows]
+        points = measurement.points
+        stiffness, by_score = np.zeros(0, dtype=complex), [np.zeros(0, dtype=complex)] * len(wanted)
+        if points is not None:
+            stiffness = self.tester(scores.tolist(), points)
+            by_score = [self._tester_slope(scores, place, points) for place in wanted]
+        return Prediction(
+            tuple(accelerances),
+            tuple(by_shared),
+            tuple(by_blow),
+            stiffness,
+            np.array(by_score).reshape(len(wanted), stiffness.size),
+        )
+
+    def _tester_slope(self, scores: Real, place: int, points: TesterPoints) -> Complex:
+        if "tester" not in self._touched[place]:
+            return np.zeros(points.order.size, dtype=complex)
+        above, below = (self.tester(at, points) for at in beside(scores, place))
+        return np.asarray((above - below) / (2 * STEP))
+
+    def _change(self, setting: Setting, scores: Real, place: int, pole: Complex) -> dict[str, Complex | Real]:
+        """Derivatives in one parameter of those fields of the bench that it changes."""
+        above, below = beside(scores, place)
+        change = dict[str, Complex | Real]()
+        poles = pole, pole
+        if "surroundings" in self._touched[place]:
+            benches = self.surroundings(above, setting), self.surroundings(below, setting)
+            poles = benches[0].pole, benches[1].pole
+            for field in fields(BeamBench):
+                difference = np.asarray(getattr(benches[0], field.name) - getattr(benches[1], field.name))
+                if np.any(difference):
+                    change[field.name] = difference / (2 * STEP)
+        if "joints" in self._touched[place] or "pole" in change:
+            difference = self.joints(above, setting, poles[0]) - self.joints(below, setting, poles[1])
+            if np.any(difference):
+                change["joints"] = difference / (2 * STEP)
+        return change
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Hammer sets that see one bench, struck as if they were one set with all their rows.
+
+    Attributes:
+        rig: with the rows of all of them.
+        setting: of all of them.
+        numbers: which sets.
+        rows: of each set among those of the rig.
+    """
+
+    rig: BeamRig
+    setting: Setting
+    numbers: tuple[int, ...]
+    rows: tuple[slice, ...]
+
+
+def beside(scores: Real, place: int) -> tuple[list[float], list[float]]:
+    """Scores a step above and a step below in one of them."""
+    above, below = scores.tolist(), scores.tolist()
+    above[place] += STEP
+    below[place] -= STEP
+    return above, below
+
+
+def touched_by(name: str) -> frozenset[str]:
+    """Which parts of the bench a parameter of the baseline changes."""
+    kind = name.partition("(")[0]
+    if kind in ("modulus", "density", "sensor position", "mesh", "position"):
+        return frozenset({"surroundings"})
+    return frozenset({"tester"}) if kind == "tester gain" else frozenset({"joints", "tester"})

@@ -1,0 +1,75 @@
+"""What remains after a fit beyond noise, without having to know how large the noise is.
+
+Noise differs from line to line; a misfit does not. The products of neighbouring whitened residuals therefore add up to
+the energy of the misfit alone, and to nothing where the model holds (G. M. Ljung, G. E. P. Box, Biometrika 65, 1978).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.frequency_response import Complex
+from analysis.gap.fit import Fit
+from analysis.gap.measurement import Indices, TesterPoints
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Misfit beyond noise of one row of accelerances, or of one series of the tester.
+
+    Attributes:
+        rig: "inverse" or "direct".
+        place: (set, row), or (specimen, configuration, place of the amplitude).
+        energy: estimate of the sum of squares of the whitened misfit; scatters about zero where there is none.
+        deviation: its standard deviation where there is none.
+        total: sum of squares of the whitened residual.
+        data: number of real and imaginary parts.
+    """
+
+    rig: str
+    place: tuple[int, ...]
+    energy: float
+    deviation: float
+    total: float
+    data: int
+
+
+def structures(found: Fit) -> tuple[Structure, ...]:
+    """Of every row and every series of a fitted model."""
+    likelihood = found.likelihood
+    predicted = likelihood.predict(found.scores, derivatives=False)
+    result = []
+    for number, each in enumerate(likelihood.measurement.sets):
+        left = (each.accelerance - predicted.accelerances[number]) / each.deviation
+        result += [_of("inverse", (number, row), left[row]) for row in range(len(left))]
+    points = likelihood.measurement.points
+    if points is not None:
+        left = (points.stiffness - predicted.stiffness) / points.deviation
+        result += [_of("direct", place, left[members]) for place, members in series(points).items()]
+    return tuple(result)
+
+
+def series(points: TesterPoints) -> dict[tuple[int, int, int], Indices]:
+    """Places of the points of each specimen, configuration and amplitude, by rising frequency."""
+    amplitudes = np.unique(np.round(points.amplitude, 9), return_inverse=True)[1]
+    keys = np.stack([points.specimen, points.configuration, amplitudes], axis=1)
+    found = {}
+    for key in np.unique(keys, axis=0):
+        members = np.flatnonzero(np.all(keys == key, axis=1))
+        found[int(key[0]), int(key[1]), int(key[2])] = members[np.argsort(points.frequency[members], kind="stable")]
+    return found
+
+
+def _of(rig: str, place: tuple[int, ...], left: Complex) -> Structure:
+    """Lags of one and two lines together; noise of any level gives products without a mean."""
+    total = float(np.vdot(left, left).real)
+    count = left.size
+    products = [
+        float(np.vdot(left[:-lag], left[lag:]).real) * count / (count - lag) for lag in (1, 2) if count > lag + 1
+    ]
+    energy = float(np.mean(products)) if products else 0.0
+    # per line the noise's power is total / count, of which half is real; two lags halve the variance
+    deviation = total / np.sqrt(2 * max(count, 1)) / np.sqrt(max(len(products), 1))
+    return Structure(rig, place, energy, deviation, total, 2 * count)

@@ -1,0 +1,1 @@
+"""The gap diagnosis at work: from a measurement to a document, predictions and a report."""

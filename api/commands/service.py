@@ -42,6 +42,8 @@ def serve(
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Simulated bench time over wall time.")] = 1.0,
 ) -> None:
     """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
+    from api.page.mount import mount  # a second to import, which no other command is to wait for
+
     with (
         _laboratory(load_settings(), simulated, seed, speed) as (settings, hands),
         open_catalogue(settings) as catalogue,
@@ -55,7 +57,9 @@ def serve(
         )  # fmt: skip
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
-        config = uvicorn.Config(create_app(services), log_level="warning", timeout_graceful_shutdown=5)
+        app = create_app(services)
+        mount(app, services)
+        config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=5)
         uvicorn.Server(config).run(sockets=[listener])
 
 

@@ -1,0 +1,62 @@
+"""Buttons and charts as every view uses them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+from nicegui import ui
+
+Options = dict[str, Any]
+
+
+def button(
+    text: str, press: Callable[[], object], *, main: bool = False, key: str | None = None, enabled: bool = True
+) -> ui.element:
+    """A large button; `key` presses it from the keyboard."""
+    element = ui.element("button").classes("act main" if main else "act").props('type="button"')
+    if key is not None:
+        element.props(f'data-key="{key}"')
+    with element:
+        ui.html(f"{escape(text)}{_hint(key)}", sanitize=False, tag="span")
+    element.on("click", press)
+    enable(element, enabled)
+    return element
+
+
+def enable(element: ui.element, enabled: bool) -> None:
+    """Let a button be pressed, or not."""
+    if enabled:
+        element.props(remove="disabled")
+    else:
+        element.props("disabled")
+
+
+def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -> ui.echart:
+    """A chart with its caption, and buttons that save it as a picture called `name`."""
+    with ui.element("figure").classes("w-full"):
+        ui.html(escape(caption), sanitize=False, tag="figcaption")
+        drawn = ui.echart(options).classes("chart").style(f"height:{height}")
+        drawn.props(f'role="img" aria-label="{escape(caption, quote=True)}"')
+        ui.html(
+            "".join(
+                f'<button type="button" data-picture="{form}" data-name="{escape(name)}" '
+                f'aria-label="save {escape(caption)} as {form.upper()}">{form.upper()}</button>'
+                for form in ("png", "svg")
+            ),
+            sanitize=False,
+        ).classes("chart-tools")
+    return drawn
+
+
+def redraw(drawn: ui.echart, options: Options) -> None:
+    """Show other options in a chart."""
+    drawn.options.clear()
+    drawn.options.update(options)
+    drawn.update()
+
+
+def _hint(key: str | None) -> str:
+    names = {" ": "space"}
+    return "" if key is None else f' <span class="key">({names.get(key, key)})</span>'

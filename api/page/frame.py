@@ -1,0 +1,137 @@
+"""What every view stands in: the rig's state, STOP, the way to the other views, and where trouble is told."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from html import escape
+from typing import TypeVar
+
+from nicegui import run, ui
+
+from api.errors import EXPECTED
+from api.page.deeds import Deeds, keep_lease
+from api.page.markup import show, tabs
+from api.page.visitor import STOP, Visitor, file_text
+from api.runs.state import Phase, RigState
+from api.service.access import Caller
+from api.service.problems import AccessError
+
+VIEWS = {
+    "Dashboard": "/page/",
+    "Measure": "/page/measure",
+    "Hammer": "/page/hammer",
+    "Sweep": "/page/sweep",
+    "Runs": "/page/runs",
+    "Results": "/page/results",
+    "Gap": "/page/gap",
+    "Laboratory": "/page/laboratory",
+}
+LOOK = 0.25  # s between looks for news
+RENEW = 40  # looks before the lease is renewed
+DEAD = (
+    '<div id="dead" role="alert">No connection to the service. What is shown may be old, and only STOP works. '
+    "If STOP does not answer, press the red button on the machine.</div>"
+)
+PHASES = {
+    Phase.IDLE: ("at rest", "idle"),
+    Phase.STARTING: ("starting", "moving"),
+    Phase.RUNNING: ("running", "moving"),
+    Phase.PAUSED: ("on hold", "held"),
+    Phase.STOPPING: ("stopping", "held"),
+}
+Refresh = Callable[[], Awaitable[None]]
+Found = TypeVar("Found")
+
+
+def badge_of(state: RigState | None) -> tuple[str, str]:
+    """What the rig is at, in a word or two, and the class that colours it."""
+    if state is None:
+        return "no rig here", "idle"
+    if state.interlocks:
+        return f"tripped: {', '.join(state.interlocks)}", "tripped"
+    return PHASES[state.phase]
+
+
+@dataclass(eq=False)
+class Frame:
+    """The frame of one page of one visitor, in which a view puts its own elements.
+
+    Attributes:
+        visitor, caller: who looks.
+        title: of the view, one of `VIEWS`.
+        refreshes: what is done once at the beginning and whenever something happened at the rig.
+    """
+
+    visitor: Visitor
+    caller: Caller
+    title: str
+    refreshes: list[Refresh] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.services = self.visitor.services
+        self.deeds = Deeds(self.visitor, self.tell)
+        ui.add_css(file_text("page.css"))
+        ui.add_head_html(f"<script>{file_text('page.js')}</script>")
+        ui.add_body_html(STOP + DEAD)
+        with ui.header():
+            self._top = show(self._state())
+            show(tabs("views", VIEWS, self.title))
+        show(f"<h1>{escape(self.title)}</h1>")
+        self._trouble = show("").props('role="alert"')
+        self._seen: tuple[object, ...] | None = None
+        self._looks = 0
+        ui.timer(LOOK, self._look)
+
+    def tell(self, text: str) -> None:
+        """Show a sentence of trouble at the top of the view; an empty one takes it away."""
+        self._trouble.set_content(f'<p class="notice trouble">{escape(text)}</p>' if text else "")
+
+    async def read(self, look: Callable[[], Found]) -> Found | None:
+        """What `look` reads, in a thread of its own; None, and trouble is told, where that fails."""
+        try:
+            return await run.io_bound(look)
+        except EXPECTED as error:
+            self.tell(str(error))
+            return None
+
+    async def _look(self) -> None:
+        """Show what has changed since the last look."""
+        runs = self.services.runs
+        self._looks += 1
+        if runs is not None and self._looks % RENEW == 0:
+            keep_lease(runs, self.caller.name)
+        if self._looks % RENEW == 0 and not self._is_still_known():
+            return
+        now: tuple[object, ...] = () if runs is None else (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
+        if now == self._seen:
+            return
+        self._seen = now
+        self._top.set_content(self._state())
+        for refresh in self.refreshes:
+            await refresh()
+
+    def _is_still_known(self) -> bool:
+        """Whether the key still opens the page; where it does not, to the log-in."""
+        try:
+            self.visitor.caller()
+        except AccessError as error:
+            ui.navigate.to(f"/page/log-in?why={error}")
+            return False
+        return True
+
+    def _state(self) -> str:
+        runs = self.services.runs
+        state = None if runs is None else runs.state
+        text, colour = badge_of(state)
+        said = state.activity if state is not None else "this service shows results and drives nothing"
+        holder = None if runs is None else runs.lease.holder
+        return (
+            f'<div class="top"><a class="brand" href="/page/">Jointlab</a>'
+            f'<span class="badge {colour}" id="rig-state">{escape(text)}</span><span>{escape(said)}</span>'
+            f'<span class="quiet">{escape(self.caller.name)}{_driven(holder)}</span></div>'
+        )
+
+
+def _driven(holder: str | None) -> str:
+    return "" if holder is None else f" · driven by {escape(holder)}"

@@ -1,0 +1,114 @@
+"""Small pieces of HTML with everything escaped: tables, lists of terms, links and filter forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+
+from nicegui import ui
+
+
+@dataclass(frozen=True)
+class Link:
+    """Text that leads somewhere."""
+
+    text: str
+    address: str
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A cell that is greyed, because `why`."""
+
+    text: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A share from 0 to 1 as a bar with its text."""
+
+    share: float
+    text: str
+
+
+Cell = str | Link | Unknown | Bar
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
+    """A table that scrolls by itself where the screen is narrow."""
+    columns = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    return (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}"><table>'
+        f"<caption>{escape(caption)}</caption><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def terms(pairs: Mapping[str, Cell]) -> str:
+    """Terms and what they are."""
+    return f"<dl>{''.join(f'<dt>{escape(term)}</dt><dd>{_inner(cell)}</dd>' for term, cell in pairs.items())}</dl>"
+
+
+def details(summary: str, inner: str) -> str:
+    """Something that opens at a click; `inner` is markup already."""
+    return f"<details><summary>{escape(summary)}</summary>{inner}</details>"
+
+
+def filters(fields: Mapping[str, tuple[str, str, Sequence[str]]], submit: str = "Show") -> str:
+    """A form that puts its fields into the address.
+
+    Args:
+        fields: by name: the label, the value, and what may be chosen; nothing to choose is a free text.
+        submit: what the button says.
+    """
+    inputs = "".join(_field(name, *field) for name, field in fields.items())
+    return f'<form class="filters" method="get">{inputs}<button class="act">{escape(submit)}</button></form>'
+
+
+def tabs(label: str, links: Mapping[str, str], current: str) -> str:
+    """Links of which one is where we are: text to address."""
+    inner = "".join(
+        f'<a href="{escape(address)}"{" aria-current=page" if text == current else ""}>{escape(text)}</a>'
+        for text, address in links.items()
+    )
+    return f'<nav aria-label="{escape(label)}">{inner}</nav>'
+
+
+def show(markup: str) -> ui.html:
+    """Put markup of this module onto the page; what people typed was escaped where it was made."""
+    return ui.html(markup, sanitize=False).classes("w-full")
+
+
+def paragraph(text: str, classes: str = "") -> ui.html:
+    """A paragraph of plain text."""
+    return show(f'<p class="{classes}">{escape(text)}</p>')
+
+
+def _field(name: str, label: str, value: str, choices: Sequence[str]) -> str:
+    if not choices:
+        return f'<label>{escape(label)}<input name="{escape(name)}" value="{escape(value)}"></label>'
+    options = "".join(
+        f'<option value="{escape(choice)}"{" selected" if choice == value else ""}>{escape(choice or "all")}</option>'
+        for choice in ("", *choices)
+    )
+    return f'<label>{escape(label)}<select name="{escape(name)}">{options}</select></label>'
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, Unknown):
+        return f'<td class="unknown" title="{escape(cell.why)}">{_inner(cell)}</td>'
+    return f"<td>{_inner(cell)}</td>"
+
+
+def _inner(cell: Cell) -> str:
+    match cell:
+        case Link(text, address):
+            return f'<a href="{escape(address)}">{escape(text)}</a>'
+        case Unknown(text, why):
+            return f"{escape(text)}<br><small>{escape(why)}</small>"
+        case Bar(share, text):
+            return f'<span class="bar" style="width:{9 * min(max(share, 0.0), 1.0):.2f}rem"></span> {escape(text)}'
+        case _:
+            return escape(cell)

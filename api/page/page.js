@@ -1,0 +1,56 @@
+// STOP by plain HTTP, the notice of a dead socket, keys, and pictures of charts. Everything else is the server's.
+document.addEventListener("submit", async (event) => {
+  const form = event.target;
+  if (!form.matches(".stop")) return;
+  event.preventDefault();
+  const said = form.querySelector("output");
+  said.textContent = "Stopping …";
+  try {
+    const answer = await fetch(form.action, { method: "POST", signal: AbortSignal.timeout(8000) });
+    const told = await answer.json();
+    said.textContent = answer.ok ? "Stopped. The actuator is at rest." : `STOP FAILED: ${told.detail}`;
+  } catch {
+    said.textContent = "STOP did not reach the rig. Press the red button on the machine.";
+  }
+  setTimeout(() => (said.textContent = ""), 20000);
+});
+
+const opened = Date.now();
+let wasConnected = false;
+setInterval(() => {
+  const connected = Boolean(window.socket?.connected);
+  wasConnected ||= connected;
+  const dead = !connected && (wasConnected || Date.now() - opened > 4000);
+  if (document.body.classList.toggle("dead", dead) !== dead) return;
+  document.querySelectorAll(".q-page, nav").forEach((each) => (each.inert = dead));
+}, 250);
+
+document.addEventListener("keydown", (event) => {
+  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.key === "Escape") return document.querySelector(".stop button")?.click();
+  if (event.target.matches("button, a, summary") && event.key !== event.key.toLowerCase()) return;
+  const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]:not([disabled])`);
+  if (!button || (event.key === " " && event.target.matches("button, summary"))) return;
+  event.preventDefault();
+  if (!button.closest("[inert]")) button.click();
+});
+
+document.addEventListener("click", async (event) => {
+  const button = event.target.closest("[data-picture]");
+  if (!button) return;
+  const { echarts } = await import("nicegui-echart");
+  const element = button.closest("figure").querySelector(".chart");
+  const chart = echarts.getInstanceByDom(element);
+  const link = document.createElement("a");
+  link.download = `${button.dataset.name}.${button.dataset.picture}`;
+  if (button.dataset.picture === "png") {
+    link.href = chart.getDataURL({ pixelRatio: 2, backgroundColor: "#fff" });
+  } else {
+    const size = { width: element.clientWidth, height: element.clientHeight };
+    const drawn = echarts.init(null, null, { renderer: "svg", ssr: true, ...size });
+    drawn.setOption({ ...chart.getOption(), animation: false });
+    link.href = URL.createObjectURL(new Blob([drawn.renderToSVGString()], { type: "image/svg+xml" }));
+    drawn.dispose();
+  }
+  link.click();
+});

@@ -1,0 +1,183 @@
+"""What the rig does now: its state, interlocks in words, temperature, progress and time left; what to do first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from html import escape
+
+from nicegui import ui
+
+from api.page.controls import button
+from api.page.frame import Frame, badge_of
+from api.page.markup import Link, show, table
+from api.page.words import THIN, duration, interlock, moment, quantity, time_left
+from api.runs.state import Phase, RigState
+from api.service.context import Services
+from store.blows import list_blows
+from store.catalogue import Catalogue
+from store.runs import Run, list_runs
+from store.sine_records import list_sine_records
+
+
+@dataclass(frozen=True)
+class Overview:
+    """What the dashboard shows beside the rig's own state.
+
+    Attributes:
+        runs: the latest.
+        temperature: of the latest blow or sine point in degrees Celsius, and when that was; None where there is none.
+        seconds_left: of the run that is carried out, at its latest pace.
+    """
+
+    runs: tuple[Run, ...]
+    temperature: tuple[float, datetime] | None
+    seconds_left: float | None
+
+
+def overview(services: Services, state: RigState | None) -> Overview:
+    """Read what the dashboard shows."""
+    with services.catalogue.reading() as session:
+        runs = tuple(list_runs(session, limit=6))
+    number = runs[0].id if runs and (state is None or state.run_id is None) else state.run_id if state else None
+    if number is None:
+        return Overview(runs, None, None)
+    read = measured_at(services.catalogue, number)
+    known = [(celsius, at) for at, celsius in read if celsius is not None]
+    left = 0 if state is None else state.blows_wanted + state.sines_wanted - state.blows - state.sines
+    busy = state is not None and state.phase is not Phase.IDLE
+    return Overview(runs, known[-1] if known else None, time_left([at for at, _ in read], left) if busy else None)
+
+
+def measured_at(catalogue: Catalogue, run_id: int) -> list[tuple[datetime, float | None]]:
+    """When each accepted blow and each sine point of a run was taken, and the temperature, in the order of time."""
+    with catalogue.reading() as session:
+        blows, records = list_blows(session, run_id), list_sine_records(session, run_id)
+    struck = [(blow.struck_at, blow.temperature_c) for blow in blows if blow.accepted]
+    recorded = [(record.recorded_at, record.temperature_c) for record in records]
+    return sorted((at, celsius) for at, celsius in (*struck, *recorded) if at is not None)
+
+
+def build(frame: Frame, _query: Mapping[str, str]) -> None:
+    """Build the view."""
+    runs = frame.services.runs
+    with ui.element("div").classes("cards"):
+        with ui.element("section").classes("card"):
+            now = show(_now(None if runs is None else runs.state, None))
+            with ui.element("div").classes("row-of"):
+                acts = ui.element("div").classes("row-of")
+        with ui.element("section").classes("card"):
+            trouble = show(_interlocks(None if runs is None else runs.state))
+            reset = ui.element("div").classes("row-of")
+        with ui.element("section").classes("card"):
+            warm = show("<h2>Temperature</h2><p>…</p>")
+    latest = show("")
+
+    async def refresh() -> None:
+        state = None if runs is None else runs.state
+        found = await frame.read(lambda: overview(frame.services, state))
+        if found is None:
+            return
+        now.set_content(_now(state, found.seconds_left))
+        trouble.set_content(_interlocks(state))
+        warm.set_content(_temperature(found.temperature))
+        latest.set_content(_latest(found.runs))
+        acts.clear()
+        with acts:
+            _ways_on(state)
+        reset.clear()
+        if state is not None and state.interlocks and state.phase is Phase.IDLE:
+            with reset:
+                button("I have seen to the cause: reset", lambda: _reset(frame))
+
+    frame.refreshes.append(refresh)
+
+
+async def _reset(frame: Frame) -> None:
+    done = await frame.deeds.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
+    if done is not None:
+        frame.tell("")
+
+
+def _ways_on(state: RigState | None) -> None:
+    if state is None:
+        return
+    if state.phase is Phase.IDLE:
+        show('<a class="act main" href="/page/measure">Measure something</a>')
+        return
+    if state.blows_wanted:
+        show('<a class="act main" href="/page/hammer">Hammer session</a>')
+    if state.sines_wanted:
+        show('<a class="act main" href="/page/sweep">Sweep</a>')
+
+
+def _now(state: RigState | None, seconds_left: float | None) -> str:
+    if state is None:
+        return (
+            "<h2>Rig</h2><p>This service drives no rig: its channel table is empty. Write [[channels]] into "
+            "jointlab.toml and start it anew, or start <code>jointlab serve --simulated</code>.</p>"
+        )
+    text, colour = badge_of(state)
+    parts = [f'<h2>Rig</h2><p class="big"><span class="badge {colour}">{escape(text)}</span></p>']
+    if state.run_id is None:
+        parts.append("<p>Nothing was measured yet since the service was started. Press “Measure something”.</p>")
+    else:
+        parts.append(f"<p>Run {state.run_id}: {escape(state.title)}</p>")
+    if state.activity:
+        parts.append(f"<p>{escape(state.activity)}</p>")
+    parts += [_progress(what, *counts) for what, counts in _counts(state).items() if counts[1]]
+    if seconds_left is not None:
+        parts.append(f'<p>Time left at this pace: <b id="time-left">{duration(seconds_left)}</b></p>')
+    if state.ended_as is not None:
+        parts.append(f'<p id="ended">It is {escape(state.ended_as)}{_because(state.reason)}.</p>')
+    return "".join(parts)
+
+
+def _counts(state: RigState) -> dict[str, tuple[int, int]]:
+    return {"blows": (state.blows, state.blows_wanted), "sine points": (state.sines, state.sines_wanted)}
+
+
+def _progress(what: str, done: int, wanted: int) -> str:
+    return (
+        f"<p><label>{done} of {wanted} {what}"
+        f'<progress value="{done}" max="{wanted}">{done} of {wanted}</progress></label></p>'
+    )
+
+
+def _because(reason: str | None) -> str:
+    return "" if reason is None else f": {escape(reason)}"
+
+
+def _interlocks(state: RigState | None) -> str:
+    if state is None or not state.interlocks:
+        return "<h2>Interlocks</h2><p>No interlock has stopped the actuator.</p>"
+    said = "".join(f"<li><b>{escape(interlock(name))}</b></li>" for name in state.interlocks)
+    return f'<h2>Interlocks</h2><div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>'
+
+
+def _temperature(found: tuple[float, datetime] | None) -> str:
+    if found is None:
+        return "<h2>Temperature</h2><p>It is read with every blow and sine point; nothing was measured yet.</p>"
+    celsius, at = found
+    return f'<h2>Temperature</h2><p class="big">{quantity(celsius, f"{THIN}°C".strip(), 3)}</p><p>{moment(at)}</p>'
+
+
+def _latest(runs: tuple[Run, ...]) -> str:
+    if not runs:
+        return (
+            "<h2>Runs</h2><p>There are none. First: check that hammer, accelerometer and tester are connected, then "
+            'press <a href="/page/measure">Measure</a>. A bundle that was measured elsewhere comes in with '
+            "<code>jointlab import</code>.</p>"
+        )
+    return table("Latest runs", ("run", "title", "article", "state", "started"), map(_row, runs))
+
+
+def _row(run: Run) -> tuple[Link | str, ...]:
+    return (
+        Link(str(run.id), f"/page/results?run={run.id}"),
+        run.title,
+        run.article,
+        run.state.value,
+        moment(run.started_at),
+    )

@@ -1,0 +1,98 @@
+"""Who looks at the page: logged in by a key, which the browser keeps in a cookie that no script can read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import resources
+from typing import Annotated
+from urllib.parse import quote
+
+import jinja2
+from fastapi import FastAPI, Form, Request
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
+
+from api.service.access import Caller, authenticate
+from api.service.context import Services
+from api.service.problems import AccessError
+
+COOKIE = "jointlab-key"
+HOME = "/page/"
+DAYS = 86_400
+STOP = """<form class="stop" method="post" action="/api/rig/stop" target="stopped">
+<button aria-label="STOP: end the run and bring the actuator to rest">STOP</button>
+<output role="status"></output></form>
+<iframe name="stopped" hidden title="answer to STOP"></iframe>"""
+
+
+@dataclass(frozen=True)
+class Visitor:
+    """Whoever looks at one page; who they are is asked anew for every deed, because keys end and are revoked."""
+
+    services: Services
+    secret: str | None
+    host: str | None
+
+    def caller(self) -> Caller:
+        """Who it is.
+
+        Raises:
+            AccessError: the key opens nothing, or one is needed.
+        """
+        return authenticate(self.services, self.secret, self.host)
+
+
+def visitor_of(services: Services, request: Request) -> Visitor:
+    """Whoever sent a request."""
+    return Visitor(services, request.cookies.get(COOKIE), request.url.hostname)
+
+
+def file_text(name: str) -> str:
+    """A file of this package."""
+    return resources.files("api.page").joinpath(name).read_text(encoding="utf-8")
+
+
+def add_log_in(app: FastAPI, services: Services) -> None:
+    """Routes to log in and out: plain forms, which need no socket."""
+    environment = jinja2.Environment(loader=jinja2.PackageLoader("api.page", ""), autoescape=True)
+    template = environment.get_template("log_in.html")
+    css, js = file_text("page.css"), file_text("page.js")
+
+    def form(trouble: str, wanted: str, status: int = 200) -> HTMLResponse:
+        return HTMLResponse(template.render(css=css, js=js, stop=STOP, trouble=trouble, next=wanted), status)
+
+    @app.get("/page/log-in", include_in_schema=False)
+    def ask(request: Request, why: str = "", next: str = HOME) -> Response:
+        """The form."""
+        return form(why, _own_address(next, request))
+
+    @app.post("/page/log-in", include_in_schema=False)
+    def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
+        """Keep the key in a cookie, if it opens something."""
+        wanted, secret = _own_address(next, request), key.strip()
+        try:
+            authenticate(services, secret, request.url.hostname)
+        except AccessError as error:
+            return form(str(error), wanted, error.status)
+        answer = RedirectResponse(wanted, 303)
+        answer.set_cookie(
+            COOKIE, secret, max_age=30 * DAYS, httponly=True, samesite="strict", secure=request.url.scheme == "https"
+        )  # fmt: skip
+        return answer
+
+    @app.post("/page/log-out", include_in_schema=False)
+    def log_out() -> Response:
+        """Forget the key."""
+        answer = RedirectResponse("/page/log-in", 303)
+        answer.delete_cookie(COOKIE)
+        return answer
+
+
+def log_in_address(request: Request, why: str) -> str:
+    """Where to log in, to come back here."""
+    wanted = f"/page{request.url.path.removeprefix('/page')}" + (f"?{request.url.query}" if request.url.query else "")
+    return f"/page/log-in?why={quote(why)}&next={quote(wanted)}"
+
+
+def _own_address(wanted: str, request: Request) -> str:
+    """An address on this page; home in place of anybody else's."""
+    return wanted if wanted.startswith("/page") and "\\" not in wanted and request.url.hostname else HOME

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,21 +12,33 @@ import typer
 from rich.table import Table
 
 from analysis.frequency_response import FrequencyResponses
+from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
-from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
+from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console, run_number, write_json
+from api.errors import ApiError
 from api.identification.document import identification_document, modes_document, plain
-from api.identification.measurement import dof
+from api.identification.measurement import Measurement, dof
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import SWITCHES
 from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
+from store.catalogue import Catalogue
 
 Without = Annotated[
     list[str] | None,
     typer.Option(help=f"Leave a correction of the sine points off; may be repeated: {', '.join(SWITCHES)}."),
+]
+
+
+FreeBeam = Annotated[
+    int | None,
+    typer.Option(
+        metavar="RUN", min=1, max=LARGEST_RUN, help="A run on the suspended beam, whose damping the beam then has."
+    ),
 ]
 
 
@@ -39,12 +52,13 @@ def identify_(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
     without: Without = None,
+    free_beam: FreeBeam = None,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
     Results of a run are stored beside older ones; those of a bundle are only shown (import it first to store them).
     """
-    found = identified(target, without or ())
+    found = identified(target, without or (), free_beam)
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -71,19 +85,43 @@ def modes(
         out.print(modes_table(estimate))
 
 
-def identified(target: str, without: Sequence[str] = ()) -> Identification:
-    """Identify a bundle, or a run, `without` these corrections; a run's results are stored.
+def identified(target: str, without: Sequence[str] = (), free_beam: int | None = None) -> Identification:
+    """Identify a bundle, or a run; a run's results are stored.
+
+    Args:
+        target: a bundle's path, or the number of a run.
+        without: corrections of the sine points to switch off.
+        free_beam: number of a run on the suspended beam, whose damping is the beam's.
 
     Raises:
         StoreError, AnalysisError, ApiError: there is no such thing, or nothing can be identified from it.
     """
     run = run_number(target)
     if run is None:
-        return identify(measurement_of_bundle(read_bundle(Path(target))), without)
+        measurement = measurement_of_bundle(read_bundle(Path(target)))
+        if free_beam is not None:
+            with open_catalogue() as catalogue:
+                measurement = _with_free_beam(measurement, catalogue, free_beam)
+        return identify(measurement, without)
     with open_catalogue() as catalogue:
-        found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)), without)
+        measurement = measurement_of_run(catalogue, run, on_terminal(progress_console))
+        if free_beam is not None:
+            measurement = _with_free_beam(measurement, catalogue, free_beam)
+        found = identify(measurement, without)
         store_identification(catalogue, run, found)
     return found
+
+
+def _with_free_beam(measurement: Measurement, catalogue: Catalogue, run: int) -> Measurement:
+    """The measurement with the suspended test of another run.
+
+    Raises:
+        ApiError: that run has none.
+    """
+    suspended = measurement_of_run(catalogue, run, on_terminal(progress_console)).suspended
+    if suspended is None:
+        raise ApiError(f"run {run} has no hammer step on the suspended beam")
+    return replace(measurement, suspended=suspended)
 
 
 def modes_table(estimate: ModalEstimate) -> Table:
@@ -107,8 +145,27 @@ def modes_table(estimate: ModalEstimate) -> Table:
     return table
 
 
+def _free_beam_table(suspended: SuspendedBeam) -> Table:
+    table = Table("mode", "frequency (Hz)", "95 %", "Timoshenko", "updated", "damping ratio", "95 %", box=None)
+    for row in suspended.result.table:
+        frequency, damping = _value_and_interval(row.experiment, 3), _value_and_interval(row.damping_ratio, 5)
+        table.add_row(str(row.mode), *frequency, f"{row.timoshenko:.3f}", f"{row.updated:.3f}", *damping)
+    return table
+
+
+def _value_and_interval(estimate: Estimate | None, digits: int) -> tuple[str, str]:
+    if estimate is None:
+        return "-", "-"
+    low, high = estimate.interval()
+    return f"{estimate.value:.{digits}f}", f"{low:.{digits}f} .. {high:.{digits}f}"
+
+
 def show(found: Identification) -> None:
     """The result in short, for people."""
+    if found.suspended is not None:
+        out.print(_free_beam_table(found.suspended))
+        for text in found.suspended.result.statements:
+            out.print(f"  {text}")
     if found.inverse is not None:
         out.print(modes_table(found.inverse.modal))
         table = Table("joint", "element", "k (MN/m)", "95 %", "h (MN/m)", "95 %", "paper's k, 95 %", box=None)

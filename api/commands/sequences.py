@@ -32,6 +32,7 @@ from rig.tester_limits import TesterLimits
 from store.runs import get_run
 
 BUILT_IN = "paper"
+SUSPENDED = "suspended"
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 
 
@@ -54,7 +55,7 @@ def show_schema(wanted: bool) -> None:
 
 
 def run(
-    sequence: Annotated[str, typer.Argument(help=f"A sequence document (YAML), or {BUILT_IN!r} for the paper's.")],
+    sequence: Annotated[str, typer.Argument(help=f"A sequence (YAML), or one of ours: {BUILT_IN}, {SUSPENDED}.")],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check and list the steps; connect to nothing.")] = False,
     reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
@@ -125,9 +126,9 @@ def named_sequence(name: str) -> Sequence:
     Raises:
         SequenceError: the document cannot be run as it stands.
     """
-    if name != BUILT_IN:
+    if name not in (BUILT_IN, SUSPENDED):
         return load_sequence(Path(name))
-    with resources.as_file(resources.files("api.sequences") / "paper.yaml") as path:
+    with resources.as_file(resources.files("api.sequences") / f"{name}.yaml") as path:
         return load_sequence(path)
 
 
@@ -161,8 +162,9 @@ def list_steps(sequence: Sequence) -> None:
 
 def _hammer_line(step: HammerStep) -> str:
     blows = len(step.points) * step.blows
+    where = " on the suspended beam" if step.beam == SUSPENDED else ""
     return (
-        f"hammer: {step.blows} blows at each of {', '.join(step.points)} "
+        f"hammer{where}: {step.blows} blows at each of {', '.join(step.points)} "
         f"({blows} blows, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
     )
 

@@ -13,9 +13,11 @@ from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
+from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse, Route
 from api.identification.pipeline import Identification
+from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import TesterCorrections
 
 FORMAT = "jointlab-identification/1"
@@ -28,6 +30,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "format": FORMAT,
             "title": found.measurement.title,
             "blows_left_out": found.measurement.left_out,
+            "suspended_beam": _suspended(found.suspended) if found.suspended else None,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
@@ -53,6 +56,31 @@ def modes_document(modal: ModalEstimate) -> dict[str, Any]:
         "loss_factor_ci95": modal.loss_factor_ci95,
         "points": [str(point) for point in modes.dofs],
         "shapes": {"real": modes.shapes.real, "imaginary": modes.shapes.imag},
+    }
+
+
+def _suspended(suspended: SuspendedBeam) -> dict[str, Any]:
+    result, update = suspended.result, suspended.result.update
+    return {
+        "modes": [
+            {
+                "mode": row.mode,
+                "frequency_hz": row.experiment and row.experiment.value,
+                "frequency_ci95": row.experiment and row.experiment.interval(),
+                "damping_ratio": row.damping_ratio and row.damping_ratio.value,
+                "damping_ratio_ci95": row.damping_ratio and row.damping_ratio.interval(),
+                "timoshenko_hz": row.timoshenko,
+                "euler_bernoulli_hz": row.euler_bernoulli,
+                "updated_hz": row.updated,
+            }
+            for row in result.table
+        ],
+        "beam": {
+            name: {"value": update.parameter(name).value, "ci95": update.parameter(name).interval()}
+            for name in PARAMETERS
+        },
+        "consistent": update.consistent,
+        "statements": result.statements,
     }
 
 

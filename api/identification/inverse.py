@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -20,15 +19,15 @@ from analysis.inverse.tolerances import Tolerances
 from analysis.inverse.weak_directions import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
-from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.beam import FreeBeam
 from analysis.structure.forward import accelerance, eigensolution
 from analysis.structure.mode_agreement import ModeError, mode_errors
 from api.identification.measurement import Measurement
+from api.identification.structure import free_beam_of
 from store.bundle_setup import Article
 
 PAPER = "modal (Eqs. 17-44)"
 LIKELIHOOD = "maximum likelihood on accelerances"
-ELEMENTS_BETWEEN_NODES = 8  # four leave k12 by maximum likelihood 0.2 % low
 HIGHEST_PREDICTED = 1.2  # times the highest measured mode
 LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
 
@@ -80,8 +79,10 @@ class Inverse:
     fit: JointFit
 
 
-def inverse_of(measurement: Measurement) -> Inverse:
+def inverse_of(measurement: Measurement, damping_ratios: Sequence[float] | None = None) -> Inverse:
     """Modes, joints and prediction from the reference set.
+
+    The free beam has these `damping_ratios` from its lowest elastic mode up, or those that the article states.
 
     Raises:
         AnalysisError: the data do not suffice; the message says what is missing.
@@ -89,7 +90,7 @@ def inverse_of(measurement: Measurement) -> Inverse:
     article = measurement.article
     measured = measurement.responses()
     modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
-    beam = free_beam_of(article)
+    beam = free_beam_of(article, damping_ratios)
     nodes = {joint.name: joint.node for joint in article.joints}
     components = measured_components(measured)
     by_modes = identify_joints(beam, modal.modes, nodes, components)
@@ -104,29 +105,6 @@ def inverse_of(measurement: Measurement) -> Inverse:
         paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
         likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes),
         fit=fit,
-    )
-
-
-def free_beam_of(article: Article) -> FreeBeam:
-    """The article's beam without joints, on a mesh finer than its nodes, with what its joints and sensor weigh."""
-    given = article.beam
-    beam = Beam(
-        length=given.length,
-        height=given.height,
-        width=given.width,
-        youngs_modulus=given.youngs_modulus,
-        poisson_ratio=given.poisson_ratio,
-        density=given.density,
-    )
-    masses: dict[int, float] = defaultdict(float)
-    for joint in article.joints:
-        masses[joint.node] += joint.added_mass
-    masses[article.accelerometer.node] += article.accelerometer.mass
-    return assemble(
-        beam,
-        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES),
-        damping_ratios=given.free_damping_ratios,
-        point_masses=masses,
     )
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from analysis.direct.rig_calibration import CalibrationRun
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses
+from analysis.interval import Estimate
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.suspended.suspension import Suspension
 from api.identification.sine_points import SinePoint
 from api.identification.tester_corrections import ReferenceTemperature
 from store.bundle_setup import Article
@@ -19,8 +21,23 @@ from store.frequency_responses import FrequencyResponseSet
 
 
 @dataclass(frozen=True, eq=False)
+class SuspendedTest:
+    """A roving-hammer set on the beam in its cords.
+
+    Attributes:
+        responses: of the set.
+        suspension: the cords, or None where they are not known.
+        weighed: mass of the bare beam in kg, or None where it was not weighed.
+    """
+
+    responses: FrequencyResponses
+    suspension: Suspension | None = None
+    weighed: Estimate | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Measurement:
-    """Both experiments on one article; one of them may be missing.
+    """The experiments on one article; some of them may be missing.
 
     Attributes:
         title: what the run or bundle is called.
@@ -32,6 +49,7 @@ class Measurement:
             where the single blows are at hand, and enough of them at each point.
         calibration: sine points on known pieces in the tester.
         reference: at which temperature sine points are wanted; None for that of the room.
+        suspended: the test of the beam without joints, or None.
         left_out: accepted blows that the others of their point contradict, and so are in no average; one sentence each.
     """
 
@@ -43,6 +61,7 @@ class Measurement:
     scatter: Mapping[int, Complex] = field(default_factory=dict)
     calibration: tuple[CalibrationRun, ...] = ()
     reference: ReferenceTemperature | None = None
+    suspended: SuspendedTest | None = None
     left_out: tuple[str, ...] = ()
 
     def responses(self, index: int = 0) -> FrequencyResponses:

@@ -18,6 +18,7 @@ from api.errors import ApiError
 from api.identification.direct import Direct, direct_of
 from api.identification.inverse import Inverse, inverse_of
 from api.identification.measurement import Measurement
+from api.identification.suspended import SuspendedBeam, suspended_beam_of
 from api.identification.tester_corrections import TesterCorrections, corrected
 
 BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts
@@ -29,6 +30,7 @@ class Identification:
 
     Attributes:
         measurement: what it was made from.
+        suspended: the beam without its joints, or None; its damping is then that of the inverse method.
         inverse: from the hammer, or None.
         direct: from the tester, by joint.
         comparison: element by element, where both are there.
@@ -37,6 +39,7 @@ class Identification:
     """
 
     measurement: Measurement
+    suspended: SuspendedBeam | None
     inverse: Inverse | None
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
@@ -56,14 +59,18 @@ def identify(measurement: Measurement, without: Collection[str] = ()) -> Identif
         ApiError: the measurement holds neither experiment, or there is no such correction.
     """
     started = time.perf_counter()
-    if not measurement.sets and not measurement.points:
+    if not (measurement.sets or measurement.points or measurement.suspended):
         raise ApiError(f"{measurement.title}: neither accelerances nor sine points to identify from")
     points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, without)
     measurement = replace(measurement, points=points)
-    inverse = inverse_of(measurement) if measurement.sets else None
+    suspended = suspended_beam_of(measurement)
+    damping_ratios = None if suspended is None else suspended.result.damping_ratios
+    inverse = inverse_of(measurement, damping_ratios) if measurement.sets else None
     direct = direct_of(measurement)
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
-    return Identification(measurement, inverse, direct, comparison, corrections, time.perf_counter() - started)
+    return Identification(
+        measurement, suspended, inverse, direct, comparison, corrections, time.perf_counter() - started
+    )
 
 
 def _comparison(

@@ -8,10 +8,14 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from analysis.comparison import ElementComparison
+from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
+from analysis.modal.estimation import ModalEstimate
+from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.inverse import Inverse
 from api.identification.pipeline import Identification
 from api.identification.sine_points import stored_point
+from api.identification.suspended import SuspendedBeam
 from store.analyses import AnalysisKind, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
@@ -21,11 +25,14 @@ from store.frequency_responses import add_frequency_responses
 from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.modes import ModeSet, add_modes
 
+SUSPENDED_METHOD = "suspended beam"
+
 
 @dataclass(frozen=True)
 class StoredIdentification:
     """Numbers of the analyses that were stored; None for what was not measured."""
 
+    suspended_beam: int | None
     frequency_responses: int | None
     modes: int | None
     paper_joints: int | None
@@ -50,6 +57,7 @@ def keep_identification(session: Session, run_id: int, found: Identification) ->
     Raises:
         StoreError: there is no such run, or the database refuses.
     """
+    suspended = None if found.suspended is None else _suspended(session, run_id, found.suspended)
     responses = modes = paper = likelihood = None
     if found.inverse is not None:
         responses = _responses(session, run_id, found)
@@ -69,7 +77,43 @@ def keep_identification(session: Session, run_id: int, found: Identification) ->
             parents=parents,
         )
         add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
-    return StoredIdentification(responses, modes, paper, likelihood, points, comparisons)
+    return StoredIdentification(suspended, responses, modes, paper, likelihood, points, comparisons)
+
+
+def _suspended(session: Session, run_id: int, suspended: SuspendedBeam) -> int:
+    """Modes of the beam in its cords; what they say of its damping and material is in the settings."""
+    modal, result = suspended.modal, suspended.result
+    analysis = add_analysis(
+        session,
+        kind=AnalysisKind.MODES,
+        method=SUSPENDED_METHOD,
+        settings={
+            "damping_ratios": list(result.damping_ratios),
+            "beam": {
+                name: [estimate.value, estimate.standard_error]
+                for name, estimate in ((name, result.update.parameter(name)) for name in PARAMETERS)
+            },
+            "statements": list(result.statements),
+        },
+        runs=[run_id],
+    )
+    add_modes(session, analysis, _mode_set(modal, np.full(modal.modes.poles.size, np.nan)))
+    return analysis
+
+
+def _mode_set(modal: ModalEstimate, predicted: Real) -> ModeSet:
+    modes = modal.modes
+    return ModeSet(
+        frequency=modes.frequency,
+        loss_factor=modes.loss_factor,
+        dofs=tuple(StoredDof(point.node, point.direction.value) for point in modes.dofs),
+        shapes=modes.shapes,
+        frequency_ci95=modal.frequency_ci95,
+        loss_factor_ci95=modal.loss_factor_ci95,
+        predicted_frequency=predicted,
+        pole_covariance=modes.pole_covariance,
+        shape_covariance=modes.shape_covariance,
+    )
 
 
 def _responses(session: Session, run_id: int, found: Identification) -> int:
@@ -93,7 +137,7 @@ def _responses(session: Session, run_id: int, found: Identification) -> int:
 
 
 def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
-    modal, modes = inverse.modal, inverse.modal.modes
+    modal = inverse.modal
     analysis = add_analysis(
         session,
         kind=AnalysisKind.MODES,
@@ -102,24 +146,10 @@ def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
         runs=[run_id],
         parents=[parent],
     )
-    predicted = np.full(modes.poles.size, np.nan)
+    predicted = np.full(modal.modes.poles.size, np.nan)
     for pair in inverse.likelihood.errors:
         predicted[pair.measured] = pair.predicted_frequency
-    add_modes(
-        session,
-        analysis,
-        ModeSet(
-            frequency=modes.frequency,
-            loss_factor=modes.loss_factor,
-            dofs=tuple(StoredDof(point.node, point.direction.value) for point in modes.dofs),
-            shapes=modes.shapes,
-            frequency_ci95=modal.frequency_ci95,
-            loss_factor_ci95=modal.loss_factor_ci95,
-            predicted_frequency=predicted,
-            pole_covariance=modes.pole_covariance,
-            shape_covariance=modes.shape_covariance,
-        ),
-    )
+    add_modes(session, analysis, _mode_set(modal, predicted))
     return analysis
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -15,11 +15,13 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
 from analysis.modal.spectra import responses_from_blows
+from analysis.suspended.suspension import Suspension
 from api.errors import ApiError
-from api.identification.measurement import Measurement, dof
+from api.identification.measurement import Measurement, SuspendedTest, dof, responses_of
 from api.identification.sine_points import SinePoint, sine_point
 from api.identification.tester_corrections import ReferenceTemperature
 from api.progress import Advance, Progress, silent
+from rig.operator import SUPPORTED, SUSPENDED
 from rig.point_blows import contradicted
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, Sequence, sequence_from
 from store.analyses import AnalysisKind, latest_analysis
@@ -66,11 +68,12 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
         raise ApiError(f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify")
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
     with progress("accelerances", len(blows)) as advance:
-        struck = [
-            _accelerances(catalogue, article, [blow for blow in blows if blow.set_number == number], step, advance)
+        every_set = [
+            (step, _accelerances(catalogue, article, own, step, advance))
             for number, step in enumerate(sequence.hammer_steps, start=1)
-            if any(blow.set_number == number for blow in blows)
+            if (own := [blow for blow in blows if blow.set_number == number])
         ]
+    struck = [found for step, found in every_set if step.beam == SUPPORTED]
     points = _sine_points(catalogue, records, progress) if records else ()
     return Measurement(
         title=run.title,
@@ -81,7 +84,8 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
         calibration=_calibration(catalogue, blanks, sequence, progress),
         reference=_reference(sequence.compound),
         scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
-        left_out=tuple(text for each in struck for text in each.left_out),
+        suspended=next((_suspended(step, found) for step, found in every_set if step.beam == SUSPENDED), None),
+        left_out=tuple(text for _, each in every_set for text in each.left_out),
     )
 
 
@@ -92,6 +96,16 @@ class _Struck:
     measured: FrequencyResponseSet
     scatter: Complex | None
     left_out: tuple[str, ...]
+
+
+def _suspended(step: HammerStep, struck: _Struck) -> SuspendedTest:
+    """The set on the beam in its cords, with what the step says of cords and weight."""
+    cords, weight = step.suspension, step.weight
+    return SuspendedTest(
+        replace(responses_of(struck.measured), scatter=struck.scatter),
+        Suspension(cords.bounce, cords.bounce_standard_error, cords.positions, cords.loss_factor) if cords else None,
+        Estimate(weight.mass, weight.standard_error) if weight else None,
+    )
 
 
 def _accelerances(

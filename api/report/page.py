@@ -13,6 +13,7 @@ from api.identification.pipeline import Identification
 from api.report.direct import direct_sections
 from api.report.inverse import inverse_sections
 from api.report.section import Section, Table
+from api.report.suspended import suspended_section
 from store.provenance import software_version
 
 
@@ -29,6 +30,8 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
         ApiError: the file cannot be written.
     """
     sections = [*more]
+    if found.suspended is not None:
+        sections.append(suspended_section(found.suspended))
     if found.inverse is not None:
         sections += inverse_sections(found.inverse, found.measurement.left_out)
     sections += direct_sections(found)
@@ -51,6 +54,8 @@ def _lead(found: Identification) -> str:
     parts = []
     if found.inverse is not None:
         parts.append(f"{found.inverse.modal.modes.poles.size} modes from {len(found.inverse.measured.inputs)} points")
+    if found.suspended is not None:
+        parts.append(f"{len(found.suspended.result.elastic.numbers)} modes of the suspended beam")
     if found.measurement.points:
         parts.append(f"{len(found.measurement.points)} sine points")
     if counts:

@@ -79,7 +79,7 @@ def test_an_example_is_imported_identified_stored_and_exported_equal(shared: Pat
         measurement = measurement_of_run(catalogue, run)
         found = identify(measurement)
         stored = store_identification(catalogue, run, found)
-        assert None not in asdict(stored).values()
+        assert [name for name, number in asdict(stored).items() if number is None] == ["suspended_beam"]
         document = identification_document(found)
         check_form(document, {joint.name for joint in original.setup.joints})
         export_bundle(catalogue, run, tmp_path / "out")

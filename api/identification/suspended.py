@@ -1,0 +1,53 @@
+"""The beam free of its joints, in soft cords: its modes, its damping, and what they say of its material (Table 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modal.modal_model import DampingKind
+from analysis.structure.beam import Mesh
+from analysis.suspended.beam_update import BeamTolerances
+from analysis.suspended.characterisation import FreeBeamResult, characterise_free_beam
+from api.identification.measurement import Measurement
+from api.identification.structure import beam_of
+
+LOWEST_LINE = 20.0  # Hz; above what a beam in soft cords does as a rigid body
+ELEMENTS_BETWEEN_NODES = 4  # `BeamTolerances.frequency` is their error
+
+
+@dataclass(frozen=True, eq=False)
+class SuspendedBeam:
+    """What the suspended beam says.
+
+    Attributes:
+        modal: its measured modes, viscous.
+        result: Table 1, damping, and the beam after the update.
+    """
+
+    modal: ModalEstimate
+    result: FreeBeamResult
+
+
+def suspended_beam_of(measurement: Measurement) -> SuspendedBeam | None:
+    """Evaluate the suspended test of a measurement; None without one.
+
+    Raises:
+        AnalysisError: no elastic mode of this beam is found, or the beam cannot be updated.
+    """
+    test = measurement.suspended
+    if test is None:
+        return None
+    article = measurement.article
+    highest = float(test.responses.frequency[-1])
+    modal = estimate_modes(test.responses, (LOWEST_LINE, highest), damping=DampingKind.VISCOUS)
+    result = characterise_free_beam(
+        modal.modes,
+        beam_of(article),
+        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES),
+        BeamTolerances(youngs_modulus=article.tolerances.youngs_modulus, density=article.tolerances.density),
+        suspension=test.suspension,
+        point_masses={article.accelerometer.node: article.accelerometer.mass},
+        weighed=test.weighed,
+    )
+    return SuspendedBeam(modal, result)

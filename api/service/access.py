@@ -14,6 +14,7 @@ from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
 from api.runs.manager import RunManager
 from api.service.context import Context, Services, rig
+from api.service.documents import IdempotencyKey
 from api.service.problems import AccessError
 from store.keys import Scope, count_keys, find_key
 
@@ -92,9 +93,10 @@ Admin = Annotated[Caller, needs(Scope.ADMIN)]
 def driver(
     who: Controller,
     runs: Annotated[RunManager, Depends(rig)],
+    _key: IdempotencyKey,
     token: Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")] = None,
 ) -> Caller:
-    """The caller, if they hold the control lease of the rig."""
+    """The caller, if they hold the control lease of the rig; looked at when the request is whole."""
     runs.lease.check(token)
     return who
 

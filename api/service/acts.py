@@ -11,26 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from fastapi import Depends, Header, Request, Response
+from fastapi import Depends, Request, Response
 from pydantic import BaseModel
 
 from api.errors import ConflictError
 from api.service.access import Caller, caller
 from api.service.context import Context, Services
+from api.service.documents import IdempotencyKey
 from store.audit import add_audit_entry
 from store.requests import answer_request, begin_request, forget_request
 
-KEY_PATTERN = r"^[\x21-\x7e]{1,128}$"
 REPLAYED = "Idempotency-Replayed"
-
-IdempotencyKey = Annotated[
-    str,
-    Header(
-        alias="Idempotency-Key",
-        pattern=KEY_PATTERN,
-        description="chosen by the sender, new for every request; a repeat gets the first answer",
-    ),
-]
 
 
 class KeyReusedError(ConflictError):

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
+from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
 from api.service.context import Services
@@ -79,7 +80,8 @@ def create_app(services: Services) -> FastAPI:
             services.jobs.close()
 
     app = FastAPIOffline(
-        title="Jointlab", version=software_version(), description=DESCRIPTION.strip(), lifespan=lifespan
+        title="Jointlab", version=software_version(), description=DESCRIPTION.strip(), lifespan=lifespan,
+        generate_unique_id_function=operation_id,
     )  # fmt: skip
     app.state.services = services
     for router in RESOURCES:
@@ -87,6 +89,11 @@ def create_app(services: Services) -> FastAPI:
     handle_problems(app)
     _describe_problems(app)
     return app
+
+
+def operation_id(route: APIRoute) -> str:
+    """The name of an operation in the schema, such as runs-create."""
+    return "-".join([*map(str, route.tags), route.name.strip("_")]).replace(" ", "-").replace("_", "-")
 
 
 def _describe_problems(app: FastAPI) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any
 
-from fastapi import Path
+from fastapi import Header, Path
 from pydantic import BeforeValidator, Field, StringConstraints
 
 from api.service.pages import LARGEST
@@ -24,12 +24,21 @@ def _by_way_of_json(value: Any) -> Any:
 WholeSequence = Annotated[Sequence, BeforeValidator(_by_way_of_json)]
 """A sequence in the body of a request."""
 
-RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run")]
+RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
+
+IdempotencyKey = Annotated[
+    str,
+    Header(
+        alias="Idempotency-Key",
+        pattern=r"^[\x21-\x7e]{1,128}$",
+        description="chosen by the sender, new for every request; a repeat gets the first answer",
+    ),
+]
 
 
 def number_of(what: str) -> Any:
     """A path parameter: the number of a row."""
-    return Path(ge=1, le=LARGEST, description=f"number of the {what}")
+    return Path(ge=1, le=LARGEST, description=f"number of the {what}", examples=[1])
 
 
 def quantity(unit: str, description: str = "") -> Any:

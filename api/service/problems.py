@@ -11,6 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
+from starlette.routing import BaseRoute, Match, Mount
 
 from analysis.errors import AnalysisError
 from api.errors import ApiError, ConflictError
@@ -50,7 +51,6 @@ class PreconditionError(Exception):
 
 
 TITLES = {
-    400: "The request cannot be read",
     401: "Nobody known asks for this",
     403: "This key does not open that",
     404: "Not found",
@@ -122,7 +122,25 @@ def _refused(_request: Request, error: Exception) -> JSONResponse:
 def _by_framework(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     headers = dict(error.headers or {})
-    return problem(error.status_code, f"{request.method} {request.url.path}: {error.detail}", headers)
+    if error.status_code == 405:
+        headers["Allow"] = ", ".join(sorted(_methods(request)))
+    # a body that is no text is for the framework another error than one that is no JSON, but not for a caller
+    status = 422 if error.status_code == 400 else error.status_code
+    return problem(status, f"{request.method} {request.url.path}: {error.detail}", headers)
+
+
+def _methods(request: Request) -> set[str]:
+    """The methods that this path has; the framework knows only those of the first route that fits it."""
+    return {
+        method
+        for method in ("DELETE", "GET", "PATCH", "POST", "PUT")
+        for route in request.app.routes
+        if route.matches({**request.scope, "method": method})[0] is Match.FULL and _is_ours(route)
+    }
+
+
+def _is_ours(route: BaseRoute) -> bool:
+    return not isinstance(route, Mount)
 
 
 def _unfit(_request: Request, error: Exception) -> JSONResponse:

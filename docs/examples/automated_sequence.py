@@ -3,8 +3,8 @@
     jointlab serve --simulated --speed 100          # in one terminal: a laboratory
     python docs/examples/automated_sequence.py      # in another one
 
-A sequence document may be named, and another service: ``--sequence FILE --address URL --key KEY``. Where a person strikes
-and mounts, add ``--no-automatic`` and answer the prompts on the page.
+A sequence document may be named, and another service: ``--sequence FILE --address URL --key KEY``. Where a person
+strikes and mounts, add ``--no-automatic`` and answer the prompts on the page.
 """
 
 from __future__ import annotations

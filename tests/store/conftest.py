@@ -192,7 +192,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small bundle: what `filled` holds, exported."""
     folder = tmp_path_factory.mktemp("exported")
     with Catalogue.open(f"sqlite:///{folder / 'lab.db'}") as opened:
-        hammer, sweep = _fill(opened)
+        hammer, sweep = fill(opened)
         export_bundle(opened, hammer, folder / "bundle", also=[sweep])
     return folder / "bundle"
 
@@ -211,10 +211,11 @@ def bundle(exported: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def filled(catalogue: Catalogue) -> int:
     """A hammer run and a sweep of one article, measured here, with every kind of result; the hammer run's number."""
-    return _fill(catalogue)[0]
+    return fill(catalogue)[0]
 
 
-def _fill(catalogue: Catalogue) -> tuple[int, int]:
+def fill(catalogue: Catalogue) -> tuple[int, int]:
+    """A hammer run and a sweep with every kind of result and request; their numbers."""
     hammer = _hammer_run(catalogue)
     sweep, record = _sweep(catalogue)
     with catalogue.writing() as session:

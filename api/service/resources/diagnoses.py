@@ -13,6 +13,7 @@ from api.service.acts import Once
 from api.service.context import Context, Jobs
 from api.service.documents import number_of, quantity
 from api.service.etags import TaggedRoute
+from api.service.links import first_of, job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
@@ -46,7 +47,7 @@ class DiagnosisDocument(DiagnosisSummary):
     document: dict[str, Any] = Field(description="in the format jointlab-diagnosis/1")
 
 
-@router.get("", responses=problems(401, 403))
+@router.get("", responses=problems(401, 403) | first_of("diagnosis_id", "gap-diagnoses-get"))
 def list_(
     _who: Reader,
     context: Context,
@@ -60,7 +61,7 @@ def list_(
     return page_of([DiagnosisSummary.of(each) for each in found], limit, lambda each: each.id)
 
 
-@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409))
+@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
 def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: OfRun) -> Response:
     """Queue a diagnosis of a run; the job's result says its number."""
     return queue_job(act, jobs, "diagnose", wanted.model_dump(), lambda: existing_run(context, wanted.run))

@@ -14,6 +14,7 @@ from api.service.access import Analyst, Reader
 from api.service.acts import Once
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
+from api.service.links import job_links
 from api.service.pages import Cursor, Limit, Page
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
@@ -38,7 +39,7 @@ def list_(
     return page_of_jobs(context, state, "export", limit, cursor)
 
 
-@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409))
+@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
 def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: NewExport) -> Response:
     """Queue an export; its file can be fetched when the job is done."""
     return queue_job(act, jobs, "export", wanted.model_dump(), lambda: existing_run(context, wanted.run))

@@ -9,6 +9,7 @@ from api.service.access import Analyst
 from api.service.acts import Once
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
+from api.service.links import job_links
 from api.service.pages import LARGEST
 from api.service.problems import problems
 from api.service.resources.jobs import JobDocument, queue_job
@@ -25,7 +26,7 @@ class OfRun(BaseModel):
     run: int = Field(ge=1, le=LARGEST, description="number of the run")
 
 
-@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409))
+@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
 def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: OfRun) -> Response:
     """Queue an identification; its results are beside older ones when the job is done."""
     return queue_job(act, jobs, "identify", wanted.model_dump(), lambda: existing_run(context, wanted.run))

@@ -13,6 +13,7 @@ from api.service.acts import Once
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.calibrations import (
@@ -69,7 +70,7 @@ class NewCalibration(BaseModel):
     sensitivity_unit: Words
 
 
-@router.get("", responses=problems(401, 403))
+@router.get("", responses=problems(401, 403) | first_of("instrument_id", "instruments-get", "instruments-calibrate"))
 def list_(
     _who: Reader,
     context: Context,

@@ -17,6 +17,7 @@ from api.service.acts import Act, Once
 from api.service.context import Context, Jobs, Services
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.jobs import OVER, Job, JobState, get_job, list_jobs
@@ -51,7 +52,7 @@ class JobDocument(BaseModel):
         return cls(**{name: getattr(job, name) for name in cls.model_fields})
 
 
-@router.get("", responses=problems(401, 403))
+@router.get("", responses=problems(401, 403) | first_of("job_id", "jobs-get", "jobs-cancel"))
 def list_(
     _who: Reader,
     context: Context,

@@ -14,6 +14,7 @@ from api.service.acts import Once
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
@@ -61,7 +62,9 @@ def list_(_who: Admin, context: Context, limit: Limit = 100, cursor: Cursor = No
     return page_of([KeyDocument.of(key) for key in found], limit, lambda key: key.id)
 
 
-@router.post("", status_code=201, response_model=MadeKey, responses=problems(401, 403, 409))
+@router.post(
+    "", status_code=201, response_model=MadeKey, responses=problems(401, 403, 409) | links(201, "key_id", "keys-revoke")
+)
 def create(_who: Admin, act: Once, context: Context, wanted: NewKey) -> Response:
     """Make a key; its secret is in this answer and nowhere else."""
 

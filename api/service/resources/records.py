@@ -13,6 +13,7 @@ from api.service.access import Reader
 from api.service.context import Context, Services
 from api.service.documents import RunNumber, number_of, quantity
 from api.service.etags import TaggedRoute
+from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from store.blows import Blow, get_blow, list_blows
@@ -21,6 +22,8 @@ from store.sine_records import SineRecord, get_sine_record, list_sine_records
 from store.waveform import WaveformReference
 
 router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)
+BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform")
+RECORD = first_of("record_id", "blows-and-points-sine-record", "blows-and-points-sine-waveform")
 Every = Annotated[int, Query(ge=1, le=10_000, description="only every so many-th sample, for a quick look")]
 
 
@@ -113,7 +116,7 @@ def points(_who: Reader, context: Context, run_id: RunNumber) -> list[PointDocum
     ]
 
 
-@router.get("/runs/{run_id}/blows", responses=problems(401, 403, 404))
+@router.get("/runs/{run_id}/blows", responses=problems(401, 403, 404) | BLOW)
 def blows(
     _who: Reader,
     context: Context,
@@ -145,7 +148,7 @@ def blow_waveform(
     return _waveform(context, found.waveform, f"blow {blow_id}", every)
 
 
-@router.get("/runs/{run_id}/sine-records", responses=problems(401, 403, 404))
+@router.get("/runs/{run_id}/sine-records", responses=problems(401, 403, 404) | RECORD)
 def sine_records(
     _who: Reader,
     context: Context,

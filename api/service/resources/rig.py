@@ -9,7 +9,7 @@ from typing import Annotated
 from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from api.runs.journal import Entry, Journal
 from api.runs.lease import Lease
@@ -103,6 +103,12 @@ class Limits(BaseModel):
     velocity: Annotated[float, quantity("m/s", "highest peak velocity of a cycle"), Field(gt=0)]
     acceleration: Annotated[float, quantity("m/s^2", "highest peak acceleration of a cycle"), Field(gt=0)]
     force: Annotated[float, quantity("N", "largest absolute force"), Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _leave_something(self) -> Limits:
+        if self.lowest_frequency >= self.highest_frequency or self.lowest_preset > self.highest_preset:
+            raise ValueError("the lowest frequency and preset have to be below the highest")
+        return self
 
     @classmethod
     def of(cls, rig: RunManager) -> Limits:

@@ -13,6 +13,7 @@ from api.service.acts import Once
 from api.service.context import Context, Rig, Services
 from api.service.documents import Name, RunNumber, WholeSequence, Words
 from api.service.etags import TaggedRoute
+from api.service.links import RESULTS, first_of, run_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.sequences import sequence_named
@@ -98,7 +99,7 @@ class Why(BaseModel):
     reason: Words = Field(description="what was seen to")
 
 
-@router.get("", responses=problems(401, 403))
+@router.get("", responses=problems(401, 403) | first_of("run_id", "runs-get", "runs-history", *RESULTS))
 def list_(
     _who: Reader,
     context: Context,
@@ -116,7 +117,7 @@ def list_(
     return page_of([RunSummary.of(run) for run in found], limit, lambda run: run.id)
 
 
-@router.post("", status_code=201, response_model=RunSummary, responses=problems(401, 403, 404, 409))
+@router.post("", status_code=201, response_model=RunSummary, responses=problems(401, 403, 404, 409) | run_links())
 def create(who: Controller, act: Once, context: Context, rig: Rig, wanted: NewRun) -> Response:
     """Store a run to be started later; its sequence is checked against the limits of the rig."""
 

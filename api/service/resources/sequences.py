@@ -16,6 +16,7 @@ from api.service.acts import Once
 from api.service.context import Context
 from api.service.documents import Name, WholeSequence
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
+from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, from_cursor, page_of
 from api.service.problems import problems
 from rig.sequence import Sequence, load_sequence, sequence_from
@@ -24,6 +25,7 @@ from store.sequence_documents import SequenceDocument, get_sequence, keep_sequen
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
 BUILT_IN = "paper"
+NEXT = links(200, "name", "sequences-get", "sequences-delete", field="name")
 SequenceName = Annotated[Name, Path(description="name of the sequence")]
 
 
@@ -65,7 +67,7 @@ def get(_who: Reader, context: Context, name: SequenceName) -> NamedSequence:
         return NamedSequence(name=name, sequence=sequence_named(session, name))
 
 
-@router.put("/{name}", response_model=NamedSequence, responses=problems(401, 403, 409, 412))
+@router.put("/{name}", response_model=NamedSequence, responses=problems(401, 403, 409, 412) | NEXT)
 def put(
     _who: Controller, act: Once, context: Context, name: SequenceName, sequence: WholeSequence, if_match: IfMatch = None
 ) -> Response:

@@ -11,6 +11,7 @@ from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.specimens import get_specimen, list_specimens
@@ -27,7 +28,7 @@ class SpecimenDocument(BaseModel):
     description: str | None
 
 
-@router.get("", responses=problems(401, 403))
+@router.get("", responses=problems(401, 403) | first_of("specimen_id", "specimens-get"))
 def list_(
     _who: Reader,
     context: Context,

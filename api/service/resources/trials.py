@@ -9,6 +9,7 @@ from api.service.access import Analyst, Reader
 from api.service.acts import Once
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
+from api.service.links import job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page
 from api.service.problems import problems
 from api.service.resources.jobs import JobDocument, page_of_jobs, queue_job
@@ -34,7 +35,7 @@ def list_(
     return page_of_jobs(context, state, "trial", limit, cursor)
 
 
-@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 409))
+@router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 409) | job_links())
 def create(_who: Analyst, act: Once, jobs: Jobs, wanted: NewTrial) -> Response:
     """Queue a trial."""
     return queue_job(act, jobs, "trial", wanted.model_dump())

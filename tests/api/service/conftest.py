@@ -79,9 +79,8 @@ def rig_client(catalogue: Catalogue, rig: RunManager) -> Iterator[httpx.Client]:
         yield client
 
 
-@pytest.fixture
-def make_key(catalogue: Catalogue) -> MakeKey:
-    """Make a key with these scopes; it may have ended or be revoked."""
+def make_key_in(catalogue: Catalogue) -> MakeKey:
+    """Make keys with these scopes; each may have ended or be revoked."""
 
     def make(*scopes: Scope, ended: bool = False, revoked: bool = False) -> str:
         with catalogue.writing() as session:
@@ -94,6 +93,11 @@ def make_key(catalogue: Catalogue) -> MakeKey:
         return secret
 
     return make
+
+
+@pytest.fixture
+def make_key(catalogue: Catalogue) -> MakeKey:
+    return make_key_in(catalogue)
 
 
 @pytest.fixture

@@ -1,0 +1,38 @@
+"""Links in the schema: what can be done next with what a request has made or found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+Links = dict[int | str, dict[str, Any]]
+RESULTS = (
+    "channels-of-run", "blows-and-points-points", "blows-and-points-blows", "blows-and-points-sine-records",
+    "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run", "comparisons-of-run",
+)  # fmt: skip
+
+
+def links(status: int, parameter: str, *operations: str, field: str = "id") -> Links:
+    """For the `responses` of a route: `operations` take `field` of its answer, with `status`, as their `parameter`."""
+    found = {
+        name.replace("-", "_"): {"operationId": name, "parameters": {parameter: f"$response.body#/{field}"}}
+        for name in operations
+    }
+    return {status: {"description": "Successful Response", "links": found}}
+
+
+def first_of(parameter: str, *operations: str) -> Links:
+    """For the `responses` of a list: `operations` take the number of its first item as their `parameter`."""
+    return links(200, parameter, *operations, field="items/0/id")
+
+
+def job_links() -> Links:
+    """What can be done with a job that was queued."""
+    return links(202, "job_id", "jobs-get", "jobs-cancel", "exports-file")
+
+
+def run_links() -> Links:
+    """What can be done with a run that was created."""
+    return links(
+        201, "run_id", "runs-get", "runs-history", "runs-start", "runs-pause", "runs-resume", "runs-stop",
+        "runs-answer", *RESULTS,
+    )  # fmt: skip

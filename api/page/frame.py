@@ -116,7 +116,7 @@ class Frame:
         try:
             self.visitor.caller()
         except AccessError as error:
-            ui.navigate.to(f"/page/log-in?why={error}")
+            ui.navigate.to(f"/log-in?why={error}")
             return False
         return True
 

@@ -27,7 +27,12 @@ class _View:
     build: Build
 
 
-_VIEWS = (_View("Dashboard", views.dashboard.build),)
+_VIEWS = (
+    _View("Dashboard", views.dashboard.build),
+    _View("Measure", views.measure.build),
+    _View("Hammer", views.hammer.build),
+    _View("Sweep", views.sweep.build),
+)
 
 
 def mount(app: FastAPI, services: Services) -> None:

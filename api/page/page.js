@@ -15,6 +15,13 @@ document.addEventListener("submit", async (event) => {
   setTimeout(() => (said.textContent = ""), 20000);
 });
 
+window.thin = (value) => {
+  if (typeof value !== "number") return value ?? "–";
+  const text = Math.abs(value) >= 1e7 || (value && Math.abs(value) < 1e-4) ? value.toExponential(2) : String(+value.toPrecision(5));
+  const [whole, part] = text.split(".");
+  return whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") + (part ? `.${part}` : "");
+};
+
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {

@@ -1,0 +1,80 @@
+"""What all charts share: axes with units, colours that colour-blind people can tell apart, numbers as people read them.
+
+Keys that begin with a colon are evaluated in the browser, where page.js has `thin`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from api.report.plots import AMPLITUDE_COLOURS, BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
+
+Options = dict[str, Any]
+Real = NDArray[np.float64]
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
+SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
+INK = "#1c1c1c"
+__all__ = ["AMPLITUDE_COLOURS", "BLACK", "BLUE", "COLOURS", "GREEN", "ORANGE", "PURPLE", "SKY", "SYMBOLS"]
+
+
+def axis(name: str, *, log: bool = False, low: float | None = None, high: float | None = None) -> Options:
+    """An axis called `name`, unit included."""
+    made: Options = {
+        "type": "log" if log else "value",
+        "name": name,
+        "nameLocation": "middle",
+        "scale": True,
+        "nameTextStyle": {"color": INK, "fontSize": 14},
+        "axisLabel": {"color": INK, "fontSize": 13, ":formatter": "value => thin(value)", "hideOverlap": True},
+        "axisLine": {"show": True, "onZero": False},
+        "splitLine": {"lineStyle": {"color": "#ddd"}},
+    }
+    return made | {key: value for key, value in (("min", low), ("max", high)) if value is not None}
+
+
+def plot(series: Sequence[Options], x: Options, y: Options, *, legend: bool = True, zoom: bool = False) -> Options:
+    """One chart: series over one pair of axes."""
+    return {
+        "animation": False,
+        "color": list(COLOURS),
+        "textStyle": {"fontFamily": "system-ui, sans-serif"},
+        "grid": {"left": 78, "right": 24, "top": 44 if legend else 18, "bottom": 56},
+        "legend": {"show": legend, "top": 4, "type": "scroll", "textStyle": {"fontSize": 13}},
+        "tooltip": {"trigger": "axis", ":valueFormatter": "value => thin(value)", "confine": True},
+        "xAxis": x | {"nameGap": 32},
+        "yAxis": y | {"nameGap": 56},
+        "dataZoom": [{"type": "inside"}] if zoom else [],
+        "series": list(series),
+    }
+
+
+def line(name: str, x: Real, y: Real, **more: Any) -> Options:
+    """A line without marks."""
+    return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
+
+
+def dots(name: str, x: Real, y: Real, **more: Any) -> Options:
+    """Marks without a line."""
+    return {"type": "scatter", "name": name, "symbolSize": 8, "data": pairs(x, y)} | more
+
+
+def pairs(x: Real, y: Real) -> list[list[float | None]]:
+    """Points as [x, y] to five digits; what is no number is a gap."""
+    return [[_short(a), _short(b)] for a, b in zip(x.tolist(), y.tolist(), strict=True)]
+
+
+def thinned(x: Real, y: Real, most: int = 1200) -> tuple[Real, Real]:
+    """At most `most` points of a record: the lowest and the highest of each of so many pieces, in their order."""
+    if y.size <= most:
+        return x, y
+    pieces = np.array_split(np.arange(y.size), most // 2)
+    keep = sorted({index for piece in pieces for index in (piece[y[piece].argmin()], piece[y[piece].argmax()])})
+    return x[keep], y[keep]
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.5g}") if np.isfinite(value) else None

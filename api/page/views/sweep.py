@@ -1,0 +1,94 @@
+"""The sweep: live displacement and force, amplitude reached against asked, k and gamma growing point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from nicegui import ui
+
+from api.page.charts import sines
+from api.page.controls import chart, redraw
+from api.page.current import current_run
+from api.page.frame import Frame
+from api.page.markup import show, tabs
+from api.page.steering import steering
+from api.page.sweep_progress import Point, SweepProgress, sweep_progress
+from api.page.words import duration, quantity, scaled, time_left
+from api.runs.state import Phase, RigState
+
+
+def build(frame: Frame, query: Mapping[str, str]) -> None:
+    """Build the view of the run and the mounting that the address names, or of what is carried out or was last."""
+    steering(frame)
+    progress = show("")
+    choice = show("")
+    with ui.element("div").classes("cards"):
+        drawn = [
+            chart("Displacement and force of the latest point", {}, "signals", height="17rem"),
+            chart("Amplitude reached over asked", {}, "amplitude", height="17rem"),
+            chart("Stiffness k, not corrected for the tester", {}, "stiffness", height="19rem"),
+            chart("Loss factor γ, not corrected for the tester", {}, "loss-factor", height="19rem"),
+        ]
+    mounting = (query["specimen"], query["configuration"]) if {"specimen", "configuration"} <= set(query) else None
+
+    async def refresh() -> None:
+        run_id = current_run(frame.services, query)
+        if run_id is None:
+            progress.set_content("<p>No sweep yet. Press <a href='/page/measure?parts=sweep'>Measure</a>.</p>")
+            return
+        found = await frame.read(lambda: sweep_progress(frame.services.catalogue, run_id, mounting))
+        if found is None:
+            return
+        runs = frame.services.runs
+        progress.set_content(_progress(found, None if runs is None else runs.state))
+        choice.set_content(_choice(found))
+        _draw(drawn, found)
+
+    frame.refreshes.append(refresh)
+
+
+def _progress(found: SweepProgress, state: RigState | None) -> str:
+    done, step = len(found.taken_at), found.step
+    wanted = state.sines_wanted if state is not None and state.run_id == found.run.id else step.points if step else done
+    busy = state is not None and state.phase is not Phase.IDLE and state.run_id == found.run.id
+    left = time_left(found.taken_at, wanted - done) if busy else None
+    text = f'<p id="count">{done} of {wanted} sine points{"" if left is None else f"; {duration(left)} left"}</p>'
+    bar = f'<progress value="{done}" max="{max(wanted, 1)}" aria-label="sine points">{done} of {wanted}</progress>'
+    return f"<div>{text}{bar}</div>{_latest(found.points[-1]) if found.points else ''}"
+
+
+def _latest(point: Point) -> str:
+    record = point.record
+    return (
+        f'<p id="latest">Latest: {quantity(record.frequency, "Hz")}, '
+        f"{quantity(record.reached_pp_mm, 'mm')} reached of {quantity(record.commanded_pp_mm, 'mm')} asked; "
+        f"k = {scaled(point.stiffness, 'N/m')}, γ = {quantity(point.loss_factor, '')}</p>"
+    )
+
+
+def _choice(found: SweepProgress) -> str:
+    if not found.mountings:
+        return "<p>No sine point yet. Mount what is asked for above, then press Done.</p>"
+    links = {
+        f"{specimen} in {configuration}": (
+            f"/page/sweep?run={found.run.id}&specimen={specimen}&configuration={configuration}"
+        )
+        for specimen, configuration in found.mountings
+    }
+    return tabs("mountings", links, " in ".join(found.mounting))
+
+
+def _draw(drawn: list[ui.echart], found: SweepProgress) -> None:
+    signals, amplitude, stiffness, loss = drawn
+    if found.signals is not None:
+        redraw(signals, sines.signals(found.signals.time, found.signals.displacement, found.signals.force))
+    asked = [(point.record.commanded_pp_mm, point.record.frequency, point) for point in found.points]
+    redraw(
+        amplitude,
+        sines.amplitudes(sines.by_amplitude([(a, f, (p.record.reached_pp_mm or np.nan) / a) for a, f, p in asked])),
+    )
+    k = [(a, f, p.stiffness / 1e6) for a, f, p in asked if p.stiffness is not None]
+    gamma = [(a, f, p.loss_factor) for a, f, p in asked if p.loss_factor is not None]
+    redraw(stiffness, sines.over_frequency(sines.by_amplitude(k), "k (MN/m)"))
+    redraw(loss, sines.over_frequency(sines.by_amplitude(gamma), "γ"))

@@ -21,28 +21,34 @@ Command = Callable[..., CompletedProcess[str]]
 
 
 @contextmanager
-def serving(folder: Path, *options: str) -> Iterator[str]:
-    """Run `jointlab serve` in a process of its own; its address."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "api.cli", "serve", "--port", "0", *options],
-        env={
-            **os.environ,
-            "JOINTLAB_DATABASE_URL": f"sqlite:///{folder / 'jointlab.db'}",
-            "PYTHONUNBUFFERED": "1",
-        },
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=Path(__file__).resolve().parents[2],
-    )
+def serving_process(folder: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Run `jointlab serve` in a process of its own, with the configuration in `folder` if there is one."""
+    config = folder / "jointlab.toml"
+    environment = {
+        **os.environ,
+        "JOINTLAB_DATABASE_URL": f"sqlite:///{folder / 'jointlab.db'}",
+        "PYTHONUNBUFFERED": "1",
+        **({"JOINTLAB_CONFIG": str(config)} if config.exists() else {}),
+    }
+    command = [sys.executable, "-m", "api.cli", "serve", "--port", "0", *options]
+    root = Path(__file__).resolve().parents[2]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=root)
     with process:
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
             found = re.match(r"(http://127\.0\.0\.1:[1-9]\d*)/api/health, catalogue sqlite", line)
             assert found, line
-            yield found[1]
+            yield found[1], process
         finally:
             process.terminate()
+
+
+@contextmanager
+def serving(folder: Path, *options: str) -> Iterator[str]:
+    """Run `jointlab serve` in a process of its own; its address."""
+    with serving_process(folder, *options) as (address, _):
+        yield address
 
 
 def test_serve_says_where_it_listens_and_answers_there(measured: int, tmp_path: Path) -> None:

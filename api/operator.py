@@ -16,6 +16,7 @@ from rig.operator import (
     BlowRefused,
     BlowSuspected,
     Event,
+    HammerStarted,
     PointStarted,
     RateCoerced,
     RunContinued,
@@ -107,6 +108,8 @@ class SequenceProgress:
                 self._say(f"waiting for {seconds:g} s within {band:g} K, at most {limit:g} s")
             case SoakEnded(celsius, waited):
                 self._say(f"the temperature settled at {celsius:.2f} C after {waited:.0f} s")
+            case HammerStarted(set_number, peak_force):
+                self._say(f"hammer set {set_number}: blows of about {peak_force:g} N")
             case PointStarted(point, index, points):
                 self._describe(self._blows, f"blows at {point} ({index} of {points})")
             case BlowAccepted():

@@ -8,6 +8,7 @@ from typing import Any
 from analysis.dof import Dof
 from api.errors import ApiError
 from api.settings import ChannelSettings, Settings
+from rig.operator import Event, HammerStarted
 from simlab.hand_server import Hand
 from simlab.laboratory import Addresses, LaboratoryProcess
 
@@ -93,6 +94,12 @@ class SimulatedOperator:
 
     def __init__(self, hand: Hand) -> None:
         self._hand = hand
+        self._peak_force: float | None = None
+
+    def observe(self, event: Event) -> None:
+        """Strike as hard as the hammer step asks for."""
+        if isinstance(event, HammerStarted):
+            self._peak_force = event.peak_force
 
     def strike(self, point: Dof, blow: int) -> None:  # noqa: ARG002 - an operator is told the count and may not care
         """Strike `point`.
@@ -100,7 +107,7 @@ class SimulatedOperator:
         Raises:
             ApiError: no hammer reaches that point of the bench.
         """
-        self._do("strike", node=point.node, direction=point.direction.value)
+        self._do("strike", node=point.node, direction=point.direction.value, peak_force=self._peak_force)
 
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` into the tester.

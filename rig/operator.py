@@ -58,6 +58,24 @@ def unobserved(event: Event) -> None:
     """Observe nothing: the observer of a sequence that nobody watches."""
 
 
+def told(*observers: Observer) -> Observer:
+    """One observer that tells several, in this order."""
+
+    def tell(event: Event) -> None:
+        for observer in observers:
+            observer(event)
+
+    return tell
+
+
+@dataclass(frozen=True)
+class HammerStarted(Event):
+    """Roving-hammer set `set_number` begins: blows of about `peak_force` N."""
+
+    set_number: int
+    peak_force: float
+
+
 @dataclass(frozen=True)
 class RateCoerced(Event):
     """The instrument cannot sample at `requested` Hz; it samples, and everything reckons, at `used` Hz."""

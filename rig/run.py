@@ -14,7 +14,7 @@ from rig.control import RunControl, RunStoppedError
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.measured import Measured, ResumeError, measured_of
-from rig.operator import BEAM, Observer, Operator, RunContinued, RunStarted, unobserved
+from rig.operator import BEAM, HammerStarted, Observer, Operator, RunContinued, RunStarted, unobserved
 from rig.recording import BlowRecorder, SineRecorder
 from rig.sequence import BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
 from rig.steps import (
@@ -207,6 +207,7 @@ class _Work:
         channels = channels_of(step, self.instruments)
         if self.hangs_beam:
             self.operator.mount(BEAM, step.beam)
+        self.observer(HammerStarted(set_number, step.peak_force))
         with self.instruments.acquisition() as (chassis, thermometer):
             recorder = BlowRecorder(self.catalogue, self.run, set_number, thermometer)
             run_hammer_session(

@@ -24,6 +24,7 @@ from api.progress import on_terminal
 from api.report.page import write_report
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
+from rig.operator import told
 from rig.run import run_sequence
 from simlab.hand_server import Hand
 
@@ -74,7 +75,9 @@ def demo(
         with open_catalogue(settings) as catalogue:
             with watch.stage("measure"), SequenceProgress(document, progress_console) as progress:
                 operator = SimulatedOperator(laboratory.hand)
-                run = run_sequence(document, instruments_of(settings), catalogue, operator, progress)
+                run = run_sequence(
+                    document, instruments_of(settings), catalogue, operator, told(progress, operator.observe)
+                )
             with watch.stage("identify"):
                 found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
                 store_identification(catalogue, run, found)

@@ -16,6 +16,7 @@ from analysis.modal.estimation import ModalEstimate
 from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse, Route
+from api.identification.levels import Level
 from api.identification.pipeline import Identification
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import TesterCorrections
@@ -34,6 +35,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
+            "levels": [_level(level) for level in found.levels],
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "direct_claims": {name: direct.claims for name, direct in found.direct.items()},
@@ -112,6 +114,22 @@ def _inverse(route: Route[Any]) -> dict[str, Any]:
 def _gates(inverse: Inverse) -> list[dict[str, Any]]:
     gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
     return [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]
+
+
+def _level(level: Level) -> dict[str, Any]:
+    """One hammer set by itself: joints at the amplitude that its blows caused."""
+    joints = {
+        name: {"amplitude_pp_mm": 1e3 * level.amplitude_pp[name] if name in level.amplitude_pp else None}
+        | _joint(joint)
+        for name, joint in level.fit.joints.items()
+    }
+    return {
+        "set": level.number,
+        "peak_force": level.peak_force,
+        "temperature_c": level.temperature_c,
+        "passed": level.fit.passed,
+        "joints": joints,
+    }
 
 
 def _weak_directions(route: Route[Any]) -> list[str]:

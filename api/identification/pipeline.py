@@ -6,9 +6,6 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from analysis.blow_amplitude import BlowForce, joint_amplitudes_pp
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointTerms
 from analysis.direct.joint_law import JointLaw
@@ -17,11 +14,10 @@ from analysis.inverse.joint_fit import JointFit
 from api.errors import ApiError
 from api.identification.direct import Direct, direct_of
 from api.identification.inverse import Inverse, inverse_of
+from api.identification.levels import Level, blow_amplitudes_pp, levels_of
 from api.identification.measurement import Measurement
 from api.identification.suspended import SuspendedBeam, suspended_beam_of
 from api.identification.tester_corrections import TesterCorrections, corrected
-
-BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +28,7 @@ class Identification:
         measurement: what it was made from.
         suspended: the beam without its joints, or None; its damping is then that of the inverse method.
         inverse: from the hammer, or None.
+        levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
         comparison: element by element, where both are there.
         corrections: what was done to the sine points.
@@ -41,6 +38,7 @@ class Identification:
     measurement: Measurement
     suspended: SuspendedBeam | None
     inverse: Inverse | None
+    levels: tuple[Level, ...]
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
     corrections: TesterCorrections
@@ -66,10 +64,11 @@ def identify(measurement: Measurement, without: Collection[str] = ()) -> Identif
     suspended = suspended_beam_of(measurement)
     damping_ratios = None if suspended is None else suspended.result.damping_ratios
     inverse = inverse_of(measurement, damping_ratios) if measurement.sets else None
+    levels = levels_of(measurement, inverse) if inverse is not None else ()
     direct = direct_of(measurement)
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
     return Identification(
-        measurement, suspended, inverse, direct, comparison, corrections, time.perf_counter() - started
+        measurement, suspended, inverse, levels, direct, comparison, corrections, time.perf_counter() - started
     )
 
 
@@ -96,18 +95,12 @@ def _comparison(
 
 
 def _blow_amplitudes(measurement: Measurement, inverse: Inverse) -> dict[str, list[float]] | None:
-    """Peak-to-peak amplitude in m at which each predicted mode sees each joint, by joint.
-
-    None where a predicted mode does not decay: joints that feed energy fail their gate, and then no ring-down has an
-    amplitude; the smallest that the tester measured is the best there is.
-    """
-    predicted = inverse.likelihood.predicted
-    if np.any(predicted.poles.real >= 0):
-        return None
-    peak_force = measurement.sets[0].peak_force
-    blows = [BlowForce.from_peak(point, peak_force, BLOW_WIDTH, predicted) for point in inverse.measured.inputs]
+    """Of the reference set; where there are none, the smallest amplitude of the tester is the best there is."""
     nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
-    return {name: each.tolist() for name, each in joint_amplitudes_pp(predicted, nodes, blows).items()}
+    found = blow_amplitudes_pp(
+        inverse.likelihood.predicted, nodes, inverse.measured.inputs, measurement.sets[0].peak_force
+    )
+    return None if found is None else {name: each.tolist() for name, each in found.items()}
 
 
 def _sum_of_k11(fit: JointFit) -> Bounds:

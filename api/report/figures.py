@@ -177,3 +177,33 @@ def direct_against_inverse(label: str, unit: str, panels: Sequence[Panel], scale
         each.set_xlabel("frequency (Hz)")
     axes[0].legend(frameon=False, fontsize=8)
     return as_svg(drawn, label)
+
+
+@dataclass(frozen=True, eq=False)
+class LevelCurve:
+    """One joint by several hammer sets: amplitude in m p-p, rising, k22 in N/m (sets,), its interval (sets, 2)."""
+
+    amplitude_pp: Real
+    stiffness: Real
+    interval: Real
+
+
+def against_amplitude(curves: Mapping[str, LevelCurve]) -> str:
+    """Stiffness k22 of each joint against the amplitude that blows caused."""
+    drawn, (axes,) = figure(width=4.6, height=3.0)
+    for (name, curve), colour in zip(curves.items(), AMPLITUDE_COLOURS * 9, strict=False):
+        below, above = curve.stiffness - curve.interval[:, 0], curve.interval[:, 1] - curve.stiffness
+        axes.errorbar(
+            1e6 * curve.amplitude_pp,
+            curve.stiffness / 1e6,
+            np.stack([below, above]) / 1e6,
+            fmt="o-",
+            markersize=3,
+            color=colour,
+            linewidth=0.8,
+            label=f"joint {name}",
+        )
+    axes.set_xscale("log")
+    axes.set(xlabel="amplitude (um p-p)", ylabel="k22 (MN/m)")
+    axes.legend(frameon=False)
+    return as_svg(drawn, "Stiffness k22 against amplitude")

@@ -12,6 +12,7 @@ from api.errors import ApiError
 from api.identification.pipeline import Identification
 from api.report.direct import direct_sections
 from api.report.inverse import inverse_sections
+from api.report.levels import levels_section
 from api.report.section import Section, Table
 from api.report.suspended import suspended_section
 from store.provenance import software_version
@@ -34,6 +35,8 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
         sections.append(suspended_section(found.suspended))
     if found.inverse is not None:
         sections += inverse_sections(found.inverse, found.measurement.left_out)
+    if found.levels:
+        sections.append(levels_section(found.levels))
     sections += direct_sections(found)
     text = _template().render(
         title=found.measurement.title,

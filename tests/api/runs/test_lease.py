@@ -1,0 +1,102 @@
+"""The control lease: one driver at a time, for as long as it is renewed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from api.runs.events import LeaseChanged
+from api.runs.lease import DURATION, ControlLease, LeaseError
+from rig.operator import Event
+
+
+@dataclass
+class Clock:
+    now: float = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def told() -> list[Event]:
+    return []
+
+
+@pytest.fixture
+def lease(clock: Clock, told: list[Event]) -> ControlLease:
+    return ControlLease(told.append, clock)
+
+
+def test_it_ends_by_itself_unless_it_is_renewed(lease: ControlLease, clock: Clock) -> None:
+    held = lease.take("page")
+    clock.now += DURATION - 1
+    lease.renew(held.token)
+    clock.now += DURATION - 1
+    lease.check(held.token)
+    clock.now += 2
+    assert lease.holder is None
+    with pytest.raises(LeaseError, match="nobody drives the rig"):
+        lease.check(held.token)
+    with pytest.raises(LeaseError, match="nobody drives the rig"):
+        lease.renew(held.token)
+
+
+def test_nobody_else_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:
+    lease.take("page")
+    clock.now += 10
+    with pytest.raises(LeaseError, match="page drives the rig for 50 s more"):
+        lease.take("script")
+    for token in (None, "", "guess", "ü"):
+        with pytest.raises(LeaseError, match="page drives the rig"):
+            lease.check(token)
+
+
+def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLease, told: list[Event]) -> None:
+    former = lease.take("page")
+    latter = lease.take("engineer", by_force=True)
+    lease.check(latter.token)
+    with pytest.raises(LeaseError, match="engineer drives the rig"):
+        lease.check(former.token)
+    lease.give_back(latter.token)
+    assert told == [LeaseChanged("page"), LeaseChanged("engineer"), LeaseChanged(None)]
+
+
+@given(st.lists(st.tuples(st.sampled_from(["take", "renew", "give back", "wait"]), st.integers(0, 2)), max_size=40))
+def test_however_often_it_changes_hands_one_token_at_most_is_good(deeds: list[tuple[str, int]]) -> None:
+    clock, told = Clock(), list[Event]()
+    lease, tokens = ControlLease(told.append, clock), ["none", "none", "none"]
+    actions: dict[str, Callable[[int], object]] = {
+        "take": lambda who: lease.take(str(who)).token,
+        "renew": lambda who: lease.renew(tokens[who]).token,
+        "give back": lambda who: lease.give_back(tokens[who]),
+    }
+    for deed, who in deeds:
+        if deed == "wait":
+            clock.now += DURATION / 2
+            continue
+        try:
+            made = actions[deed](who)
+        except LeaseError:
+            continue
+        if isinstance(made, str):
+            tokens[who] = made
+    good = [who for who in range(3) if _is_good(lease, tokens[who])]
+    assert [str(who) for who in good] == ([] if lease.holder is None else [lease.holder])
+
+
+def _is_good(lease: ControlLease, token: str) -> bool:
+    try:
+        lease.check(token)
+    except LeaseError:
+        return False
+    return True

@@ -1,11 +1,136 @@
-"""Files that a click fetches: tables as CSV, and what an export made."""
+"""Files that a click fetches: tables of a run as CSV, and what an export made."""
 
 from __future__ import annotations
 
-from fastapi import FastAPI
+import csv
+import io
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
+from fastapi import FastAPI, Request
+from fastapi.responses import FileResponse, Response
+from sqlalchemy.orm import Session
+
+from api.jobs.kinds import exports_folder
+from api.page.visitor import visitor_of
 from api.service.context import Services
+from api.service.problems import AccessError
+from store.analyses import AnalysisKind, latest_analysis
+from store.comparisons import list_comparisons
+from store.dynamic_stiffness import list_dynamic_stiffness
+from store.errors import NotFoundError
+from store.frequency_responses import list_frequency_responses
+from store.jobs import get_job
+from store.joint_matrices import list_joint_matrices
+from store.keys import Scope
+from store.modes import get_modes
+
+Rows = Iterable[tuple[Any, ...]]
+MEDIA = {".html": "text/html", ".zip": "application/zip", ".h5": "application/x-hdf5"}
+
+POINT_COLUMNS = (
+    "order_number",
+    "specimen",
+    "configuration",
+    "amplitude_pp_mm",
+    "frequency",
+    "stiffness",
+    "stiffness_se",
+    "damping",
+    "damping_se",
+    "loss_factor",
+    "loss_factor_se",
+    "temperature_c",
+)
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:
-    """Routes of files."""
+    """Routes of files, for whoever may read."""
+
+    def check(request: Request) -> None:
+        caller = visitor_of(services, request).caller()
+        if Scope.READ not in caller.scopes:
+            raise AccessError(403, f"this needs the scope {Scope.READ}; log in with another key")
+
+    @app.get("/page/files/{job_id}", include_in_schema=False)
+    def file(request: Request, job_id: int) -> Response:
+        """What an export made; a report opens in the browser."""
+        check(request)
+        with services.catalogue.reading() as session:
+            job = get_job(session, job_id)
+        path = exports_folder(services.catalogue) / str((job.result or {}).get("file", ""))
+        if job.kind != "export" or not path.is_file():
+            raise NotFoundError(f"job {job_id} made no file, or it was removed; ask for it again")
+        shown = "inline" if path.suffix == ".html" else "attachment"
+        return FileResponse(
+            path, media_type=MEDIA[path.suffix], filename=path.name, content_disposition_type=shown
+        )  # fmt: skip
+
+    @app.get("/page/tables/{run_id}/{name}.csv", include_in_schema=False)
+    def csv_table(request: Request, run_id: int, name: str) -> Response:
+        """One table of a run: SI units in the head, decimals after a point."""
+        check(request)
+        if name not in TABLES:
+            raise NotFoundError(f"there is no table {name}; there are {', '.join(TABLES)}")
+        with services.catalogue.reading() as session:
+            text = as_csv(TABLES[name](session, run_id))
+        saved = {"Content-Disposition": f'attachment; filename="run-{run_id}-{name}.csv"'}
+        return Response(text, media_type="text/csv", headers=saved)
+
+
+def as_csv(rows: Rows) -> str:
+    """Rows as CSV text; the first one is the head."""
+    buffer = io.StringIO()
+    csv.writer(buffer).writerows(rows)
+    return buffer.getvalue()
+
+
+def _modes(session: Session, run_id: int) -> Rows:
+    modes = get_modes(session, latest_analysis(session, run_id, AnalysisKind.MODES).id)
+    assert modes.frequency_ci95 is not None
+    assert modes.loss_factor_ci95 is not None
+    yield "mode", "frequency_hz", "low_hz", "high_hz", "loss_factor", "loss_factor_low", "loss_factor_high"
+    for index, frequency in enumerate(modes.frequency):
+        loss = modes.loss_factor[index], *modes.loss_factor_ci95[index]
+        yield index + 1, frequency, *modes.frequency_ci95[index], *loss
+
+
+def _joints(session: Session, run_id: int) -> Rows:
+    analysis = latest_analysis(session, run_id, AnalysisKind.JOINT_MATRICES)
+    yield "joint", "row", "column", "k", "k_low", "k_high", "h", "h_low", "h_high", "observable"
+    for joint in list_joint_matrices(session, analysis.id):
+        for at in ((row, column) for row in range(3) for column in range(3)):
+            k, h = (joint.stiffness[at], *joint.stiffness_ci95[at]), (joint.damping[at], *joint.damping_ci95[at])
+            yield joint.joint, at[0] + 1, at[1] + 1, *k, *h, bool(joint.observable[at])
+
+
+def _dynamic_stiffness(session: Session, run_id: int) -> Rows:
+    points = list_dynamic_stiffness(session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id)
+    yield POINT_COLUMNS
+    for point in points:
+        yield tuple(getattr(point, name) for name in POINT_COLUMNS)
+
+
+def _accelerances(session: Session, run_id: int) -> Rows:
+    yield "set", "input", "response", "frequency_hz", "real", "imaginary", "coherence"
+    for each in list_frequency_responses(session, run_id):
+        for row, point in enumerate(each.inputs):
+            for index, frequency in enumerate(each.frequency):
+                value = each.accelerance[row, index]
+                coherence = "" if each.coherence is None else each.coherence[row, index]
+                yield each.number, point, each.response, frequency, value.real, value.imag, coherence
+
+
+def _comparison(session: Session, run_id: int) -> Rows:
+    yield "joint", "element", "inverse_low", "inverse_high", "direct_low", "direct_high", "verdict", "reason"
+    for each in list_comparisons(session, latest_analysis(session, run_id, AnalysisKind.COMPARISONS).id):
+        yield each.joint, each.element, *(each.inverse or ("", "")), *each.direct, each.verdict, each.reason
+
+
+TABLES: Mapping[str, Callable[[Session, int], Rows]] = {
+    "modes": _modes,
+    "joints": _joints,
+    "dynamic_stiffness": _dynamic_stiffness,
+    "accelerances": _accelerances,
+    "comparison": _comparison,
+}

@@ -90,10 +90,14 @@ class Frame:
     async def read(self, look: Callable[[], Found]) -> Found | None:
         """What `look` reads, in a thread of its own; None, and trouble is told, where that fails."""
         try:
-            return await run.io_bound(look)
+            return await self.reading(look)
         except EXPECTED as error:
             self.tell(str(error))
             return None
+
+    async def reading(self, look: Callable[[], Found]) -> Found | None:
+        """What `look` reads, in a thread of its own; None where the service is being stopped."""
+        return await run.io_bound(look)
 
     async def _look(self) -> None:
         """Show what has changed since the last look."""

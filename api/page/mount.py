@@ -32,6 +32,9 @@ _VIEWS = (
     _View("Measure", views.measure.build),
     _View("Hammer", views.hammer.build),
     _View("Sweep", views.sweep.build),
+    _View("Runs", views.runs.build),
+    _View("Results", views.results.build),
+    _View("Laboratory", views.laboratory.build),
 )
 
 

@@ -1,0 +1,90 @@
+"""Accelerances, the stabilisation chart, and mode shapes that move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.modal.stabilisation import Stabilisation
+from api.page.charts.axes import BLACK, BLUE, COLOURS, ORANGE, Options, Real, axis, dots, line, plot
+from api.report.section import number
+
+Complex = NDArray[np.complex128]
+SHOWN = 1  # accelerances that are shown at once; the legend shows the others
+PHASES = 16  # of one cycle
+
+
+def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *, phase: bool = False) -> Options:
+    """Magnitude in (m/s^2)/N or phase in degrees of each row of (rows, lines) accelerances over frequency in Hz."""
+    keep = frequency > 0
+    values = np.degrees(np.angle(accelerance)) if phase else np.abs(accelerance)
+    series = [
+        line(name, frequency[keep], row[keep], color=colour, lineStyle={"width": 1.2}, sampling="lttb")
+        for name, row, colour in zip(names, values, COLOURS * 9, strict=False)
+    ]
+    scale = axis("phase (°)", low=-180, high=180) if phase else axis("|A| ((m/s²)/N)", log=True)
+    made = plot(series, axis("frequency (Hz)", low=0, high=float(frequency[-1])), scale, zoom=True)
+    made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
+    return made
+
+
+def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Options:
+    """Coherence of each row over frequency in Hz."""
+    series = [
+        line(name, frequency, row, color=colour, lineStyle={"width": 1.2}, sampling="lttb")
+        for name, row, colour in zip(names, coherence, COLOURS * 9, strict=False)
+    ]
+    made = plot(series, axis("frequency (Hz)"), axis("coherence", low=0, high=1), zoom=True)
+    made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
+    return made
+
+
+def stabilisation(chart: Stabilisation, frequency: Real, sum_of_rows: Real, found: Real) -> Options:
+    """Poles of every model order over frequency in Hz, over the sum of all accelerances; `found` are the modes."""
+    kinds = (
+        ("new", ~chart.stable, "#b0b0b0", "circle", 4),
+        ("stable", chart.stable & (chart.column < 0), BLUE, "emptyCircle", 5),
+        ("candidate mode", chart.column >= 0, ORANGE, "triangle", 7),
+    )
+    series = [
+        dots(
+            name, chart.frequency[which], chart.order[which].astype(float), color=colour, symbol=symbol, symbolSize=size
+        )
+        for name, which, colour, symbol, size in kinds
+    ]
+    marks = [{"xAxis": round(float(each), 3)} for each in found]
+    series.append(
+        line("sum of accelerances", frequency, sum_of_rows, color=BLACK, yAxisIndex=1, lineStyle={"width": 1})
+        | {"markLine": {"symbol": "none", "silent": True, "label": {"show": False}, "data": marks}}
+    )
+    made = plot(series, axis("frequency (Hz)"), axis("model order"), zoom=True)
+    right = axis("Σ|A| ((m/s²)/N)", log=True) | {"nameGap": 56, "splitLine": {"show": False}}
+    return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
+
+
+def moving_shape(name: str, positions: Real, shape: Complex, length: float) -> str:
+    """One transverse shape (points,) at `positions` in m, swinging as it does: a complex shape travels."""
+    order = np.argsort(positions)
+    x = 30 + 440 * positions[order] / length
+    turned = shape[order] * np.exp(-1j * np.angle(shape[np.argmax(np.abs(shape))]))
+    swing = turned / max(float(np.abs(turned).max()), 1e-300)
+    frames = [_points(x, (swing * np.exp(2j * np.pi * k / PHASES)).real) for k in range(PHASES + 1)]
+    ghost = _points(x, -swing.real)
+    return (
+        f'<svg viewBox="0 0 500 150" role="img" aria-label="{name}"><line x1="30" x2="470" y1="75" y2="75" '
+        f'stroke="#999" stroke-dasharray="5 5"/><polyline points="{ghost}" fill="none" stroke="#bbb" stroke-width="2"/>'
+        f'<polyline points="{frames[0]}" fill="none" stroke="{BLUE}" stroke-width="5" stroke-linejoin="round">'
+        f'<animate attributeName="points" dur="1.6s" repeatCount="indefinite" values="{";".join(frames)}"/></polyline>'
+        f'<text x="30" y="20" font-size="19" font-weight="700">{name}</text></svg>'
+    )
+
+
+def mode_name(index: int, frequency: float) -> str:
+    """What a mode is called."""
+    return f"mode {index + 1}, {number(frequency, 4)} Hz"
+
+
+def _points(x: Real, y: Real) -> str:
+    return " ".join(f"{a:.1f},{75 - 48 * b:.1f}" for a, b in zip(x, y, strict=True))

@@ -1,0 +1,95 @@
+"""Jobs on a run and the files that came of them: identify, diagnose, report, bundle, HDF5; tables as CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from functools import partial
+
+from nicegui import ui
+
+from api.page.controls import button
+from api.page.downloads import TABLES
+from api.page.frame import Frame
+from api.page.markup import Cell, Link, show, table
+from api.page.words import moment
+from api.service.access import Caller
+from api.service.context import queue
+from store.jobs import Job, JobState, list_jobs
+from store.keys import Scope
+from store.runs import Run
+
+LOOK = 0.5  # s
+LABELS = {"bundle": "Bundle (UFF, CSV)", "hdf5": "HDF5", "report": "Report"}
+CHANGING = {"identify", "diagnose"}
+
+
+def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) -> None:
+    """Buttons that queue jobs on a run, and how far they are; `refresh` is called when one brought new results."""
+    show("<h2>Do with this run</h2>")
+    with ui.element("div").classes("row-of"):
+        button("Identify", lambda: _queue(frame, "identify", {"run": run.id}), main=True)
+        button("Diagnose the gap", lambda: _queue(frame, "diagnose", {"run": run.id}))
+        for form, label in LABELS.items():
+            button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
+    listed = show("").props('aria-live="polite"')
+    show(_tables(run))
+    seen: list[tuple[int, JobState, int]] = []
+
+    async def look() -> None:
+        jobs = await frame.read(lambda: _jobs(frame, run))
+        now = [(job.id, job.state, job.done) for job in jobs or ()]
+        if jobs is None or now == seen:
+            return
+        changed = {state[0] for state in now if state not in seen}
+        first = not seen
+        seen[:] = now
+        listed.set_content(_list(jobs))
+        if not first and any(job.id in changed and job.kind in CHANGING and _is_done(job) for job in jobs):
+            await refresh()
+
+    ui.timer(LOOK, look)
+
+
+def _queue(frame: Frame, kind: str, parameters: dict[str, object]) -> Awaitable[object]:
+    def add(caller: Caller) -> Job:
+        return queue(frame.services).add(kind, parameters, caller.name)
+
+    return frame.deeds.act(Scope.ANALYSE, f"queue {kind}", f"run {parameters['run']}", add)
+
+
+def _jobs(frame: Frame, run: Run) -> list[Job]:
+    with frame.services.catalogue.reading() as session:
+        return [job for job in list_jobs(session, limit=50) if job.parameters.get("run") == run.id][:8]
+
+
+def _is_done(job: Job) -> bool:
+    return job.state is JobState.DONE
+
+
+def _list(jobs: list[Job]) -> str:
+    if not jobs:
+        return ""
+    return table("Jobs", ("job", "what", "asked at", "state", ""), map(_row, jobs))
+
+
+def _row(job: Job) -> tuple[Cell, ...]:
+    what = " ".join(str(part) for part in (job.kind, job.parameters.get("form", "")) if part)
+    progress = (
+        f"{job.state}: {job.stage}, {job.done} of {job.total}" if job.stage and not job.result else job.state.value
+    )
+    return str(job.id), what, moment(job.created_at), progress, _outcome(job)
+
+
+def _outcome(job: Job) -> Cell:
+    if job.error:
+        return job.error
+    if job.kind == "export" and job.result:
+        return Link(f"Open {job.result['file']}", f"/page/files/{job.id}")
+    if job.kind == "diagnose" and job.result:
+        return Link("Open the diagnosis", f"/page/gap?diagnosis={job.result['diagnosis']}")
+    return ""
+
+
+def _tables(run: Run) -> str:
+    links = " · ".join(f'<a href="/page/tables/{run.id}/{name}.csv">{name.replace("_", " ")}</a>' for name in TABLES)
+    return f"<p>Tables as CSV: {links}</p>"

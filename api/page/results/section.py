@@ -1,0 +1,77 @@
+"""What a section of results is, and where its numbers come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from api.page.markup import Link, details, show, terms
+from api.page.words import moment
+from store.analyses import Analysis, get_analysis, list_analyses
+from store.catalogue import Catalogue
+from store.runs import Run
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class Section(Generic[Found]):
+    """One section.
+
+    Attributes:
+        title: its heading, which is also its name in the address.
+        missing: what to do first where there is nothing to show.
+        read: what it shows of a run; raises NotFoundError where there is nothing.
+        draw: puts that on the page.
+    """
+
+    title: str
+    missing: str
+    read: Callable[[Catalogue, Run], Found]
+    draw: Callable[[Run, Found], None]
+
+
+def analyses_of(catalogue: Catalogue, run: Run, kind: str) -> list[Analysis]:
+    """The analyses of a kind of a run, newest first."""
+    with catalogue.reading() as session:
+        return list_analyses(session, run.id, kind)
+
+
+def show_origin(analysis: Analysis) -> None:
+    """Where the numbers above come from, one click away."""
+    show(details("Where is this from?", terms(origin(analysis))))
+
+
+def origin(analysis: Analysis) -> dict[str, str | Link]:
+    """Terms that say what an analysis was made by and from."""
+    settings = ", ".join(f"{name} = {_short(value)}" for name, value in analysis.settings.items())
+    return {
+        "analysis": f"{analysis.id}, {analysis.kind}",
+        "method": analysis.method,
+        "settings": settings or "none",
+        "made from": ", ".join(
+            [*(f"run {run}" for run in analysis.runs), *(f"analysis {parent}" for parent in analysis.parents)]
+        ),
+        "made at": moment(analysis.created_at),
+        "software": analysis.software_version,
+        "configuration": analysis.configuration_hash,
+    }
+
+
+def ancestors(catalogue: Catalogue, analysis: Analysis) -> list[Analysis]:
+    """The analyses that an analysis was made from, and theirs."""
+    found: dict[int, Analysis] = {}
+    with catalogue.reading() as session:
+        left = list(analysis.parents)
+        while left:
+            number = left.pop(0)
+            if number not in found:
+                found[number] = get_analysis(session, number)
+                left += found[number].parents
+    return list(found.values())
+
+
+def _short(value: Any) -> str:
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return text if len(text) < 120 else f"{text[:117]}…"

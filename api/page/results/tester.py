@@ -1,0 +1,69 @@
+"""The direct method: k and gamma of the cylinders over frequency for each amplitude, with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from nicegui import ui
+
+from api.page.charts import sines
+from api.page.controls import chart
+from api.page.markup import paragraph, show
+from api.page.results.section import Section, analyses_of, show_origin
+from store.analyses import Analysis, AnalysisKind
+from store.catalogue import Catalogue
+from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.errors import NotFoundError
+from store.runs import Run
+
+HALF_WIDTH = 1.96  # standard errors of a 95 % interval
+Found = tuple[Analysis, list[DynamicStiffness]]
+
+
+def _read(catalogue: Catalogue, run: Run) -> Found:
+    analyses = analyses_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS)
+    if not analyses:
+        raise NotFoundError(f"run {run.id} has no dynamic stiffness")
+    with catalogue.reading() as session:
+        return analyses[0], list_dynamic_stiffness(session, analyses[0].id)
+
+
+def _draw(_run: Run, found: Found) -> None:
+    analysis, points = found
+    show(f"<p>{len(points)} sine points; bars are 95 % intervals. The legend hides and shows amplitudes.</p>")
+    mountings = dict.fromkeys((point.specimen, point.configuration) for point in points)
+    with ui.element("div").classes("cards"):
+        for specimen, configuration in mountings:
+            own = [point for point in points if (point.specimen, point.configuration) == (specimen, configuration)]
+            where, name = f"joint {specimen} in {configuration}", f"{specimen}-{configuration}"
+            k = curves(own, lambda p: p.stiffness / 1e6, lambda p: (p.stiffness_se or 0.0) / 1e6)
+            chart(f"k, {where}", sines.with_intervals(k, "k (MN/m)", {}), f"k-{name}")
+            gamma = curves(own, lambda p: p.loss_factor, lambda p: p.loss_factor_se or 0.0)
+            chart(f"γ, {where}", sines.with_intervals(gamma, "γ", {}), f"gamma-{name}")
+    flagged = [point for point in points if point.flags]
+    if flagged:
+        first = flagged[0]
+        where = f"{first.specimen} in {first.configuration} at {first.frequency:g} Hz"
+        paragraph(f"{len(flagged)} points have something to mind; the first, {where}: {first.flags[0]}.")
+    show_origin(analysis)
+
+
+def curves(
+    points: Sequence[DynamicStiffness],
+    value: Callable[[DynamicStiffness], float],
+    error: Callable[[DynamicStiffness], float],
+) -> dict[float, sines.Banded]:
+    """One curve for each amplitude, largest first, over rising frequency, with half-widths of 95 % intervals."""
+    made = {}
+    for amplitude in sorted({point.amplitude_pp_mm for point in points}, reverse=True):
+        own = sorted((p for p in points if p.amplitude_pp_mm == amplitude), key=lambda point: point.frequency)
+        made[amplitude] = (
+            np.array([point.frequency for point in own]),
+            np.array([value(point) for point in own]),
+            np.array([HALF_WIDTH * error(point) for point in own]),
+        )
+    return made
+
+
+SECTION = Section("Tester", "Press Identify: k and gamma are computed from the records of the sweep.", _read, _draw)

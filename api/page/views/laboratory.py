@@ -1,0 +1,154 @@
+"""The laboratory: instruments with their calibrations, limits in force, keys, and who did what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from datetime import UTC, date, datetime, timedelta
+from functools import partial
+from html import escape
+
+from nicegui import ui
+
+from api.page.controls import button
+from api.page.frame import Frame
+from api.page.markup import Cell, filters, show, table, tabs
+from api.page.words import moment
+from api.service.access import Caller
+from store.audit import list_audit_entries
+from store.calibrations import list_calibrations, list_known_instruments
+from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
+
+INSTRUMENTS, KEYS, AUDIT = "Instruments", "Keys", "Audit log"
+DUE = timedelta(days=365)
+KEY_DAYS = 365
+
+
+def build(frame: Frame, query: Mapping[str, str]) -> None:
+    """Build the part that the address names."""
+    part = query.get("part", INSTRUMENTS)
+    show(tabs("parts", {name: f"/page/laboratory?part={name}" for name in (INSTRUMENTS, KEYS, AUDIT)}, part))
+    if part == KEYS:
+        _keys(frame)
+    elif part == AUDIT:
+        _audit(frame, query)
+    else:
+        _instruments(frame)
+        _limits(frame)
+    show('<form method="post" action="/page/log-out"><button class="act">Log out</button></form>')
+
+
+def _instruments(frame: Frame) -> None:
+    runs = frame.services.runs
+    if runs is not None:
+        rows: list[tuple[Cell, ...]] = [
+            (each.name, each.physical, f"{each.sensitivity:.6g} V/({each.unit})", each.serial, due(each.calibrated_on))
+            for each in runs.instruments.channels
+        ]
+        head = ("channel", "terminal", "sensitivity", "sensor", "calibrated on")
+        show(table("Channels of the next run", head, rows))
+    with frame.services.catalogue.reading() as session:
+        known = list_known_instruments(session)
+        calibrations = {each.id: list_calibrations(session, each.id) for each in known}
+    rows = [
+        (each.kind, each.model, each.serial, ", ".join(due(found.calibrated_on) for found in calibrations[each.id]))
+        for each in known
+    ]
+    if rows:
+        show(table("Instruments that were ever used", ("kind", "model", "serial", "calibrated on"), rows))
+    else:
+        show("<p>No instrument was used yet; they are noted with the first run.</p>")
+
+
+def due(calibrated_on: date | None) -> str:
+    """When something was calibrated, and whether that is more than a year ago."""
+    if calibrated_on is None:
+        return "–"
+    late = date.today() - calibrated_on > DUE
+    return f"{calibrated_on} – more than a year ago, calibrate it" if late else str(calibrated_on)
+
+
+def _limits(frame: Frame) -> None:
+    runs = frame.services.runs
+    if runs is None:
+        return
+    limits = runs.instruments.limits
+    rows = [(field.name.replace("_", " "), f"{getattr(limits, field.name)}") for field in fields(limits)]
+    show(table("Limits of the tester that runs keep to, SI units", ("limit", "value"), rows))
+
+
+def _keys(frame: Frame) -> None:
+    if Scope.ADMIN not in frame.caller.scopes:
+        show(f"<p>Keys are looked after by whoever has the scope {Scope.ADMIN}; ask them.</p>")
+        return
+    place = ui.element("div").classes("w-full")
+
+    def draw() -> None:
+        place.clear()
+        with frame.services.catalogue.reading() as session:
+            keys = list_keys(session)
+        with place:
+            show(table("Keys", ("key", "name", "scopes", "made", "ends", "revoked"), map(_key, keys)))
+            with ui.element("div").classes("row-of"):
+                for key in keys:
+                    if key.is_valid(datetime.now(UTC)):
+                        button(f"Revoke key {key.id}", partial(_revoke, frame, key.id, draw))
+
+    draw()
+    show("<h2>Make a key</h2>")
+    with ui.element("div").classes("row-of"):
+        name = ui.input("Name of the person or program").props("outlined")
+        chosen = {scope: ui.checkbox(scope.value, value=scope is Scope.READ) for scope in Scope}
+    secret = show("").props('aria-live="polite"')
+
+    async def make() -> None:
+        scopes = [scope for scope, box in chosen.items() if box.value]
+
+        def add(_caller: Caller) -> str:
+            ends = datetime.now(UTC) + timedelta(days=KEY_DAYS)
+            with frame.services.catalogue.writing() as session:
+                return add_key(session, name.value or "", scopes, ends)[1]
+
+        made = await frame.deeds.act(Scope.ADMIN, "create key", f"key of {name.value}", add)
+        if made is not None:
+            secret.set_content(
+                f'<p class="notice">The new key, shown only now: <code id="secret">{escape(made)}</code></p>'
+            )
+            draw()
+
+    button("Make the key", make, main=True)
+
+
+async def _revoke(frame: Frame, number: int, draw: Callable[[], None]) -> None:
+    def revoke(_caller: Caller) -> ApiKey:
+        with frame.services.catalogue.writing() as session:
+            return revoke_key(session, number)
+
+    if await frame.deeds.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
+        draw()
+
+
+def _key(key: ApiKey) -> tuple[Cell, ...]:
+    scopes = ", ".join(sorted(key.scopes))
+    return str(key.id), key.name, scopes, moment(key.created_at), moment(key.expires_at), moment(key.revoked_at)
+
+
+def _audit(frame: Frame, query: Mapping[str, str]) -> None:
+    action, words = query.get("action", ""), query.get("text", "")
+    if Scope.ADMIN not in frame.caller.scopes:
+        show(f"<p>The audit log is read by whoever has the scope {Scope.ADMIN}; ask them.</p>")
+        return
+    with frame.services.catalogue.reading() as session:
+        found = list_audit_entries(session, action=action or None, limit=200)
+    show(
+        filters({"part": ("Part", AUDIT, (AUDIT,)), "action": ("Action", action, ()), "text": ("Contains", words, ())})
+    )
+    rows = [
+        (moment(entry.at), entry.who, entry.action, entry.target, entry.outcome)
+        for entry in found
+        if words.lower() in f"{entry.who} {entry.action} {entry.target} {entry.outcome}".lower()
+    ]
+    if rows:
+        show(table("Who did what, newest first", ("when", "who", "what", "to what", "outcome"), rows))
+    else:
+        show("<p>Nothing that fits was done yet. Everything that moves the machine is noted here.</p>")

@@ -1,0 +1,80 @@
+"""Runs and specimens, with filters that stay in the address."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from api.page.frame import Frame
+from api.page.markup import Cell, Link, filters, show, table
+from api.page.words import moment
+from store.runs import Run, RunState, list_runs
+from store.specimens import Specimen, list_specimens
+
+KINDS = ("sequence", "import")
+LARGEST_PAGE = 100
+
+
+def build(frame: Frame, query: Mapping[str, str]) -> None:
+    """Build the list that the address asks for."""
+    state, kind = query.get("state", ""), query.get("kind", "")
+    article, words, before = query.get("article", ""), query.get("text", ""), query.get("before", "")
+    show(
+        filters(
+            {
+                "text": ("Title contains", words, ()),
+                "article": ("Test article", article, ()),
+                "state": ("State", state, tuple(RunState)),
+                "kind": ("Kind", kind, KINDS),
+            }
+        )
+    )
+    with frame.services.catalogue.reading() as session:
+        found = list_runs(
+            session,
+            kind=kind or None,
+            state=RunState(state) if state in tuple(RunState) else None,
+            article=article or None,
+            before=int(before) if before.isdecimal() else None,
+            limit=LARGEST_PAGE,
+        )
+        specimens = list_specimens(session, article=article or None)
+    shown = [run for run in found if words.lower() in run.title.lower()]
+    if not shown:
+        show(
+            "<p>No run fits. Take a filter away, or press <a href='/page/measure'>Measure</a> to make one; "
+            "<code>jointlab import</code> brings in what was measured elsewhere.</p>"
+        )
+    else:
+        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "started", ""), map(_row, shown)))
+    if len(found) == LARGEST_PAGE:
+        address = f"/page/runs?text={words}&state={state}&kind={kind}&article={article}&before={found[-1].id}"
+        show(table("Older runs", ("",), [(Link("show older runs", address),)]))
+    show("<h2>Specimens</h2>")
+    if specimens:
+        show(table("The cylinders of each joint", ("specimen", "test article", "joint", ""), map(_specimen, specimens)))
+    else:
+        show("<p>None yet: a specimen is known from its first sine point or its first identification on.</p>")
+
+
+def _row(run: Run) -> tuple[Cell, ...]:
+    way_on: Cell = ""
+    if run.state in (RunState.STOPPED, RunState.FAILED):
+        way_on = Link("measure the rest again", f"/page/measure?like={run.id}")
+    return (
+        Link(str(run.id), f"/page/results?run={run.id}"),
+        run.title,
+        Link(run.article, f"/page/runs?article={run.article}"),
+        run.kind,
+        run.state.value + (f": {run.reason}" if run.reason else ""),
+        moment(run.started_at),
+        way_on,
+    )
+
+
+def _specimen(specimen: Specimen) -> tuple[Cell, ...]:
+    return (
+        str(specimen.id),
+        Link(specimen.article, f"/page/runs?article={specimen.article}"),
+        specimen.name,
+        specimen.description or "",
+    )

@@ -78,11 +78,16 @@ def term_units(free_beam: FreeBeam, joints: int) -> Real:
 
 
 def bounded_inverse(information: Real, unit: Real) -> Real:
-    """Inverse of a Fisher information (terms, terms); what nothing determines is known to `UNKNOWN` units (terms,)."""
+    """Inverse of a Fisher information (terms, terms); what nothing determines is known to `UNKNOWN` units (terms,).
+
+    Its eigenvalues are positive: what rounding leaves below that is taken for the smallest number that rounding leaves.
+    """
     scaled = information * np.outer(unit, unit) + np.eye(unit.size) / UNKNOWN**2
     balance = 1 / np.sqrt(np.diag(scaled))
-    inverse = np.linalg.inv(scaled * np.outer(balance, balance))
-    return np.asarray(inverse * np.outer(balance * unit, balance * unit))
+    strength, axes = np.linalg.eigh(scaled * np.outer(balance, balance))
+    root = axes / np.sqrt(np.maximum(strength, unit.size * np.finfo(float).eps * strength[-1]))
+    root *= (balance * unit)[:, None]
+    return np.asarray(root @ root.T)
 
 
 def _model_change(

@@ -1,0 +1,59 @@
+"""`jointlab plan`: what the paper's test will tell, as text, as numbers and as pictures."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from api.errors import BAD_INPUT
+from tests.api.conftest import paper
+
+Command = Callable[..., CompletedProcess[str]]
+
+
+def test_the_papers_bench_is_planned_with_its_weak_directions_and_remedies(jointlab: Command, tmp_path: Path) -> None:
+    answer = jointlab("plan", "paper", "--json", "plan.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "k11(I) - k11(II) is known to +-" in answer.stdout
+    assert "taking k11 = k22 in each joint" in answer.stdout
+    document: dict[str, Any] = json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))
+    assert document["format"] == "jointlab-plan/1"
+    for joint in ("I", "II"):
+        k, half = (np.array(document["joints"][joint][name]) for name in ("k", "k_half_width95"))
+        assert 0.003 < half[1, 1] / k[1, 1] < 0.006  # a common factor: gain, density, modulus
+        assert half[0, 0] > 0.1 * k[0, 0]  # the sum of both alone is observable
+        assert document["design"][joint]["R"] == pytest.approx(2.5 / 0.4)
+    assert document["design"]["I"]["theta_deg"] == pytest.approx(45)
+    assert document["design"]["II"]["theta_deg"] == pytest.approx(-45)
+    conditions = np.array(document["studies"]["condition_numbers"]["modes 1-3"])
+    assert np.all(conditions[:20] < 6)
+    assert conditions[-1, 0] > 20
+    assert np.shape(document["studies"]["sensitivity"]) == (6, len(document["studies"]["k_bar"]))
+    page = (tmp_path / "plan.html").read_text(encoding="utf-8")
+    assert len(re.findall(r'<svg[^>]*aria-label="(?:Fig. [34]|Expected)', page)) == 3
+
+
+def test_less_noise_and_fewer_points_show_in_what_is_expected(jointlab: Command, tmp_path: Path) -> None:
+    document = paper()
+    document["article"]["tolerances"] = dict.fromkeys(document["article"]["tolerances"], 0.0)
+    (tmp_path / "exact.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    widths = []
+    for noise in (0.003, 0.0015):
+        assert jointlab("plan", "exact.yaml", "--noise", noise, "--json", "plan.json").returncode == 0
+        found = json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))
+        widths.append(found["joints"]["I"]["k_half_width95"][1][1])
+    assert widths[0] / widths[1] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_a_sequence_without_supported_beam_cannot_be_planned(jointlab: Command) -> None:
+    refused = jointlab("plan", "suspended")
+    assert refused.returncode == BAD_INPUT
+    assert "no hammer step on the supported beam to plan" in refused.stderr

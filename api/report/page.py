@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -38,12 +39,28 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
     if found.levels:
         sections.append(levels_section(found.levels))
     sections += direct_sections(found)
+    write_page(found.measurement.title, lead or _lead(found), sections, path)
+
+
+def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *, intervals: str = "95 %") -> None:
+    """Write sections as one HTML page that needs nothing from outside.
+
+    Args:
+        title, lead: heading, and the sentence under it.
+        sections: in order.
+        path: the HTML file.
+        intervals: what the page says of all intervals that do not say it themselves.
+
+    Raises:
+        ApiError: the file cannot be written.
+    """
     text = _template().render(
-        title=found.measurement.title,
-        lead=lead or _lead(found),
+        title=title,
+        lead=lead,
         written=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
         version=software_version(),
         sections=sections,
+        intervals=intervals,
     )
     try:
         path.write_text(text, encoding="utf-8")

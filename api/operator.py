@@ -17,6 +17,7 @@ from rig.operator import (
     BlowSuspected,
     Event,
     HammerStarted,
+    Operator,
     PointStarted,
     RateCoerced,
     RunContinued,
@@ -32,7 +33,7 @@ from rig.operator import (
 from rig.sequence import Sequence
 
 
-class TerminalOperator:
+class TerminalOperator(Operator):
     """Prompts a person: strikes are announced, mounting is confirmed with Enter."""
 
     def __init__(self, console: Console) -> None:

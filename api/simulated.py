@@ -8,7 +8,7 @@ from typing import Any
 from analysis.dof import Dof
 from api.errors import ApiError
 from api.settings import ChannelSettings, Settings
-from rig.operator import Event, HammerStarted
+from rig.operator import Event, HammerStarted, Operator
 from simlab.hand_server import Hand
 from simlab.laboratory import Addresses, LaboratoryProcess
 
@@ -89,7 +89,7 @@ def simulated_laboratory(seed: int, speed: float) -> LaboratoryProcess:
         raise ApiError(str(error)) from error
 
 
-class SimulatedOperator:
+class SimulatedOperator(Operator):
     """An operator who strikes and mounts on the simulated bench the moment a sequence asks for it."""
 
     def __init__(self, hand: Hand) -> None:

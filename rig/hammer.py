@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -147,6 +148,7 @@ def run_hammer_session(
             already = (so_far or {}).get(point, PointSoFar())
             if already.accepted < settings.blows:
                 observer(PointStarted(point, index, len(settings.points)))
+                session.control.carry_out(partial(operator.go_to, point), observer)
                 session.measure(point, already)
 
 

@@ -17,6 +17,10 @@ from store.sine_records import BLANK
 class Operator(Protocol):
     """Whoever strikes the beam and mounts specimens: a technician who is prompted, or a simulated hand."""
 
+    def go_to(self, point: Dof) -> None:  # noqa: ARG002 - whoever waits for somebody overrides it
+        """Take the hammer to `point`; return when the trigger may be armed. At once, unless somebody is waited for."""
+        return
+
     def strike(self, point: Dof, blow: int) -> None:
         """Strike `point` now: the trigger is armed and waits. `blow` counts from 1 and includes refused blows.
 

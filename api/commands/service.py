@@ -16,11 +16,11 @@ from api.errors import ApiError
 from api.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
+from api.runs.prompts import Hands
 from api.service.application import create_app
 from api.service.context import Services
 from api.settings import Settings, load_settings
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
-from rig.operator import Operator
 from store.catalogue import Catalogue
 from store.keys import count_keys
 
@@ -74,7 +74,7 @@ def is_loopback(host: str) -> bool:
 @contextmanager
 def _laboratory(
     settings: Settings, simulated: bool, seed: int, speed: float
-) -> Iterator[tuple[Settings, Operator | None]]:
+) -> Iterator[tuple[Settings, Hands | None]]:
     """The settings to work with, and hands where the bench is simulated."""
     if not simulated:
         yield settings, None
@@ -85,7 +85,7 @@ def _laboratory(
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.hand)
 
 
-def _runs(catalogue: Catalogue, settings: Settings, hands: Operator | None) -> RunManager | None:
+def _runs(catalogue: Catalogue, settings: Settings, hands: Hands | None) -> RunManager | None:
     """The run manager; none where no channel is configured, and the service only reads."""
     return RunManager(catalogue, instruments_of(settings), hands) if settings.channels else None
 

@@ -15,11 +15,11 @@ from api.errors import EXPECTED, ConflictError
 from api.runs.events import RunEnded, RunStopping
 from api.runs.journal import Journal
 from api.runs.lease import ControlLease
-from api.runs.prompts import Prompt, PromptingOperator
+from api.runs.prompts import Hands, Prompt, PromptingOperator
 from api.runs.state import RigState, after, starting
 from rig.control import RunControl, RunStoppedError
 from rig.instruments import Instruments
-from rig.operator import Event, Operator, RunContinued, RunStarted
+from rig.operator import Event, RunContinued, RunStarted
 from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
@@ -60,7 +60,7 @@ class RunManager:
         lease: who may drive; it is for callers to check, not for the manager.
     """
 
-    def __init__(self, catalogue: Catalogue, instruments: Instruments, hands: Operator | None = None) -> None:
+    def __init__(self, catalogue: Catalogue, instruments: Instruments, hands: Hands | None = None) -> None:
         self.journal = Journal()
         self.lease = ControlLease(self.journal)
         self._catalogue = catalogue
@@ -269,6 +269,8 @@ class RunManager:
             self._state = after(self._state, event)
             active = self._active
         self.journal(event)
+        if self._hands is not None:
+            self._hands.observe(event)
         if isinstance(event, RunStarted | RunContinued) and active is not None:
             active.begun = True
             active.known.set()

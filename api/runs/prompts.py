@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from typing import Protocol
 
 from analysis.dof import Dof
 from api.errors import ConflictError
 from api.runs.events import OperatorAnswered, OperatorAsked
 from rig.control import RunStoppedError
-from rig.operator import Observer, Operator
+from rig.operator import Event, Observer, Operator, mounting
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Prompt:
 
     Attributes:
         number: to answer it with.
-        kind: strike, mount.
+        kind: go, strike, mount.
         text: a sentence to show.
         waits: whether the run waits for the answer; a blow that is struck is noticed without.
     """
@@ -29,12 +30,19 @@ class Prompt:
     waits: bool
 
 
+class Hands(Operator, Protocol):
+    """An operator who also watches, such as the hand of a simulated bench."""
+
+    def observe(self, event: Event) -> None:
+        """Hear of what the sequence does."""
+
+
 class PromptingOperator(Operator):
     """Prompts whoever watches. Where there are `hands`, such as those of a simulated bench, they do what is asked for:
     when the prompt is answered, or at once if the run is `automatic`.
     """
 
-    def __init__(self, observer: Observer, hands: Operator | None = None, *, automatic: bool = False) -> None:
+    def __init__(self, observer: Observer, hands: Hands | None = None, *, automatic: bool = False) -> None:
         self._observer = observer
         self._hands = hands
         self._automatic = automatic and hands is not None
@@ -66,6 +74,15 @@ class PromptingOperator(Operator):
             self._released = True
             self._clear()
 
+    def go_to(self, point: Dof) -> None:
+        """Ask for the hammer at `point`, and wait until it is there.
+
+        Raises:
+            RunStoppedError: the run is to stop.
+        """
+        if not self._automatic:
+            self._ask("go", f"take the hammer to {point}", waits=True)
+
     def strike(self, point: Dof, blow: int) -> None:
         """Ask for a blow at `point`.
 
@@ -78,14 +95,13 @@ class PromptingOperator(Operator):
             self._hands.strike(point, blow)
 
     def mount(self, specimen: str, configuration: str) -> None:
-        """Ask for the cylinders of joint `specimen`, and wait until they are in.
+        """Ask for what is to be mounted, and wait until it is.
 
         Raises:
             RunStoppedError: the run is to stop.
         """
         if not self._automatic:
-            text = f"mount the cylinders of joint {specimen} in {configuration}, and step back"
-            self._ask("mount", text, waits=True)
+            self._ask("mount", f"mount {mounting(specimen, configuration)}, and step back", waits=True)
         if self._hands is not None:
             self._hands.mount(specimen, configuration)
 

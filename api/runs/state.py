@@ -20,6 +20,7 @@ from rig.operator import (
     SoakStarted,
     SpecimenMounted,
     WaitStarted,
+    mounting,
 )
 from rig.sequence import Sequence
 
@@ -69,7 +70,7 @@ def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
         title=sequence.title,
         activity="connecting to the instruments",
         blows_wanted=sum(len(step.points) * step.blows for step in sequence.hammer_steps),
-        sines_wanted=sequence.sweep.points if sequence.sweep else 0,
+        sines_wanted=sum(step.points for step, _ in sequence.sine_steps),
         interlocks=state.interlocks,
     )
 
@@ -86,7 +87,7 @@ def after(state: RigState, event: Event) -> RigState:
         case BlowAccepted():
             return replace(state, blows=state.blows + 1)
         case SpecimenMounted(specimen, configuration):
-            return replace(state, activity=f"sine points, joint {specimen} in {configuration}")
+            return replace(state, activity=f"measuring {mounting(specimen, configuration)}")
         case SinePointMeasured():
             return replace(state, sines=state.sines + 1)
         case WaitStarted(seconds):

@@ -21,11 +21,15 @@ from sqlalchemy.orm import Session
 
 from store import models
 from store.analyses import AnalysisKind, latest_analysis
+from store.blows import list_blows
+from store.calibrations import list_known_instruments
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.joint_matrices import list_joint_matrices
 from store.runs import RunState, count_runs, list_runs
+from store.searches import find_comparisons, find_elements, find_sine_points
 from store.sine_records import list_sine_records
+from store.specimens import list_specimens
 from tests.postgresql_server import NotInstalledError, running_server
 
 RUNS, POINTS_OF_A_RUN, ARTICLES = 10_000, 200, 100
@@ -208,6 +212,32 @@ def functions() -> dict[str, Ask]:
         "list_joint_matrices of a run": lambda session: list_joint_matrices(
             session, newest(session, AnalysisKind.JOINT_MATRICES, sweep - 1)
         ),
+        "list_blows of a run": lambda session: list_blows(session, sweep - 1),
+        "list_runs: 100 behind run 200": lambda session: list_runs(session, before=200),
+        "list_runs: sweeps behind run 200": lambda session: list_runs(session, kind="sweep", before=200),
+        "find_sine_points: an article": lambda session: find_sine_points(session, article="beam 3"),
+        "find_sine_points: 1000 of a specimen": lambda session: find_sine_points(
+            session, article="beam 3", specimen="I", limit=1000
+        ),
+        "find_sine_points: at an amplitude that is not there": lambda session: find_sine_points(
+            session, article="beam 3", amplitude_pp_mm=0.07
+        ),
+        "find_sine_points: rare frequencies": lambda session: find_sine_points(
+            session, article="beam 3", configuration="shear", lowest_frequency=55.0, highest_frequency=60.0
+        ),
+        "find_elements: an article": lambda session: find_elements(session, article="beam 3"),
+        "find_elements: 1000 of a joint by a method": lambda session: find_elements(
+            session, article="beam 3", joint="II", method="bench", limit=1000
+        ),
+        "find_elements: by a method that is not there": lambda session: find_elements(
+            session, article="beam 3", method="none"
+        ),
+        "find_comparisons: an article": lambda session: find_comparisons(session, article="beam 3"),
+        "find_comparisons: a verdict that is not there": lambda session: find_comparisons(
+            session, article="beam 3", verdict="differ"
+        ),
+        "list_specimens": list_specimens,
+        "list_known_instruments": list_known_instruments,
     }
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from api.commands.terminal import instruments_of
 from api.simulated import simulated_settings
 from rig.control import RunControl, RunStoppedError
+from rig.operator import Operator
 from rig.sweep import SinePoint, SweepPlan, run_sweep
 from simlab.actuator import Servo
 from simlab.laboratory import LaboratoryProcess
@@ -34,7 +35,7 @@ PLAN = SweepPlan(
 
 
 @dataclass
-class Hands:
+class Hands(Operator):
     """Operator and sink; `mounted` is set when the sweep has begun."""
 
     laboratory: LaboratoryProcess

@@ -17,7 +17,7 @@ from daq.errors import AcquisitionCancelledError
 from rig import tester
 from rig.control import RunControl, RunStoppedError
 from rig.hammer import HammerSettings, run_hammer_session
-from rig.operator import Event, RunPaused, RunResumed, SinePointMeasured
+from rig.operator import Event, Operator, RunPaused, RunResumed, SinePointMeasured
 from rig.registers import CommandCode, Interlock, State
 from rig.sweep import SinePoint, SweepPlan, run_sweep
 from rig.tester_status import MotionHaltedError
@@ -47,7 +47,7 @@ WITHIN = 10.0  # s, before a test gives up
 
 
 @dataclass
-class Laboratory:
+class Laboratory(Operator):
     """The simulated instruments, and a run in a thread of its own."""
 
     bench: Bench
@@ -269,7 +269,7 @@ def test_an_interruption_that_nobody_asked_for_is_an_error(kind: type[Exception]
 
 
 @dataclass
-class Session:
+class Session(Operator):
     """A hammer session whose hand strikes while `struck` is set."""
 
     bench: Bench

@@ -22,6 +22,7 @@ from rig.operator import (
     BlowRefused,
     BlowSuspected,
     Event,
+    Operator,
     PointFinished,
     PointStarted,
     RateCoerced,
@@ -40,7 +41,7 @@ POINT = Dof(5, Direction.Y)
 END = Dof(1, Direction.X)
 
 
-class Hand:
+class Hand(Operator):
     """Strikes the bench when asked; `script` says what the first blows are like, clean ones follow.
 
     "" strikes not, "at 6y" strikes cleanly at another point.

@@ -19,7 +19,15 @@ from rig.control import RunControl, RunStoppedError
 from rig.hammer import PointSoFar
 from rig.instruments import Instruments
 from rig.measured import Measured, ResumeError, measured_of
-from rig.operator import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
+from rig.operator import (
+    BlowAccepted,
+    BlowRefused,
+    Event,
+    Operator,
+    RunContinued,
+    SinePointMeasured,
+    SpecimenMounted,
+)
 from rig.run import resume_run, run_sequence
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sweep_order import Order
@@ -43,7 +51,7 @@ from tests.bench.bench_resume import (
 Observe = Callable[[Event], None]
 
 
-class Person:
+class Person(Operator):
     """Strikes and mounts at once."""
 
     def __init__(self, laboratory: Laboratory) -> None:

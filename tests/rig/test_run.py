@@ -15,7 +15,15 @@ from daq.errors import ChannelError, InstrumentAbsentError
 from rig.errors import RigError
 from rig.hammer import PointGivenUpError
 from rig.instruments import Instruments
-from rig.operator import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
+from rig.operator import (
+    BlowAccepted,
+    Event,
+    Operator,
+    PointFinished,
+    RunStarted,
+    SinePointMeasured,
+    SpecimenMounted,
+)
 from rig.registers import State
 from rig.run import run_sequence
 from rig.sequence import Sequence, sequence_from
@@ -29,7 +37,7 @@ from store.models import Base
 from store.runs import Run, RunState, list_runs
 
 
-class Person:
+class Person(Operator):
     """Strikes and mounts; `before` is called before each deed and may break something, or leave."""
 
     def __init__(self, laboratory: Laboratory) -> None:

@@ -16,7 +16,7 @@ from daq.channels import Channel, ChannelKind
 from daq.errors import DaqError
 from rig import tester, tester_limits, tester_status
 from rig.errors import RigError
-from rig.operator import Event, SinePointMeasured, SinePointRefused, SpecimenMounted
+from rig.operator import Event, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted
 from rig.registers import CommandCode, Interlock, State
 from rig.sweep import PlanError, SinePoint, SweepPlan, run_sweep
 from rig.thermometer import Thermometer, ThermometerError
@@ -41,7 +41,7 @@ SMALL = SweepPlan(
 
 
 @dataclass
-class Laboratory:
+class Laboratory(Operator):
     """The simulated instruments, and a hand that looks at the tester before it reaches in."""
 
     bench: Bench

@@ -12,7 +12,7 @@ from sqlalchemy import text
 
 from rig.control import RunControl, RunStoppedError
 from rig.instruments import Instruments
-from rig.operator import Event, RunPaused, SoakEnded, SoakStarted, WaitStarted, unobserved
+from rig.operator import Event, Operator, RunPaused, SoakEnded, SoakStarted, WaitStarted, unobserved
 from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from rig.thermometer import Thermometer
@@ -116,7 +116,7 @@ def test_a_stop_ends_a_soak(room: Room, stopping: Callable[[RunControl, float], 
 def test_a_sequence_waits_and_soaks_on_the_thermometers_wire(
     document: dict[str, Any], instruments: Instruments, catalogue: Catalogue, whole_laboratory: Laboratory
 ) -> None:
-    class Hand:
+    class Hand(Operator):
         def strike(self, point: Any, blow: int) -> None:
             whole_laboratory.bench.strike(point.node, point.direction.value, what="clean")
 

@@ -220,7 +220,13 @@ def _weakness(peak: float, contacts: _Contacts, limits: BlowLimits) -> Iterator[
             BlowFault.WEAK,
             f"weak blow: the force peaked at {peak:.1f} N, at least {limits.lowest_peak_force:g} N is needed",
         )
-    elif not 0 < contacts.detectable < limits.bounce:
+    elif contacts.detectable <= 0:
+        yield BlowReason(
+            BlowFault.WEAK,
+            "weak blow: more than half of the force record does not move at all, so no second contact can be told from "
+            f"the converter's steps beside a peak of {peak:.1f} N; choose a smaller range, or strike harder",
+        )
+    elif contacts.detectable >= limits.bounce:
         yield BlowReason(
             BlowFault.WEAK,
             f"weak blow: noise hides a second contact below {100 * contacts.detectable:.1f} % of the peak of "

@@ -130,6 +130,16 @@ def test_a_blow_too_noisy_to_see_a_bounce_is_refused_as_weak() -> None:
     assert "noise hides" in str(verdict.reasons[0])
 
 
+def test_a_record_that_does_not_move_between_contacts_is_refused_for_what_it_is() -> None:
+    force = np.round(clean_force(60.0) / 2.0) * 2.0
+    verdict = check_blow(force, beam(), 4096.0, TRIGGER, LIMITS)
+    assert verdict.force_noise == 0.0
+    assert BlowFault.WEAK in verdict.faults
+    reason = next(str(reason) for reason in verdict.reasons if reason.fault is BlowFault.WEAK)
+    assert "does not move at all" in reason
+    assert "noise hides" not in reason
+
+
 def test_an_overload_that_the_device_reports_refuses_the_blow() -> None:
     verdict = check_blow(clean_force(), beam(), 4096.0, TRIGGER, LIMITS, overloaded=True)
     assert verdict.faults == (BlowFault.OVERLOAD,)

@@ -1,0 +1,58 @@
+"""Triggers of the simulated NI-DAQmx server: where a record lies around an edge, and what no bench can trigger on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from nidaqmx.constants import (
+    Slope,
+    TaskMode,
+)
+from nidaqmx.error_codes import DAQmxErrors
+
+from tests.simlab.daq_client import HALF_COUNT, NewTask, Ramps, finite, raised
+
+
+def test_a_reference_trigger_keeps_the_samples_before_it(new_task: NewTask, bench: Ramps) -> None:
+    task = new_task("hammer", "accelerometer")
+    finite(task, 5120, 1000)
+    task.triggers.reference_trigger.cfg_anlg_edge_ref_trig("hammer", pretrigger_samples=256, trigger_level=50.0)
+    hammer, _ = np.array(task.read(1000))
+    assert hammer[255] < 50 <= hammer[256] + HALF_COUNT / 2.25e-3
+    assert np.all(np.diff(hammer[:1000]) > 0)
+
+
+def test_a_trigger_counts_only_when_the_pre_trigger_samples_are_there(new_task: NewTask, bench: Ramps) -> None:
+    task = new_task("hammer")
+    finite(task, 5120, 20_000)
+    task.triggers.reference_trigger.cfg_anlg_edge_ref_trig("hammer", pretrigger_samples=10_000, trigger_level=50.0)
+    started = bench.clock.now()
+    task.start()
+    task.wait_until_done(5)
+    task.read(20_000)
+    assert bench.starts[-1] >= started  # nothing from before the start
+
+
+def test_a_start_trigger_starts_the_record_at_the_edge(new_task: NewTask) -> None:
+    task = new_task("hammer")
+    finite(task, 5120, 500)
+    task.triggers.start_trigger.cfg_anlg_edge_start_trig("hammer", trigger_level=25.0)
+    assert task.read(500)[0] == pytest.approx(25, abs=100 / 5120 + 1e-3)
+
+
+def test_a_trigger_that_does_not_come_is_a_timeout(new_task: NewTask) -> None:
+    task = new_task("hammer")
+    finite(task, 5120, 100)
+    task.triggers.reference_trigger.cfg_anlg_edge_ref_trig("hammer", pretrigger_samples=10, trigger_level=150.0)
+    assert raised(lambda: task.read(100, timeout=0.05)) == DAQmxErrors.SAMPLES_NOT_YET_AVAILABLE
+
+
+def test_triggers_that_the_bench_cannot_make_are_refused(new_task: NewTask) -> None:
+    task = new_task("hammer", "accelerometer")
+    trigger = task.triggers.reference_trigger.cfg_anlg_edge_ref_trig
+    assert raised(lambda: trigger("accelerometer", 10)) == DAQmxErrors.INVALID_ANALOG_TRIG_SRC
+    assert raised(lambda: trigger("hammer", 10, Slope.FALLING)) == DAQmxErrors.INVALID_ATTRIBUTE_VALUE
+    assert raised(lambda: trigger("nothing", 10)) == -200428
+    finite(task, 5120, 100)
+    trigger("hammer", pretrigger_samples=100)
+    assert raised(lambda: task.control(TaskMode.TASK_VERIFY)) == DAQmxErrors.INVALID_ATTRIBUTE_VALUE

@@ -118,10 +118,10 @@ class JointMatrix(Recorded, Base):
     """A joint's identified matrices; covariance of [k11,k12,k13,k22,k23,k33,h11,...] as an array column."""
 
     __tablename__ = "joint_matrices"
-    __table_args__ = (UniqueConstraint("analysis_id", "joint"),)
+    __table_args__ = (UniqueConstraint("analysis_id", "joint"), Index(None, "specimen_id", "analysis_id"))
 
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))
-    specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"), index=True)
+    specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"))
     joint: Mapped[str]
     node: Mapped[int]
     covariance: Mapped[bytes | None]

@@ -12,6 +12,7 @@ down_revision = "0005"
 branch_labels = None
 depends_on = None
 
+Index = tuple[str, str, list[str]]
 AUDIT = "audit_entries"
 TABLES = ("api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnoses")
 
@@ -25,7 +26,9 @@ WHERE diagnoses.analysis_id = done.analysis_id
 """
 
 # Name, table, columns: lists that are filtered by specimen or walked through in the order of storing.
+OLD_INDICES = (("ix_joint_matrices_specimen_id", "joint_matrices", ["specimen_id"]),)
 INDICES = (
+    ("ix_joint_matrices_specimen_id_analysis_id", "joint_matrices", ["specimen_id", "analysis_id"]),
     ("ix_dynamic_stiffness_specimen_id_id", "dynamic_stiffness", ["specimen_id", "id"]),
     ("ix_comparisons_article_id", "comparisons", ["article", "id"]),
 )
@@ -80,18 +83,23 @@ def upgrade() -> None:
         sa.UniqueConstraint("analysis_id", name="uq_diagnoses_analysis_id"),
     )  # fmt: skip
     op.execute(V_GAP)
-    for name, table, columns in INDICES:
-        op.create_index(name, table, columns)
+    _replace(OLD_INDICES, INDICES)
     _keep_audit_entries()
 
 
 def downgrade() -> None:
     """Drop what was created."""
     op.execute("DROP VIEW v_gap")
-    for name, table, _ in INDICES:
-        op.drop_index(name, table)
+    _replace(INDICES, OLD_INDICES)
     for table in reversed(TABLES):
         op.drop_table(table)
+
+
+def _replace(old: tuple[Index, ...], new: tuple[Index, ...]) -> None:
+    for name, table, _ in old:
+        op.drop_index(name, table)
+    for name, table, columns in new:
+        op.create_index(name, table, columns)
 
 
 def _jobs() -> None:

@@ -14,7 +14,15 @@ from rich.table import Table
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
-from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console, run_number, write_json
+from api.commands.terminal import (
+    LARGEST_RUN,
+    check_writable,
+    open_catalogue,
+    out,
+    progress_console,
+    run_number,
+    write_json,
+)
 from api.errors import ApiError
 from api.identification.document import identification_document, modes_document, plain
 from api.identification.measurement import Measurement, dof
@@ -58,6 +66,8 @@ def identify_(
 
     Results of a run are stored beside older ones; those of a bundle are only shown (import it first to store them).
     """
+    if json_file is not None:
+        check_writable(json_file)
     found = identified(target, without or (), free_beam)
     show(found)
     if json_file is not None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +70,22 @@ def instruments_of(settings: Settings) -> Instruments:
 def run_number(target: str) -> int | None:
     """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
     return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None
+
+
+def check_writable(path: Path) -> None:
+    """Let a path pass that a file can be written to, before work is done whose result it is to hold.
+
+    Raises:
+        ApiError: it cannot.
+    """
+    scratch = path.with_name(path.name + ".part")
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        scratch.touch()
+        scratch.unlink()
+    except OSError as error:
+        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def write_json(document: dict[str, Any], path: Path) -> None:

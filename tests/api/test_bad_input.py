@@ -263,3 +263,12 @@ def test_a_failed_import_leaves_no_folder_behind(jointlab: Command, bundle: Path
     shutil.rmtree(bundle)
     refused(jointlab("import", bundle), "there is no bundle")
     assert sorted(path.name for path in tmp_path.iterdir()) == []
+
+
+def test_where_the_document_cannot_be_written_nothing_is_identified_or_stored(
+    jointlab: Command, measured: int, contents: Contents
+) -> None:
+    before = contents()
+    answer = jointlab("identify", measured, "--json", "no/found.json")
+    refused(answer, "no/found.json cannot be written: No such file or directory")
+    assert contents() == before

@@ -13,7 +13,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Drawing
 from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam, Mesh, assemble
 
-ELEMENTS_BETWEEN_NODES = 6
+ELEMENTS_BETWEEN_NODES = 8
 DEGREE = 5
 """Of the splines between nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
 

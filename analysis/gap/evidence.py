@@ -1,28 +1,75 @@
-"""How well models explain: Laplace's approximation of the evidence.
+"""How well models explain, where neither noise nor the models themselves are quite right.
 
-log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior variance.
+Laplace's approximation, log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior
+variance, is exact for a law that is exact. A real effect follows no law of ours exactly, and what it leaves behind is
+smooth and many times noise. So chi-square is tempered, divided by T: by as much as the best model's own misfit asks
+for, and by no more than a law that is roughly right would leave of the gap.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.stats import norm
 
+from analysis.frequency_response import Real
 from analysis.gap.fit import Fit
+from analysis.gap.parameter import Parameter
+
+FORM_ERROR = 1000.0
+"""Misfit of the paper's model over which a law that is roughly right leaves about one standard deviation."""
+PATTERNS = 10.0
+"""Independent ways in which a misfit deviates: a misfit of so many standard deviations, squared, asks for T = 1."""
 
 
-def log_evidence(found: Fit) -> float:
+def log_evidence(found: Fit, temperature: float = 1.0) -> float:
     """Of a fitted model, up to a constant that all models of the same data share.
 
     A parameter that cannot lie below a bound has half a Gaussian for its prior: what the other half would have
     explained is taken off, and the prior of the remaining half doubled.
     """
-    _, logarithm = np.linalg.slogdet(found.at.normal)
-    total = -found.at.cost / 2 - logarithm / 2
+    normal = tempered(found, temperature)
+    _, logarithm = np.linalg.slogdet(normal)
+    total = -(found.chi_square / temperature + float(found.scores @ found.scores)) / 2 - logarithm / 2
+    deviations = np.sqrt(np.diag(np.linalg.inv(normal)))
     for place, parameter in enumerate(found.likelihood.simulation.shared):
         if np.isfinite(parameter.least):
-            least = (parameter.least - parameter.centre) / parameter.spread
-            deviation = found.deviations[place]
-            above = norm.logcdf((found.scores[place] - least) / deviation)
-            total += float(above - norm.logcdf(-least))
+            total += _half(parameter, float(found.scores[place]), float(deviations[place]))
     return float(total)
+
+
+def tempered(found: Fit, temperature: float) -> Real:
+    """(unknowns, unknowns) I + J^t P J / T."""
+    unit = np.eye(len(found.scores))
+    return np.asarray(unit + (found.at.normal - unit) / temperature)
+
+
+def at_tolerance(found: Fit, places: Sequence[int], tolerances: Sequence[float], temperature: float = 1.0) -> float:
+    """By how much the evidence changes if some shared parameters had a prior as narrow as their tolerance.
+
+    Args:
+        found: a fit in which these parameters have their full range.
+        places: of the parameters among the shared.
+        tolerances: standard deviations of the narrow prior, in those of the full one.
+        temperature: T.
+    """
+    covariance = np.linalg.inv(tempered(found, temperature))[np.ix_(places, places)]
+    mean, narrow = found.scores[list(places)], np.square(np.asarray(tolerances, dtype=float))
+    likelihood = np.linalg.inv(covariance) - np.eye(len(narrow))
+    pull = np.linalg.solve(covariance, mean)
+    wide = pull @ covariance @ pull / 2 - np.linalg.slogdet(likelihood + np.eye(len(narrow)))[1] / 2
+    precision = likelihood + np.diag(1 / narrow)
+    close = pull @ np.linalg.solve(precision, pull) / 2
+    close -= (np.linalg.slogdet(precision)[1] + float(np.sum(np.log(narrow)))) / 2
+    return float(close - wide)
+
+
+def temperature_of(gap: float, remaining: float) -> float:
+    """T, from misfits beyond noise (squared standard deviations) of the paper's model and of the best one."""
+    return max(1.0, min(gap / FORM_ERROR, remaining / PATTERNS))
+
+
+def _half(parameter: Parameter, score: float, deviation: float) -> float:
+    least = (parameter.least - parameter.centre) / parameter.spread
+    return float(norm.logcdf((score - least) / deviation) - norm.logcdf(-least))

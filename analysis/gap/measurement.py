@@ -107,6 +107,13 @@ class HammerSet:
             self.temperature,
         )
 
+    def rows(self, keep: NDArray[np.bool_]) -> HammerSet:
+        """The same with some of its rows."""
+        inputs = tuple(dof for dof, kept in zip(self.inputs, keep, strict=True) if kept)
+        return HammerSet(
+            inputs, self.frequency, self.accelerance[keep], self.deviation[keep], self.peak_force, self.temperature
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class TesterPoints:
@@ -172,6 +179,7 @@ class Measurement:
         points: of the tester, or None.
         tolerances: as stated.
         preset: mean displacement in the tester, m.
+        predict: (response, input) pairs whose accelerances are asked for.
     """
 
     drawing: Drawing
@@ -179,6 +187,7 @@ class Measurement:
     points: TesterPoints | None
     tolerances: StatedTolerances = field(default_factory=StatedTolerances)
     preset: float = 0.0
+    predict: tuple[tuple[Dof, Dof], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.sets and self.points is None:

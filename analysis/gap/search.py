@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -22,6 +23,7 @@ from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import Fit, Likelihood, fit
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.simulation import Simulation
+from analysis.gap.structure import Misfit, misfit
 
 LINES = 128
 """Of each hammer set that the search looks at; what it finds is fitted to all of them."""
@@ -53,10 +55,21 @@ class Model:
         """Of its effects."""
         return tuple(effect.id for effect in self.effects)
 
-    @property
+    @cached_property
     def log_evidence(self) -> float:
         """Of this law, with noise alone."""
         return log_evidence(self.fit)
+
+    @cached_property
+    def misfit(self) -> Misfit:
+        """Beyond noise."""
+        return misfit(self.fit)
+
+    def places(self, effect: int) -> range:
+        """Of the parameters of one of its effects among the shared."""
+        first = len(self.fit.likelihood.simulation.baseline.parameters)
+        counts = [len(each.parameters) for each in self.effects]
+        return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
 
 
 @dataclass(eq=False)
@@ -209,11 +222,20 @@ def search_of(measurement: Measurement, candidates: tuple[Effect, ...], lines: i
     return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing))
 
 
-def refined(model: Model, measurement: Measurement) -> Model:
-    """A model fitted to all that was measured, from where it is."""
+def on(model: Model, measurement: Measurement) -> Model:
+    """A model looked at with other lines of the same sets, at the parameters that it has."""
     simulation = model.fit.likelihood.simulation
-    whole = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
-    return Model(model.effects, fit(whole, model.fit.scores, ((0.0, np.inf),), most_steps=MOST_STEPS))
+    other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    likelihood = Likelihood(other)
+    at = likelihood.linearised(model.fit.scores)
+    return Model(model.effects, Fit(likelihood, model.fit.scores, at, model.fit.converged))
+
+
+def refined(model: Model, measurement: Measurement) -> Model:
+    """A model fitted to other lines of the same sets, from where it is."""
+    simulation = model.fit.likelihood.simulation
+    other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    return Model(model.effects, fit(other, model.fit.scores, ((0.0, np.inf),), ENOUGH, MOST_STEPS))
 
 
 def best_by_id(models: Sequence[Model]) -> list[Model]:

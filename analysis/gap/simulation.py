@@ -271,6 +271,6 @@ def beside(scores: Real, place: int) -> tuple[list[float], list[float]]:
 def touched_by(name: str) -> frozenset[str]:
     """Which parts of the bench a parameter of the baseline changes."""
     kind = name.partition("(")[0]
-    if kind in ("modulus", "density", "sensor position", "mesh", "position"):
+    if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
         return frozenset({"surroundings"})
     return frozenset({"tester"}) if kind == "tester gain" else frozenset({"joints", "tester"})

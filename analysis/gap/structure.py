@@ -14,6 +14,9 @@ from analysis.frequency_response import Complex
 from analysis.gap.fit import Fit
 from analysis.gap.measurement import Indices, TesterPoints
 
+DOUBT = 3.0
+"""Standard deviations within which a misfit may be chance."""
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -62,14 +65,43 @@ def series(points: TesterPoints) -> dict[tuple[int, int, int], Indices]:
     return found
 
 
+def energy_of(left: Complex) -> tuple[float, float]:
+    """Energy of the misfit in a whitened residual (n,) of neighbours, and its standard deviation without misfit.
+
+    Lags of one and of two together; noise of any level gives products without a mean.
+    """
+    count, total = left.size, float(np.vdot(left, left).real)
+    lags = [lag for lag in (1, 2) if count > lag]
+    products = [float(np.vdot(left[:-lag], left[lag:]).real) * count / (count - lag) for lag in lags]
+    # a product of two complex numbers of power p has a real part of variance p^2 / 2; two lags halve it
+    deviation = total / np.sqrt(2 * max(count, 1)) / np.sqrt(max(len(lags), 1))
+    return (float(np.mean(products)) if products else 0.0), float(deviation) or 1.0
+
+
 def _of(rig: str, place: tuple[int, ...], left: Complex) -> Structure:
-    """Lags of one and two lines together; noise of any level gives products without a mean."""
-    total = float(np.vdot(left, left).real)
-    count = left.size
-    products = [
-        float(np.vdot(left[:-lag], left[lag:]).real) * count / (count - lag) for lag in (1, 2) if count > lag + 1
-    ]
-    energy = float(np.mean(products)) if products else 0.0
-    # per line the noise's power is total / count, of which half is real; two lags halve the variance
-    deviation = total / np.sqrt(2 * max(count, 1)) / np.sqrt(max(len(products), 1))
-    return Structure(rig, place, energy, deviation, total, 2 * count)
+    energy, deviation = energy_of(left)
+    return Structure(rig, place, energy, deviation, float(np.vdot(left, left).real), 2 * left.size)
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Misfit beyond noise of both rigs together.
+
+    Attributes:
+        energy: squared standard deviations; scatters about zero where there is none.
+        deviation: its standard deviation where there is none.
+    """
+
+    energy: float
+    deviation: float
+
+    @property
+    def certain(self) -> float:
+        """What of the energy is beyond doubt."""
+        return max(0.0, self.energy - DOUBT * self.deviation)
+
+
+def misfit(found: Fit) -> Misfit:
+    """Of a fitted model."""
+    parts = structures(found)
+    return Misfit(sum(each.energy for each in parts), float(np.sqrt(sum(each.deviation**2 for each in parts))))

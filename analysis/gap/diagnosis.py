@@ -1,0 +1,299 @@
+"""The diagnosis of one measurement: where the gap lies, which effects cause it, how far it shrinks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from scipy.stats import norm
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.catalogue import candidates
+from analysis.gap.evidence import PATTERNS, tempered
+from analysis.gap.faults import examined
+from analysis.gap.fit import Fit
+from analysis.gap.held_out import HeldOut, floor_percent, held_out
+from analysis.gap.location import GapMap, Place, maps, places
+from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.search import Model, best_by_id, on, refined, search_of
+from analysis.gap.twins import next_experiment, twins
+from analysis.gap.verdict import UNKNOWN, Weighed, weigh
+
+
+class Status(StrEnum):
+    """What a diagnosis comes to."""
+
+    NONE = "none"
+    """Nothing beyond noise and the stated tolerances."""
+    EXPLAINED = "explained"
+    """The named effects explain the gap."""
+    PARTIAL = "partial"
+    """The named effects help, and something remains."""
+    UNKNOWN = "unknown"
+    """There is a gap, and nothing in the catalogue explains it."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of an effect with its 90 % interval."""
+
+    value: float
+    ci90: tuple[float, float]
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """One explanation: no effect, one, a pair, or an unknown one (`effects` is then ("unknown",)).
+
+    Attributes:
+        effects: ids.
+        laws: of each effect, the most probable of its rivals.
+        probability: all of a ranking sum to one.
+        held_out: gap with these effects in the model; None for "unknown".
+        parameters: by effect and name.
+        explained: share of the misfit beyond noise that is gone, 0 to 1.
+    """
+
+    effects: tuple[str, ...]
+    laws: tuple[str, ...]
+    probability: float
+    held_out: HeldOut | None
+    parameters: dict[str, dict[str, Estimate]]
+    explained: float
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """Accelerances for what was asked for: (lines,) Hz and, by (response, input) in order, (rows, lines) each."""
+
+    frequency: Real
+    before: Complex
+    after: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """All that a diagnosis says.
+
+    Attributes:
+        status: what it comes to.
+        effects: the verdict's, empty for none and unknown.
+        before, after: gaps of the paper's model, and of the verdict's.
+        floor_percent: what measuring again would differ by.
+        where: places of the gap, the largest first.
+        maps: for pictures.
+        ranking: explanations, the most probable first.
+        twins: groups of effects that these data cannot tell apart from the verdict's.
+        next_experiment: in a sentence, what would.
+        faults: what is wrong with the measurement itself, in sentences; these come before any physics.
+        predicted: what was asked for; None where nothing was.
+        seconds: that it took.
+    """
+
+    status: Status
+    effects: tuple[str, ...]
+    before: HeldOut
+    after: HeldOut
+    floor_percent: float
+    where: tuple[Place, ...]
+    maps: tuple[GapMap, ...]
+    ranking: tuple[Ranked, ...]
+    twins: tuple[tuple[str, ...], ...]
+    next_experiment: str
+    faults: tuple[str, ...]
+    predicted: Predicted | None
+    seconds: float
+
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and how much of all is done, 0 to 1."""
+
+REFINED_SINGLES = 3
+REFINED_PAIRS = 2
+RANKED = 8
+FINE_LINES = 512
+"""Of each hammer set, enough where the gap is large; a small gap is weighed on all."""
+LARGE_GAP = 1.2
+"""Chi-square per datum of the paper's model, for which some of the lines do."""
+COARSE_LINES = 64
+"""Of each hammer set, for the held-out gaps of explanations that are not the verdict."""
+EXPLAINED_SHARE = 0.95
+"""Of the misfit beyond noise, from which a gap counts as explained."""
+TWO_SIDED = float(norm.ppf(0.95))
+
+
+def diagnose(
+    measurement: Measurement, without: frozenset[str] = frozenset(), progress: Progress | None = None
+) -> Diagnosis:
+    """Diagnose the gap of a measurement.
+
+    Args:
+        measurement: of both rigs, or of one.
+        without: ids of effects that the catalogue is to do without.
+        progress: told how far the work is.
+
+    Raises:
+        AnalysisError: the measurement cannot be simulated.
+    """
+    started = time.perf_counter()
+    tell = progress or _silent
+    tell("looking for faults of the measurement", 0.0)
+    measurement, faults = examined(measurement)
+    search = search_of(measurement, candidates(measurement, without))
+    tell("fitting the paper's model", 0.05)
+    none = search.without_effects()
+    tell("trying single effects", 0.15)
+    singles = search.singles(none)
+    tell("trying pairs", 0.4)
+    pairs = search.pairs(singles)
+    tell("weighing the best on all lines", 0.7)
+    fine = _fine(measurement, none)
+    none = refined(none, fine)
+    contest = [refined(each, fine) for each in _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)]
+    weighed = weigh(none, contest)
+    tell("measuring the gap on held-out data", 0.85)
+    verdict = weighed[0]
+    status = _status(none, verdict)
+    after = none if status is Status.UNKNOWN else verdict.model
+    found_maps = maps(none.fit)
+    before_gap = held_out(none.fit)
+    after_gap = before_gap if after is none else held_out(after.fit)
+    coarse = _thinned(measurement, COARSE_LINES)
+    ranking = tuple(
+        _ranked(each, none, after_gap if each.model is after else held_out(on(each.model, coarse).fit))
+        for each in _listed(weighed)
+    )
+    alike = twins(weighed)
+    result = Diagnosis(
+        status=status,
+        effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
+        before=before_gap,
+        after=after_gap,
+        floor_percent=floor_percent(after.fit),
+        where=places(found_maps),
+        maps=found_maps,
+        ranking=_normalised(ranking),
+        twins=alike,
+        next_experiment=next_experiment(status.value, weighed, alike),
+        faults=faults,
+        predicted=predictions(measurement, none.fit, after.fit),
+        seconds=time.perf_counter() - started,
+    )
+    tell("done", 1.0)
+    return result
+
+
+def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, ...], tuple[str, ...]]:
+    """Only where the gap lies: places, maps and faults of the measurement.
+
+    Raises:
+        AnalysisError: the measurement cannot be simulated.
+    """
+    measurement, faults = examined(measurement)
+    search = search_of(measurement, ())
+    found = maps(refined(search.without_effects(), _thinned(measurement, FINE_LINES)).fit)
+    return places(found), found, faults
+
+
+def predictions(measurement: Measurement, before: Fit, after: Fit) -> Predicted | None:
+    """Accelerances that were asked for, as the accelerometer of the reference set would read them."""
+    asked = measurement.predict
+    if not asked or not measurement.sets:
+        return None
+    own = measurement.drawing.accelerometer
+    for response, _ in asked:
+        if response != own:
+            raise AnalysisError(f"a prediction for {response} is asked for; the accelerometer sits at {own}")
+    inputs = tuple(point for _, point in asked)
+    frequency = measurement.sets[0].frequency
+    return Predicted(frequency, _predicted(before, inputs, frequency), _predicted(after, inputs, frequency))
+
+
+def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
+    simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
+    reference = measurement.sets[0]
+    shape = len(inputs), frequency.size
+    asked = HammerSet(inputs, frequency, np.zeros(shape, dtype=complex), np.ones(shape), reference.peak_force)
+    baseline = replace(simulation.baseline, measurement=replace(measurement, sets=(asked,)))
+    shared = len(simulation.shared)
+    gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
+    whole = replace(simulation, baseline=baseline)
+    return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
+
+
+def _status(none: Model, verdict: Weighed) -> Status:
+    if verdict.effects == UNKNOWN:
+        return Status.UNKNOWN
+    if not verdict.effects:
+        return Status.NONE
+    return Status.EXPLAINED if _explained(verdict.model, none) >= EXPLAINED_SHARE else Status.PARTIAL
+
+
+def _explained(model: Model, none: Model) -> float:
+    """Share of the misfit beyond noise that is gone."""
+    gap = none.misfit.certain
+    return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
+
+
+def _listed(weighed: Sequence[Weighed]) -> list[Weighed]:
+    """The first of a ranking, with no effect and the unknown one whatever their rank."""
+    return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
+
+
+def _ranked(each: Weighed, none: Model, gap: HeldOut) -> Ranked:
+    unknown = each.effects == UNKNOWN
+    return Ranked(
+        effects=each.effects,
+        laws=() if unknown else tuple(effect.law for effect in each.model.effects),
+        probability=each.probability,
+        held_out=None if unknown else gap,
+        parameters={} if unknown else estimates(each.model),
+        explained=1.0 if unknown else _explained(each.model, none),
+    )
+
+
+def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
+    total = sum(each.probability for each in ranking)
+    return tuple(replace(each, probability=each.probability / total) for each in ranking)
+
+
+def estimates(model: Model) -> dict[str, dict[str, Estimate]]:
+    """Parameters of the effects with their intervals, which the model's own misfit widens."""
+    temperature = max(1.0, model.fit.per_datum, model.misfit.certain / PATTERNS)
+    deviations = np.sqrt(np.diag(np.linalg.inv(tempered(model.fit, temperature))))
+    found = dict[str, dict[str, Estimate]]()
+    for number, effect in enumerate(model.effects):
+        found[effect.id] = {}
+        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
+            score, reach = float(model.fit.scores[place]), TWO_SIDED * float(deviations[place])
+            interval = parameter.value(score - reach), parameter.value(score + reach)
+            found[effect.id][parameter.name] = Estimate(parameter.value(score), interval, parameter.unit)
+    return found
+
+
+def _contest(models: Sequence[Model], count: int) -> list[Model]:
+    """The best models with different effects, and the best other law of the very best."""
+    chosen = best_by_id(models)[:count]
+    rivals = [each for each in models if chosen and each.ids == chosen[0].ids and each is not chosen[0]]
+    return chosen + rivals[:1]
+
+
+def _fine(measurement: Measurement, none: Model) -> Measurement:
+    return measurement if none.fit.per_datum < LARGE_GAP else _thinned(measurement, FINE_LINES)
+
+
+def _thinned(measurement: Measurement, lines: int) -> Measurement:
+    def every(each: HammerSet) -> HammerSet:
+        return each.lines(np.arange(0, each.frequency.size, max(1, each.frequency.size // lines)))
+
+    return replace(measurement, sets=tuple(every(each) for each in measurement.sets))
+
+
+def _silent(what: str, share: float) -> None:
+    del what, share

@@ -1,0 +1,219 @@
+"""How far a model is from data that it did not see.
+
+Each point struck is left out of the fit in turn, with all its rows in all sets, and predicted as if its blows had
+fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step of the
+linearised fit: what a row had told of the unknowns is taken back from the normal equations. Where it does not, that
+step would lead far astray, and the rest is fitted anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Complex, Real
+from analysis.gap.fit import Fit, fit
+from analysis.gap.measurement import HammerSet
+from analysis.inverse.levenberg_marquardt import inverse
+
+FOLDS = 8
+"""Of the tester's points."""
+RESAMPLED = 400
+LEVEL = 90.0
+DRAWS = 24
+HOLDS = 1.5
+"""Chi-square per datum up to which a step of the linearised fit does for leaving out."""
+ANEW_GAIN, ANEW_STEPS = 30.0, 4
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far simulation and measurement are apart on data that the fit did not see.
+
+    Attributes:
+        percent: 100 sqrt(sum |y - f|^2 / sum |y|^2).
+        sigma: rms of the residual over noise, per real and imaginary part.
+    """
+
+    percent: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Gaps of one model on held-out data; None where a rig was not measured with.
+
+    Attributes:
+        inverse, direct: of each rig.
+        ci90_percent: interval of `overall`'s percentage, by resampling what was held out.
+    """
+
+    inverse: Gap | None
+    direct: Gap | None
+    ci90_percent: tuple[float, float]
+
+    @property
+    def overall(self) -> Gap:
+        """Of the beam rig, or of the tester where the beam was not struck."""
+        found = self.inverse or self.direct
+        assert found is not None
+        return found
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Of squares over one part that was held out: residual, measured, whitened residual, number of parts."""
+
+    residual: float
+    measured: float
+    whitened: float
+    data: int
+
+
+def held_out(found: Fit) -> HeldOut:
+    """Gaps of a fitted model on rows and points that are left out in turn."""
+    rows, points = _rows(found), _points(found)
+    inverse_gap = _gap(rows) if rows else None
+    direct_gap = _gap(points) if points else None
+    return HeldOut(inverse_gap, direct_gap, _interval(rows or points))
+
+
+def floor_percent(found: Fit) -> float:
+    """What measuring again would differ by: blows beside their marks, another gain, and noise, in percent.
+
+    The rms over `DRAWS` seeded set-ups of the beam rig; of the tester alone, its noise and gain.
+    """
+    likelihood = found.likelihood
+    measurement, tolerances = likelihood.measurement, likelihood.measurement.tolerances
+    if not measurement.sets:
+        assert measurement.points is not None
+        noise = float(np.sum(2 * measurement.points.deviation**2) / np.sum(np.abs(measurement.points.stiffness) ** 2))
+        return 100 * float(np.sqrt(noise + tolerances.tester_gain**2))
+    random = np.random.default_rng(0)
+    predicted = likelihood.predict_some(found.scores, (0,))
+    differing = measured = 0.0
+    for number, each in enumerate(measurement.sets):
+        size = np.abs(predicted.accelerances[number]) ** 2
+        for _ in range(DRAWS):
+            gain = tolerances.sensor_gain * random.standard_normal()
+            blows = random.standard_normal((len(each.inputs), 1)) * _across(each)[:, None]
+            change = gain * predicted.accelerances[number] + blows * predicted.by_blow[number]
+            differing += float(np.sum(np.abs(change) ** 2 + 2 * each.deviation**2))
+            measured += float(np.sum(size))
+    return 100 * float(np.sqrt(differing / measured))
+
+
+def _rows(found: Fit) -> list[_Sums]:
+    """Every point struck, left out with its rows in all sets."""
+    sets = found.likelihood.measurement.sets
+    predicted_without = _by_a_step(found) if found.per_datum < HOLDS else _fitted_anew
+    sums = []
+    for dof in sorted({dof for each in sets for dof in each.inputs}, key=str):
+        for number, accelerance in predicted_without(found, dof).items():
+            each = sets[number]
+            row = each.inputs.index(dof)
+            sums.append(_sums(each.accelerance[row], accelerance, each.deviation[row]))
+    return sums
+
+
+def _by_a_step(found: Fit) -> Callable[[Fit, Dof], dict[int, Complex]]:
+    """What a function of the fit and a point has to say: (lines,) of each set without that point, by a linear step."""
+    likelihood = found.likelihood
+    sets, tolerances = likelihood.measurement.sets, likelihood.measurement.tolerances
+    predicted, shared = likelihood.predict(found.scores), len(likelihood.simulation.shared)
+
+    def without(found: Fit, dof: Dof) -> dict[int, Complex]:
+        left_out = [each for each in found.blocks if each.row >= 0 and sets[each.set_number].inputs[each.row] == dof]
+        normal, descent = found.at.normal.copy(), np.zeros(len(found.scores))
+        for block in left_out:
+            normal[np.ix_(block.unknowns, block.unknowns)] -= block.normal
+            descent[block.unknowns] -= block.descent
+        step = inverse(normal) @ descent
+        result = {}
+        for block in left_out:
+            accelerance = predicted.accelerances[block.set_number][block.row]
+            by_shared = predicted.by_shared[block.set_number][:, block.row]
+            gain, *blow = block.unknowns[shared:]
+            change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
+            if blow:
+                change = change + step[blow[0]] * predicted.by_blow[block.set_number][block.row]
+            result[block.set_number] = accelerance + change
+        return result
+
+    return without
+
+
+def _fitted_anew(found: Fit, dof: Dof) -> dict[int, Complex]:
+    """(lines,) of each set that has the point, predicted by a fit to all the others."""
+    likelihood = found.likelihood
+    simulation, measurement = likelihood.simulation, likelihood.measurement
+    keep = [np.array([point != dof for point in each.inputs]) for each in measurement.sets]
+    shared, sets = len(simulation.shared), len(measurement.sets)
+    rest = replace(measurement, sets=tuple(each.rows(rows) for each, rows in zip(measurement.sets, keep, strict=True)))
+    baseline = replace(simulation.baseline, measurement=rest)
+    start = np.concatenate([found.scores[: shared + sets], found.scores[shared + sets :][np.concatenate(keep)]])
+    again = fit(replace(simulation, baseline=baseline), start, ((0.0, np.inf),), ANEW_GAIN, ANEW_STEPS)
+    scores = np.zeros(likelihood.unknowns)
+    scores[: shared + sets] = again.scores[: shared + sets]
+    accelerances = likelihood.predict(scores, derivatives=False).accelerances
+    return {
+        number: accelerances[number][each.inputs.index(dof)]
+        for number, each in enumerate(measurement.sets)
+        if dof in each.inputs
+    }
+
+
+def _points(found: Fit) -> list[_Sums]:
+    """Eighths of the tester's points, every eighth in the order of measuring."""
+    likelihood = found.likelihood
+    points = likelihood.measurement.points
+    if points is None:
+        return []
+    predicted, shared = likelihood.predict(found.scores), len(likelihood.simulation.shared)
+    columns = predicted.stiffness_by_shared / points.deviation
+    left = (points.stiffness - predicted.stiffness) / points.deviation
+    sums, rank = [], np.argsort(np.argsort(points.order))
+    for fold in range(FOLDS):
+        out = rank % FOLDS == fold
+        if not np.any(out):
+            continue
+        normal, descent = found.at.normal.copy(), np.zeros(len(found.scores))
+        normal[:shared, :shared] -= np.real(columns[:, out].conj() @ columns[:, out].T)
+        descent[:shared] -= np.real(columns[:, out].conj() @ left[out])
+        step = (inverse(normal) @ descent)[:shared]
+        stiffness = predicted.stiffness[out] + step @ predicted.stiffness_by_shared[:, out]
+        sums.append(_sums(points.stiffness[out], stiffness, points.deviation[out]))
+    return sums
+
+
+def _sums(measured: Complex, predicted: Complex, deviation: Real) -> _Sums:
+    residual = np.abs(measured - predicted) ** 2
+    return _Sums(
+        float(np.sum(residual)),
+        float(np.sum(np.abs(measured) ** 2)),
+        float(np.sum(residual / deviation**2)),
+        2 * measured.size,
+    )
+
+
+def _gap(sums: Sequence[_Sums]) -> Gap:
+    residual, measured = sum(each.residual for each in sums), sum(each.measured for each in sums)
+    whitened, data = sum(each.whitened for each in sums), sum(each.data for each in sums)
+    return Gap(100 * float(np.sqrt(residual / measured)), float(np.sqrt(whitened / data)))
+
+
+def _interval(sums: Sequence[_Sums]) -> tuple[float, float]:
+    """Of the percentage, by drawing parts with replacement."""
+    random = np.random.default_rng(0)
+    chosen = random.integers(len(sums), size=(RESAMPLED, len(sums)))
+    residual, measured = (np.array([getattr(each, name) for each in sums]) for name in ("residual", "measured"))
+    drawn = 100 * np.sqrt(np.sum(residual[chosen], axis=1) / np.sum(measured[chosen], axis=1))
+    low, high = np.percentile(drawn, [50 - LEVEL / 2, 50 + LEVEL / 2])
+    return float(low), float(high)
+
+
+def _across(each: HammerSet) -> Real:
+    return np.array([dof.direction is Direction.Y for dof in each.inputs], dtype=float)

@@ -1,0 +1,105 @@
+"""Which explanation is how probable: no effect, one, a pair, or one that the catalogue does not have.
+
+What is known beforehand is little: most gaps have one cause. Each effect stands beside itself at its tolerance, a
+narrow prior, so that a trace of it that every bench has is no explanation. Against all stands the unknown effect: a
+residual model that can take any smooth shape, explains all misfit beyond noise, and pays for that freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.search import Model
+
+PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
+SINGLES = 31
+TOLERANCE = 1 / 60
+"""Of an effect's range, within which every bench has a trace of it."""
+FREEDOM = 12.0
+"""What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
+UNKNOWN = ("unknown",)
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """One explanation.
+
+    Attributes:
+        effects: ids; ("unknown",) for an effect that the catalogue does not have.
+        model: its most probable law; that of the best explanation for the unknown.
+        score: logarithm of its probability, up to a constant.
+        probability: all sum to one.
+    """
+
+    effects: tuple[str, ...]
+    model: Model
+    score: float
+    probability: float
+
+
+def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
+    """Explanations by probability, the best first.
+
+    Args:
+        none: the paper's model, fitted to the same data as
+        models: with one or two effects, of any number of laws.
+    """
+    every = (none, *models)
+    best = min(every, key=lambda each: each.misfit.certain)
+    temperature = temperature_of(none.misfit.certain, best.misfit.certain)
+    evidence = {id(each): log_evidence(each.fit, temperature) for each in every}
+    laws = dict[tuple[str, ...], list[Model]]()
+    for each in every:
+        laws.setdefault(tuple(sorted(each.ids)), []).append(each)
+    scores = {ids: _averaged([evidence[id(each)] for each in of]) for ids, of in laws.items()}
+    for each in models:  # a trace of one effect belongs to the explanation without it
+        for place, effect in enumerate(each.effects):
+            rest = tuple(sorted(other.id for other in each.effects if other is not effect))
+            trace = evidence[id(each)] + _as_trace(each, place, temperature)
+            if rest in scores:
+                scores[rest] = max(scores[rest], trace)
+    top = max(every, key=lambda each: evidence[id(each)])
+    weighed = {ids: score + _prior(ids) for ids, score in scores.items()}
+    left = top.misfit.certain / temperature / 2
+    weighed[UNKNOWN] = evidence[id(top)] + left - FREEDOM + float(np.log(PRIOR["unknown"]))
+    total = logsumexp(list(weighed.values()))
+    result = [
+        Weighed(
+            effects=ids,
+            model=top if ids == UNKNOWN else max(laws[ids], key=lambda each: evidence[id(each)]),
+            score=score,
+            probability=float(np.exp(score - total)),
+        )
+        for ids, score in weighed.items()
+    ]
+    return tuple(sorted(result, key=lambda each: -each.score))
+
+
+def _averaged(evidence: Sequence[float]) -> float:
+    return float(logsumexp(evidence) - np.log(len(evidence)))
+
+
+def _prior(ids: tuple[str, ...]) -> float:
+    if not ids:
+        return float(np.log(PRIOR["none"]))
+    if len(ids) == 1:
+        return float(np.log(PRIOR["single"] / SINGLES))
+    return float(np.log(PRIOR["pair"] / (SINGLES * (SINGLES - 1) / 2)))
+
+
+def _as_trace(model: Model, effect: int, temperature: float) -> float:
+    """Change of evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
+    parameters = model.effects[effect].parameters
+    places = [
+        place
+        for place, parameter in zip(model.places(effect), parameters, strict=True)
+        if not parameter.positive and parameter.centre == 0.0
+    ]
+    if not places:
+        return float("-inf")
+    return at_tolerance(model.fit, places, [TOLERANCE] * len(places), temperature)

@@ -40,7 +40,7 @@ demo: install
 	$(BIN)/jointlab demo
 
 test: install-test
-	@sh tests/install_programs.sh
+	@sh tests/install_programs.sh $(VENV)
 	$(BIN)/pytest -n 2 --dist worksteal
 
 bench: install-test

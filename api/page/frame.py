@@ -49,7 +49,7 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
     if state is None:
         return "no rig here", "idle"
     if state.interlocks:
-        return f"tripped: {', '.join(state.interlocks)}", "tripped"
+        return f"tripped: {', '.join(state.interlocks).replace('_', ' ')}", "tripped"
     return PHASES[state.phase]
 
 

@@ -46,8 +46,8 @@ def interval(low: float | None, high: float | None, scale: float = 1.0, unit: st
 
 
 def interlock(name: str) -> str:
-    """What an interlock of the tester means."""
-    return INTERLOCKS.get(name, f"Interlock {name}.")
+    """What an interlock of the tester means; `name` as on its panel."""
+    return INTERLOCKS.get(name.replace("_", " "), f"Interlock {name}.")
 
 
 def duration(seconds: float) -> str:

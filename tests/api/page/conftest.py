@@ -1,0 +1,74 @@
+"""Chromium without a window, in front of a service on simulated instruments, and a hand to work the bench."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
+
+from api.simulated import as_toml
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from tests.api.page.technician import Service, Tab, serving
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+expect.set_options(timeout=20_000)  # ms; these machines are busy
+SIZE = ViewportSize(width=1000, height=800)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, wherever this machine has it."""
+    program = next((found for name in PROGRAMS if (found := shutil.which(name))), None)
+    if program is None:
+        pytest.skip(f"no Chromium here ({', '.join(PROGRAMS)}), and it could not be installed: see make test")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_tab(browser: Browser) -> Iterator[Callable[[Service], Tab]]:
+    """Open a tab of a browser of its own, without any cookie."""
+    contexts = []
+
+    def open_one(service: Service) -> Tab:
+        context = browser.new_context(viewport=SIZE, accept_downloads=True)
+        contexts.append(context)
+        return Tab(context.new_page(), service)
+
+    yield open_one
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service on a simulated laboratory whose hand is the test's own, as a technician's is."""
+    folder = tmp_path_factory.mktemp("rig")
+    (folder / "jointlab.toml").write_text(as_toml(running_laboratory.addresses), encoding="utf-8")
+    with serving(folder) as service:
+        yield service
+
+
+@pytest.fixture
+def hand(running_laboratory: Laboratory) -> Iterator[Hand]:
+    """The technician's hand."""
+    hand = Hand(running_laboratory.addresses.hand)
+    yield hand
+    hand.close()
+
+
+@pytest.fixture
+def tab(rig: Service, open_tab: Callable[[Service], Tab]) -> Iterator[Tab]:
+    """A tab that is logged in to the rig; whatever it left running is stopped afterwards."""
+    tab = open_tab(rig)
+    tab.log_in()
+    yield tab
+    httpx.post(f"{rig.address}/api/rig/stop", timeout=30)
+    assert tab.hosts == {"127.0.0.1"}
+    assert not tab.errors

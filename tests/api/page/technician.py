@@ -1,0 +1,132 @@
+"""What a technician has in front of them: the service, and a tab of a browser that shows it."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import httpx
+from playwright.sync_api import Page, Request
+
+from store.catalogue import Catalogue
+from store.keys import Scope, add_key
+
+ROOT = Path(__file__).resolve().parents[3]
+START = 60.0  # s
+
+
+@dataclass
+class Service:
+    """`jointlab serve` on one port, that can be killed and started anew.
+
+    Attributes:
+        folder: where database and configuration are.
+        key: opens everything.
+    """
+
+    folder: Path
+    port: int = 0
+    key: str = ""
+    _process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def database(self) -> str:
+        return f"sqlite:///{self.folder / 'jointlab.db'}"
+
+    def start(self) -> None:
+        """Start it; returns when it answers."""
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(("JOINTLAB_", "PYTEST"))}
+        where = {"JOINTLAB_DATABASE_URL": self.database, "JOINTLAB_CONFIG": str(self.folder / "jointlab.toml")}
+        self._process = process = subprocess.Popen(
+            [sys.executable, "-m", "api.cli", "serve", f"--port={self.port}"],
+            env=kept | where,
+            stdout=subprocess.DEVNULL,
+            cwd=ROOT,
+        )
+        until = time.monotonic() + START
+        while time.monotonic() < until:
+            assert process.poll() is None, "the service ended by itself"
+            try:
+                httpx.get(f"{self.address}/api/health", timeout=5)
+            except httpx.TransportError:
+                time.sleep(0.1)
+                continue
+            return
+        raise AssertionError(f"the service does not answer within {START:g} s")
+
+    def kill(self) -> None:
+        """End it as a power cut would."""
+        assert self._process is not None
+        self._process.kill()
+        self._process.wait()
+
+    def stop(self) -> None:
+        """End it in order."""
+        assert self._process is not None
+        self._process.terminate()
+        self._process.wait(30)
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[Service]:
+    """A service on the database and configuration of `folder`, with a key."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    service = Service(folder, port)
+    with Catalogue.open(service.database) as catalogue, catalogue.writing() as session:
+        service.key = add_key(session, "technician", Scope)[1]
+    service.start()
+    try:
+        yield service
+    finally:
+        service.stop()
+
+
+@dataclass
+class Tab:
+    """One tab of the browser, and every request that it made.
+
+    Attributes:
+        page: Playwright's.
+        hosts: that were asked for anything.
+        errors: that the page's scripts had.
+    """
+
+    page: Page
+    service: Service
+    hosts: set[str] = field(default_factory=set)
+    errors: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.page.on("request", self._note)
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    def _note(self, request: Request) -> None:
+        parts = urlsplit(request.url)
+        if parts.scheme not in ("data", "blob"):
+            self.hosts.add(parts.hostname or "")
+
+    def go(self, path: str) -> Page:
+        """Open a path of the page."""
+        self.page.goto(f"{self.service.address}{path}")
+        return self.page
+
+    def log_in(self) -> Page:
+        """Log in with the key, as a person does."""
+        page = self.go("/page/")
+        page.get_by_label("Key").fill(self.service.key)
+        page.get_by_role("button", name="Log in").click()
+        page.get_by_role("heading", name="Dashboard").wait_for()
+        return page

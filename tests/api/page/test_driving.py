@@ -1,0 +1,164 @@
+"""A technician drives the rig from the page, as a person would: by what is shown, with a hammer in the hand."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from urllib.parse import urlencode
+
+from playwright.sync_api import Page, expect
+
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from tests.api.page.technician import Service, Tab
+
+HAMMER = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Two points"}
+SWEEP = {
+    "parts": "sweep",
+    "specimens": "I",
+    "configurations": "shear",
+    "amplitudes": "0,1 0,01",
+    "frequencies": "40 80 40",
+    "title": "Short sweep",
+}
+SLOW_SWEEP = SWEEP | {"frequencies": "5 200 5"}
+
+
+def start(tab: Tab, wanted: dict[str, str]) -> Page:
+    """Start what the address asks for."""
+    page = tab.go(f"/page/measure?{urlencode(wanted)}")
+    page.get_by_role("button", name="Start").click()
+    return page
+
+
+def asked(page: Page, text: str) -> None:
+    """Wait until the technician is asked for this."""
+    expect(page.locator("#prompt")).to_have_text(text)
+
+
+def mount(page: Page, hand: Hand) -> None:
+    """Put the cylinders in as asked, and say so."""
+    asked(page, "Mount the cylinders of joint I in shear, and step back")
+    hand.do("mount", specimen="I", configuration="shear")
+    page.get_by_role("button", name="Done").click()
+
+
+def test_a_wrong_key_is_told_why_and_a_right_one_opens_the_page(
+    rig: Service, open_tab: Callable[[Service], Tab]
+) -> None:
+    tab = open_tab(rig)
+    page = tab.go("/page/runs?state=stopped")
+    page.get_by_label("Key").fill("jl_wrong")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("alert")).to_contain_text("this key is not known here")
+    page.get_by_label("Key").fill(rig.key)
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("heading", name="Runs", exact=True)).to_be_visible()
+    assert page.url.endswith("/page/runs?state=stopped")
+    assert tab.hosts == {"127.0.0.1"}
+
+
+def test_stop_is_there_before_anybody_has_logged_in(rig: Service, open_tab: Callable[[Service], Tab]) -> None:
+    page = open_tab(rig).go("/page/")
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
+
+
+def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Tab, hand: Hand) -> None:
+    page = start(tab, HAMMER)
+    asked(page, "Strike 1y (blow 1)")
+    expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
+    hand.do("strike", node=1, direction="y", what="double")
+    expect(page.locator("#verdict")).to_contain_text("refused: double hit")
+    expect(page.locator("#count")).to_contain_text("0 of 4 blows accepted")
+    for blow, point, count in ((2, "1y", 1), (3, "1y", 2), (1, "3y", 3), (2, "3y", 4)):
+        asked(page, f"Strike {point} (blow {blow})")
+        expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", point)
+        hand.do("strike", node=int(point[0]), direction="y", what="clean")
+        expect(page.locator("#count")).to_contain_text(f"{count} of 4 blows accepted")
+    expect(page.locator("#verdict")).to_contain_text("accepted")
+    expect(page.locator("#prompt")).to_contain_text("is finished")
+    expect(page.get_by_role("img", name="Coherence so far").locator("canvas")).to_be_visible()
+
+
+def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: Hand) -> None:
+    page = start(tab, SLOW_SWEEP)
+    mount(page, hand)
+    expect(page.locator("#latest")).to_contain_text("asked; k =")
+    page.get_by_role("button", name="Hold").click()
+    asked(page, "On hold. The actuator is held, nothing is armed.")
+    expect(page.locator("#rig-state")).to_have_text("on hold")
+    held = page.locator("#count").inner_text()
+    page.reload()
+    asked(page, "On hold. The actuator is held, nothing is armed.")
+    expect(page.locator("#count")).to_have_text(held)
+    page.get_by_role("button", name="Go on").click()
+    expect(page.locator("#count")).not_to_have_text(held)
+    expect(page.locator("#count")).to_contain_text("left")
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
+    expect(page.locator("#prompt")).to_contain_text("is stopped")
+
+
+def test_a_sweep_is_measured_to_its_end(tab: Tab, hand: Hand) -> None:
+    page = start(tab, SWEEP)
+    mount(page, hand)
+    expect(page.locator("#count")).to_have_text("4 of 4 sine points")
+    expect(page.locator("#latest")).to_contain_text(re.compile(r"80.0\sHz, 0.0\d+\smm reached of 0.0100\smm asked"))
+    expect(page.locator("#prompt")).to_contain_text("is finished")
+
+
+def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:
+    page = start(tab, HAMMER)
+    for blow in (1, 2):
+        asked(page, f"Strike 1y (blow {blow})")
+        hand.do("strike", node=1, direction="y", what="clean")
+    asked(page, "Strike 3y (blow 1)")
+    page.keyboard.press("Escape")
+    expect(page.locator("#prompt")).to_contain_text("is stopped")
+    page.get_by_role("button", name="Resume run").click()
+    asked(page, "Strike 3y (blow 1)")
+    expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
+
+
+def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Hand, laboratory: Laboratory) -> None:
+    page = start(tab, SLOW_SWEEP)
+    mount(page, hand)
+    expect(page.locator("#latest")).to_be_visible()
+    laboratory.tester.emergency_stop()
+    expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
+    page.get_by_role("link", name="Dashboard").click()
+    expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
+    page.get_by_role("button", name="I have seen to the cause").click()
+    expect(page.get_by_role("alert").filter(has_text="cause still present")).to_be_visible()  # it is still pressed
+    laboratory.tester.release_emergency_stop()
+    page.get_by_role("button", name="I have seen to the cause").click()
+    expect(page.locator("#rig-state")).to_have_text("at rest")
+    expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
+
+
+def test_what_cannot_be_measured_is_refused_where_the_technician_looks(tab: Tab) -> None:
+    page = start(tab, HAMMER | {"points": "1y 99y"})
+    expect(page.get_by_role("alert").filter(has_text="no node for 99y")).to_be_visible()
+    page = start(tab, SWEEP | {"amplitudes": "a lot"})
+    expect(page.get_by_role("alert").filter(has_text="are no numbers")).to_be_visible()
+    page = start(tab, SWEEP | {"amplitudes": "50"})
+    expect(page.get_by_role("alert").filter(has_text="outside the rig's limits")).to_be_visible()
+
+
+def test_two_people_do_not_drive_at_once(
+    tab: Tab, hand: Hand, rig: Service, open_tab: Callable[[Service], Tab]
+) -> None:
+    page = start(tab, HAMMER)
+    asked(page, "Strike 1y (blow 1)")
+    page.get_by_role("link", name="Laboratory").click()
+    page.get_by_role("link", name="Keys").click()
+    page.get_by_label("Name of the person or program").fill("another technician")
+    page.get_by_role("checkbox", name="control:rig").check()
+    page.get_by_role("button", name="Make the key").click()
+    other = open_tab(Service(rig.folder, rig.port, page.locator("#secret").inner_text()))
+    their = other.log_in()
+    their.get_by_role("link", name="Hammer session").click()
+    asked(their, "Strike 1y (blow 1)")
+    their.get_by_role("button", name="Hold").click()
+    expect(their.get_by_role("alert").filter(has_text="drives the rig")).to_be_visible()

@@ -21,12 +21,14 @@ from api.client import Client, Driver
 from api.simulated import as_toml
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
+from store.keys import Scope, add_key
 from store.sine_records import list_sine_records
 from tests.api.conftest import paper
 from tests.api.test_serve_command import serving_process
+from tests.bench.bench_stop import RAMP
 from tests.store.conftest import fill
 
-CLIENTS, LOOKS_A_SECOND, STOPS = 20, 2.0, 60
+CLIENTS, LOOKS_A_SECOND, STOPS = 20, 2.0, 40
 READ_LIMIT_MS, STOP_LIMIT_MS = 150.0, 100.0
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1, 0.05],
@@ -61,11 +63,13 @@ def _measure(folder: Path, laboratory: LaboratoryProcess, pause: float) -> None:
     (folder / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
     with Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}") as catalogue:
         fill(catalogue)
+        with catalogue.writing() as session:
+            _, secret = add_key(session, "bench", list(Scope))
     context = multiprocessing.get_context("spawn")
-    with serving_process(folder) as (address, _), Client(address) as lab:
+    with serving_process(folder) as (address, _), Client(address, secret) as lab:
         run = lab.create_run(paper() | {"steps": [SWEEP]}).id
         ended, answers = context.Event(), context.Queue()
-        reader = context.Process(target=_read, args=(address, pause, ended, answers))
+        reader = context.Process(target=_read, args=(address, secret, pause, ended, answers))
         with lab.driving("bench") as driver:
             driver.start(run)
             _mount(lab, driver, laboratory, run)
@@ -76,7 +80,9 @@ def _measure(folder: Path, laboratory: LaboratoryProcess, pause: float) -> None:
             readings: Readings = answers.get()
             reader.join()
             _show("reads", readings.took, f"95th percentile below {READ_LIMIT_MS:g} ms wanted")
-            _show("STOP, request to confirmed rest", stops, f"99th percentile below {STOP_LIMIT_MS:g} ms wanted")
+            _show("STOP, request to confirmed rest", stops, "")
+            wanted = f"99th percentile below {STOP_LIMIT_MS:g} ms wanted"
+            _show(f"less the instrument's ramp of {1e3 * RAMP:.0f} ms", [took - 1e3 * RAMP for took in stops], wanted)
             _show("this machine: late to wake a sleeper", late.end(), "")
         print(f"  reads answered otherwise: {len(readings.failed)} {readings.failed[:3]}")
     _show_records(folder, run)
@@ -105,10 +111,11 @@ def _stop(lab: Client, driver: Driver, laboratory: LaboratoryProcess, run: int, 
     return took
 
 
-def _read(address: str, pause: float, ended: Any, answers: Any) -> None:
+def _read(address: str, secret: str, pause: float, ended: Any, answers: Any) -> None:
     """Be all the clients, a thread and a connection each."""
     readings = Readings()
-    threads = [threading.Thread(target=_be_client, args=(address, pause, ended, readings, n)) for n in range(CLIENTS)]
+    given = (address, secret, pause, ended, readings)
+    threads = [threading.Thread(target=_be_client, args=(*given, number)) for number in range(CLIENTS)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -116,8 +123,9 @@ def _read(address: str, pause: float, ended: Any, answers: Any) -> None:
     answers.put(readings)
 
 
-def _be_client(address: str, pause: float, ended: Any, readings: Readings, number: int) -> None:
-    with httpx.Client(base_url=address, timeout=30.0) as http:
+def _be_client(address: str, secret: str, pause: float, ended: Any, readings: Readings, number: int) -> None:
+    headers = {"Authorization": f"Bearer {secret}"}
+    with httpx.Client(base_url=address, headers=headers, timeout=30.0) as http:
         count = number
         while not ended.is_set():
             path = PATHS[count % len(PATHS)]

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from api.commands.identification import FreeBeam, Without, identified
-from api.commands.terminal import out
+from api.commands.terminal import open_catalogue, out, run_number
+from api.report.gap import stored_gap_sections
 from api.report.page import write_report
+from api.report.section import Section
 
 
 def register(app: typer.Typer) -> None:
@@ -23,7 +25,14 @@ def report(
     without: Without = None,
     free_beam: FreeBeam = None,
 ) -> None:
-    """Identify and write the report, with the paper's figures and tables for this bench."""
-    found = identified(target, without or (), free_beam)
-    write_report(found, file)
+    """Identify and write the report, with the paper's figures and tables for this bench.
+
+    Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
+    """
+    found, run = identified(target, without or (), free_beam), run_number(target)
+    gap: tuple[Section, ...] = ()
+    if run is not None:
+        with open_catalogue() as catalogue:
+            gap = stored_gap_sections(catalogue, run)
+    write_report(found, file, more=gap)
     out.print(f"{file} written")

@@ -1,6 +1,10 @@
-"""A measurement as the gap diagnosis has it."""
+"""What is diagnosed: a bundle or a run, as the gap diagnosis has it."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +13,12 @@ from analysis.gap import measurement as gap
 from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours
 from analysis.structure.beam import Beam
 from api.identification.measurement import Measurement
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.progress import Progress, silent
+from store.bundle import Bundle
 from store.bundle_setup import Article
+from store.catalogue import Catalogue
+from store.runs import get_run
 
 LOWEST_LINE = 5.0
 """Hz. Below, ten blows of two seconds say little, and an accelerometer less."""
@@ -17,8 +26,62 @@ NEIGHBOURS = 9
 """Lines over which the variance of ten blows is averaged before it serves as a weight."""
 
 
-def gap_measurement(measured: Measurement, preset_mm: float = 0.0) -> gap.Measurement:
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is diagnosed.
+
+    Attributes:
+        title: of the bundle or the run.
+        measurement: of both rigs, or of one.
+    """
+
+    title: str
+    measurement: gap.Measurement
+
+
+def subject_of_bundle(bundle: Bundle) -> Subject:
+    """What a bundle holds.
+
+    Raises:
+        AnalysisError: there is nothing to diagnose, or a table contradicts itself.
+    """
+    return _subject(measurement_of_bundle(bundle), bundle.setup.model_dump(mode="json"))
+
+
+def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Subject:
+    """What a run holds: computed from its raw records where it was measured here, else as it was imported.
+
+    Raises:
+        StoreError: there is no such run, or a record is damaged.
+        AnalysisError, ApiError: there is nothing to diagnose.
+    """
+    measured = measurement_of_run(catalogue, run_id, progress)
+    with catalogue.reading() as session:
+        setup = get_run(session, run_id).setup
+    return _subject(measured, setup)
+
+
+def _subject(measured: Measurement, setup: Mapping[str, Any]) -> Subject:
+    """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
+    asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
+    preset_mm = setup.get("direct", {}).get("preset_mm", 0.0)
+    return Subject(measured.title, gap_measurement(measured, preset_mm, asked))
+
+
+def _dof(written: tuple[int, str]) -> Dof:
+    node, direction = written
+    return Dof(node, Direction(direction))
+
+
+def gap_measurement(
+    measured: Measurement, preset_mm: float = 0.0, predict: tuple[tuple[Dof, Dof], ...] = ()
+) -> gap.Measurement:
     """What the diagnosis needs of a measurement.
+
+    Args:
+        measured: accelerances and sine points of one article.
+        preset_mm: mean displacement in the tester.
+        predict: responses and inputs of the accelerances that a prediction is asked for.
 
     Raises:
         AnalysisError: there is nothing to diagnose, or a table contradicts itself.
@@ -39,6 +102,7 @@ def gap_measurement(measured: Measurement, preset_mm: float = 0.0) -> gap.Measur
             tester_gain=tolerances.tester_gain,
         ),
         preset=preset_mm * 1e-3,
+        predict=predict,
     )
 
 

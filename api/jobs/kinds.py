@@ -15,24 +15,23 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from api.errors import ApiError
+from api.gap.pipeline import diagnose_run
+from api.gap.record import keep_diagnosis
 from api.identification.pipeline import identify as identify_measurement
 from api.identification.record import keep_identification
 from api.identification.source import measurement_of_run
 from api.progress import Progress
+from api.report.gap import stored_gap_sections
 from api.report.page import write_report
-from store.analyses import AnalysisKind, add_analysis
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
-from store.diagnoses import Diagnosis, add_diagnosis
 from store.hdf5 import export_hdf5
 from store.jobs import Job
 
 Keep = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Keep]
 
-GAP = "api.gap.pipeline"
-"""The diagnosis at work. `diagnose_run(catalogue, run_id, progress)` returns a document jointlab-diagnosis/1,
-`run_trial(cases, seed, progress)` the scores of a sealed trial."""
+TRIAL = "api.gap.trial.run"
 
 
 @dataclass(frozen=True)
@@ -72,32 +71,15 @@ def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
 def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     """What explains the gap between a run and its simulation."""
     run = job.parameters["run"]
-    document: dict[str, Any] = _gap("diagnose_run")(catalogue, run, progress)
-
-    def keep(session: Session) -> dict[str, Any]:
-        analysis = add_analysis(
-            session, kind=AnalysisKind.DIAGNOSES, method=document["format"], settings={}, runs=[run]
-        )  # fmt: skip
-        gap, verdict = document["gap"], document["verdict"]
-        add_diagnosis(
-            session,
-            Diagnosis(
-                analysis_id=analysis,
-                status=verdict["status"],
-                effects=tuple(verdict["effects"]),
-                gap_before_percent=gap["before"]["percent"],
-                gap_after_percent=gap["after"]["percent"],
-                document=document,
-            ),
-        )
-        return {"diagnosis": analysis}
-
-    return keep
+    document = diagnose_run(catalogue, run, progress)
+    return lambda session: {"diagnosis": keep_diagnosis(session, run, document)}
 
 
 def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     """How often the diagnosis is right, on cases whose truth is sealed until it has answered."""
-    scores: dict[str, Any] = _gap("run_trial")(job.parameters["cases"], job.parameters["seed"], progress)
+    # what draws cases is loaded for a trial only: no other work is to know that simulation exists
+    run_trial: Callable[..., dict[str, Any]] = import_module(TRIAL).run_trial
+    scores = run_trial(job.parameters["cases"], job.parameters["seed"], progress)
     return lambda _session: scores
 
 
@@ -117,7 +99,8 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
             case "hdf5":
                 export_hdf5(catalogue, run, folder / name)
             case _:
-                write_report(identify_measurement(measurement_of_run(catalogue, run, progress)), folder / name)
+                found = identify_measurement(measurement_of_run(catalogue, run, progress))
+                write_report(found, folder / name, more=stored_gap_sections(catalogue, run))
         advance(1)
     return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
 
@@ -129,11 +112,3 @@ KINDS: Mapping[str, Kind] = {
     "trial": Kind(("cases", "seed"), trial),
     "export": Kind(("run", "form"), export),
 }
-
-
-def _gap(name: str) -> Callable[..., dict[str, Any]]:
-    try:
-        found: Callable[..., dict[str, Any]] = getattr(import_module(GAP), name)
-    except (ModuleNotFoundError, AttributeError) as error:
-        raise ApiError(f"this version of jointlab has no diagnosis of the gap ({error})") from error
-    return found

@@ -1,0 +1,200 @@
+"""`jointlab gap`: where simulation and measurement differ, which effect causes it, how far the gap then shrinks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Column, Table
+
+from analysis.dof import Dof
+from analysis.gap.measurement import Measurement
+from api.commands.sequences import BUILT_IN, named_sequence
+from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
+from api.errors import ApiError
+from api.gap import words
+from api.gap.catalogue import Entry, blank_measurement, entries, range_of
+from api.gap.pipeline import Diagnosed, diagnose_bundle, diagnosed
+from api.gap.predictions import write_predictions
+from api.gap.record import keep_diagnosis
+from api.gap.source import subject_of_bundle, subject_of_run
+from api.progress import on_terminal
+from api.report.gap import write_gap_report
+from store.bundle import read_bundle
+
+Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
+SHOWN_PLACES, SHOWN_RANKS = 5, 5
+MOST_NAMES = 3
+
+gap = typer.Typer(
+    help="Say where simulation and measurement differ, which effect causes it, and how far the gap shrinks with it.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.add_typer(gap, name="gap")
+
+
+@gap.command("diagnose")
+def diagnose(
+    target: Target,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole diagnosis to this file.")] = None,
+    predictions: Annotated[
+        Path | None,
+        typer.Option(help="Write before.unv and after.unv here: what the bundle's `predict` asks for."),
+    ] = None,
+    report: Annotated[Path | None, typer.Option("--report", "-o", help="Write one HTML page with maps.")] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(metavar="EFFECT", help="Do without an effect; may be repeated. `gap catalogue` lists them."),
+    ] = None,
+) -> None:
+    """Diagnose the gap between a measurement and the paper's model of it.
+
+    Says where they differ beyond noise and stated tolerances, which effects of the catalogue explain it and with what
+    probability, and how far the gap on data that no fit saw then falls. Diagnoses of a run are stored; those of a
+    bundle are only shown (import it first to store them).
+    """
+    found = _diagnosed(target, tuple(without or ()))
+    show(found.document)
+    if json_file is not None:
+        write_json(found.document, json_file)
+    if predictions is not None:
+        asked = found.subject.measurement.predict
+        if found.found.predicted is None or not asked:
+            raise ApiError(f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json")
+        files = write_predictions(predictions, found.found.predicted, asked)
+        out.print(" and ".join(map(str, files)) + " written")
+    if report is not None:
+        write_gap_report(found.document, report)
+        out.print(f"{report} written")
+
+
+@gap.command("locate")
+def locate(target: Target) -> None:
+    """Say where simulation and measurement differ, and nothing about causes."""
+    document = _diagnosed(target, (), keep=False).document
+    before, floor = document["gap"]["before"]["percent"], document["gap"]["floor_percent"]
+    out.print(f"gap {words.percent(before)}, floor {words.percent(floor)}")
+    _show_faults(document)
+    out.print(places(document, len(document["where"])))
+    out.print(words.MAP_WARNING)
+
+
+@gap.command("catalogue")
+def catalogue(
+    target: Annotated[
+        str | None,
+        typer.Argument(metavar="[BUNDLE|RUN]", help="For this measurement; by default for the paper's experiments."),
+    ] = None,
+) -> None:
+    """List the effects that a diagnosis knows, with their laws, parameters and plausible ranges.
+
+    Nineteen of twenty values are expected within the range. An effect with several laws is tried with each of them.
+    """
+    out.print(effects_table(list(entries(_measurement(target)))))
+
+
+def _measurement(target: str | None) -> Measurement:
+    if target is None:
+        sequence = named_sequence(BUILT_IN)
+        struck = tuple(Dof.parse(point) for point in sequence.hammer_steps[0].points)
+        return blank_measurement(sequence.article, struck)
+    run = run_number(target)
+    if run is None:
+        return subject_of_bundle(read_bundle(Path(target))).measurement
+    with open_catalogue() as store:
+        return subject_of_run(store, run, on_terminal(progress_console)).measurement
+
+
+def effects_table(known: Sequence[Entry]) -> Table:
+    """Every law of every effect; of parameters with a range in common, such as those of all points, the first."""
+    table = Table(Column("effect", no_wrap=True), "what it is", "law", "parameter", "range", box=None)
+    before: Entry | None = None
+    for entry in known:
+        same = before is not None and before.effect == entry.effect
+        head = ("", "") if same else (entry.effect, entry.title)
+        lines = parameter_ranges(entry) or [("-", "nothing this measurement could show")]
+        table.add_row(*head, entry.law, *lines[0])
+        for line in lines[1:]:
+            table.add_row("", "", "", *line)
+        before = entry
+    return table
+
+
+def parameter_ranges(entry: Entry) -> list[tuple[str, str]]:
+    """Parameters of a law with their ranges; parameters alike in range and unit share a line."""
+    alike = dict[str, list[str]]()
+    for parameter in entry.parameters:
+        low, high = range_of(parameter)
+        alike.setdefault(words.interval_with_unit((low, high), parameter.unit), []).append(parameter.name)
+    return [(_short(names), text) for text, names in alike.items()]
+
+
+def _short(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} ... {names[-1]} ({len(names)})"
+
+
+def _diagnosed(target: str, without: tuple[str, ...], keep: bool = True) -> Diagnosed:
+    """Diagnose a bundle, or a run; a run's diagnosis is stored if it is to be kept."""
+    progress = on_terminal(progress_console)
+    run = run_number(target)
+    if run is None:
+        return diagnose_bundle(Path(target), without, progress)
+    with open_catalogue() as store:
+        found = diagnosed(subject_of_run(store, run, progress), without, progress)
+        if keep:
+            with store.writing() as session:
+                keep_diagnosis(session, run, found.document, without)
+    return found
+
+
+def show(document: Mapping[str, Any]) -> None:
+    """A diagnosis on one screen."""
+    _show_faults(document)
+    status = document["verdict"]["status"]
+    out.print(f"{status.upper()}: {words.verdict_sentence(document)}", style="bold")
+    out.print(words.probability_sentence(document))
+    for effect, name, value, interval in words.parameter_lines(document):
+        out.print(f"  {effect}: {name} = {value}, 90 % {interval}")
+    for sentence in (words.twins_sentence(document), document["verdict"]["next_experiment"]):
+        if sentence:
+            out.print(sentence)
+    out.print(places(document, SHOWN_PLACES))
+    out.print(ranking(document))
+
+
+def places(document: Mapping[str, Any], count: int) -> Table:
+    """Where the gap lies, the largest part first."""
+    table = Table("where", "band", "mostly", "share of the gap", "sigma", box=None)
+    for place in document["where"][:count]:
+        table.add_row(
+            words.place_words(place),
+            words.band_words(place),
+            place["part"],
+            f"{100 * place['share']:.0f} %",
+            f"{place['significance']:.1f}",
+        )
+    return table
+
+
+def ranking(document: Mapping[str, Any]) -> Table:
+    """Explanations, the most probable first."""
+    table = Table("explanation", "probability", "gap with it", box=None)
+    for each in document["ranking"][:SHOWN_RANKS]:
+        table.add_row(
+            words.ranked_name(each["effects"]),
+            f"{100 * each['probability']:.1f} %",
+            words.percent(each["held_out_gap_percent"]),
+        )
+    return table
+
+
+def _show_faults(document: Mapping[str, Any]) -> None:
+    for fault in document["faults"]:
+        out.print(f"FAULT in the measurement: {fault}", style="red")

@@ -1,0 +1,90 @@
+"""From a bundle or a run to its diagnosis, the document of it, and the store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.gap.catalogue import effect_ids
+from analysis.gap.diagnosis import Diagnosis, diagnose
+from api.errors import ApiError
+from api.gap.document import diagnosis_document
+from api.gap.source import Subject, subject_of_bundle, subject_of_run
+from api.progress import Advance, Progress, silent
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+
+PARTS = 100
+"""Steps of the bar that shows how far a diagnosis is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosed:
+    """A diagnosis with what it was made of.
+
+    Attributes:
+        subject: what was diagnosed.
+        found: the diagnosis.
+        document: the same as JSON.
+    """
+
+    subject: Subject
+    found: Diagnosis
+    document: dict[str, Any]
+
+
+def diagnosed(subject: Subject, without: Iterable[str] = (), progress: Progress = silent) -> Diagnosed:
+    """Diagnose a subject.
+
+    Args:
+        subject: a bundle or a run.
+        without: ids of effects that the catalogue is to do without.
+        progress: told how far the work is.
+
+    Raises:
+        ApiError: the catalogue has no such effect.
+        AnalysisError: the measurement cannot be simulated.
+    """
+    left_out, known = frozenset(without), effect_ids()
+    for effect in sorted(left_out):
+        if effect not in known:
+            raise ApiError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
+    with progress("diagnosis", PARTS) as advance:
+        show = _by_share(advance)
+        found = diagnose(subject.measurement, left_out, show)
+        show("done", 1.0)
+    return Diagnosed(subject, found, {"title": subject.title} | diagnosis_document(found))
+
+
+def diagnose_bundle(path: Path, without: Iterable[str] = (), progress: Progress = silent) -> Diagnosed:
+    """Diagnose a bundle: a folder, or a zip of it.
+
+    Raises:
+        StoreError: the bundle is refused.
+        ApiError, AnalysisError: as of `diagnosed`.
+    """
+    return diagnosed(subject_of_bundle(read_bundle(path)), without, progress)
+
+
+def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> dict[str, Any]:
+    """The document of a run's diagnosis; `api.gap.record` keeps it.
+
+    Raises:
+        StoreError, AnalysisError, ApiError: there is no such run, or nothing in it to diagnose.
+    """
+    return diagnosed(subject_of_run(catalogue, run_id, progress), progress=progress).document
+
+
+def _by_share(advance: Advance) -> Callable[[str, float], None]:
+    """A function that is told the share of the whole and moves a bar of `PARTS` there."""
+    done = 0
+
+    def show(what: str, share: float) -> None:  # noqa: ARG001 - a bar has one line of words, and keeps it
+        nonlocal done
+        further = max(round(PARTS * min(share, 1.0)) - done, 0)
+        done += further
+        advance(further)
+
+    return show

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated
@@ -25,6 +26,7 @@ from store.catalogue import Catalogue
 from store.keys import count_keys
 
 LOOPBACK = "127.0.0.1"
+SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers
 
 
 def register(app: typer.Typer) -> None:
@@ -59,6 +61,7 @@ def serve(
         out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
         mount(app, services)
+        sys.setswitchinterval(SWITCH)
         config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=5)
         uvicorn.Server(config).run(sockets=[listener])
 

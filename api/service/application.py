@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
+from anyio import to_thread
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
@@ -59,6 +60,9 @@ RESOURCES: tuple[APIRouter, ...] = (
     audit.router,
 )
 
+READERS = 4
+"""Requests that are worked on at a time. They share an interpreter with the run: more of them would answer nobody
+sooner, and keep STOP waiting."""
 DESCRIPTION = """
 Measures elastomeric joints and identifies their stiffness k, structural damping h and loss factor gamma.
 
@@ -73,6 +77,7 @@ def create_app(services: Services) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+        to_thread.current_default_thread_limiter().total_tokens = READERS
         yield
         if services.runs is not None:
             services.runs.close()

@@ -1,4 +1,7 @@
-"""What every route works with: the catalogue, the rig's run manager and the queue of jobs."""
+"""What every route works with: the catalogue, the rig's run manager and the queue of jobs.
+
+What STOP depends on are coroutines: they wait for no thread.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ class Services:
     jobs: JobQueue | None = None
 
 
-def services(request: Request) -> Services:
+async def services(request: Request) -> Services:
     """The services of the application that a request came to."""
     found: Services = request.app.state.services
     return found
@@ -39,7 +42,7 @@ def services(request: Request) -> Services:
 Context = Annotated[Services, Depends(services)]
 
 
-def rig(context: Context) -> RunManager:
+async def rig(context: Context) -> RunManager:
     """The run manager.
 
     Raises:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Annotated
 
 from anyio import CapacityLimiter, to_thread
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, BackgroundTasks, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -129,11 +129,11 @@ def get(_who: Reader, rig: Rig) -> RigDocument:
 
 
 @router.post("/stop", responses=problems(409, 502))
-async def stop(context: Context, rig: Rig) -> Stopped:
+async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopped:
     """STOP: end whatever is carried out; answers with the actuator at rest. Open to everybody, without any key."""
     own_thread = CapacityLimiter(1)  # a stop waits for nobody who reads
     run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
-    await to_thread.run_sync(_note_stop, context, run_id)
+    afterwards.add_task(_note_stop, context, run_id)  # whoever stops does not wait for the database
     return Stopped(run_id=run_id)
 
 

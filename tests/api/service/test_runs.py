@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from api.runs.manager import RunManager
-from store.audit import list_audit_entries
+from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.runs import RunState, finish_run, start_run
 from tests.api.conftest import paper
@@ -177,8 +177,10 @@ def test_what_moved_the_machine_is_in_the_audit_log(
 ) -> None:
     rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
     rig_client.post("/api/rig/stop")
-    with catalogue.reading() as session:
-        entries = list_audit_entries(session)
+    entries: list[AuditEntry] = []
+    while not (entries and entries[0].action == "stop"):  # it is noted when it is done
+        with catalogue.reading() as session:
+            entries = list_audit_entries(session)
     assert [(entry.action, entry.target) for entry in entries] == [
         ("stop", "rig"), ("pause run", f"run {created}"), ("create run", "new run"), ("take lease", "rig"),
     ]  # fmt: skip

@@ -18,7 +18,12 @@ Words = Annotated[str, StringConstraints(pattern=r"^[^\s\x00-\x1f\x7f]([^\x00-\x
 
 def _by_way_of_json(value: Any) -> Any:
     # where an array is a tuple; a sequence's article is strict about that
-    return Sequence.model_validate_json(json.dumps(value)) if isinstance(value, dict) else value
+    if not isinstance(value, dict):
+        return value
+    text = json.dumps(value)
+    if "\\u0000" in text:
+        raise ValueError("a sequence holds the character NUL, which not every database keeps")
+    return Sequence.model_validate_json(text)
 
 
 WholeSequence = Annotated[Sequence, BeforeValidator(_by_way_of_json)]

@@ -31,10 +31,12 @@ FAR = 2_000_000_011  # number of the key: one that is revoked by chance is anoth
 
 
 @contextmanager
-def fuzzed_service(folder: Path) -> Iterator[tuple[str, str]]:
+def fuzzed_service(folder: Path, database: str | None) -> Iterator[tuple[str, str]]:
     """A service in front of a filled catalogue and a simulated rig; its address, and a key with every scope."""
     with ExitStack() as stack:
-        catalogue = stack.enter_context(Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}"))
+        catalogue = stack.enter_context(
+            Catalogue.open(database or f"sqlite:///{folder / 'jointlab.db'}", folder / "waveforms")
+        )
         laboratory = stack.enter_context(LaboratoryProcess(1, 200.0))
         fill(catalogue)
         with catalogue.writing() as session:
@@ -47,9 +49,12 @@ def fuzzed_service(folder: Path) -> Iterator[tuple[str, str]]:
         yield str(client.base_url).rstrip("/"), secret
 
 
-def fuzz(folder: Path, phases: str, examples: int, seed: int) -> tuple[int, str]:
-    """Generate cases; how many, and what schemathesis says where one fails ("" where none does)."""
-    with fuzzed_service(folder) as (address, secret):
+def fuzz(folder: Path, phases: str, examples: int, seed: int, database: str | None = None) -> tuple[int, str]:
+    """Generate cases; how many, and what schemathesis says where one fails ("" where none does).
+
+    The database is an SQLite file in `folder` where no other one is named.
+    """
+    with fuzzed_service(folder, database) as (address, secret):
         done = subprocess.run(
             [
                 sys.executable, "-m", "schemathesis.cli", "run", f"{address}/openapi.json",

@@ -12,6 +12,7 @@ import pytest
 from store.catalogue import Catalogue
 from store.keys import Scope
 from store.runs import start_run
+from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, MakeKey
 
 
@@ -51,6 +52,12 @@ def test_a_body_that_is_no_json_is_a_problem(client: httpx.Client, make_key: Mak
     headers = {"content-type": "application/json", "Idempotency-Key": "a", "Authorization": f"Bearer {key}"}
     answer = client.put("/api/sequences/x", content=b"{", headers=headers)
     assert (answer.status_code, answer.headers["content-type"]) == (422, PROBLEM)
+
+
+def test_a_sequence_with_a_character_that_no_database_keeps_is_refused(client: httpx.Client) -> None:
+    document = paper() | {"title": "beam\0three"}
+    answer = client.put("/api/sequences/x", json=document, headers={"Idempotency-Key": "a"})
+    assert (answer.status_code, "NUL" in answer.json()["detail"]) == (422, True)
 
 
 def test_a_database_that_does_not_answer_is_a_503(client: httpx.Client, catalogue: Catalogue, tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ _VIEWS = (
     _View("Sweep", views.sweep.build),
     _View("Runs", views.runs.build),
     _View("Results", views.results.build),
+    _View("Gap", views.gap.build),
     _View("Laboratory", views.laboratory.build),
 )
 

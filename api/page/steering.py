@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 
 from nicegui import ui
@@ -22,8 +23,13 @@ def steering(frame: Frame, *, holds: bool = True) -> None:
         show("<p>This service drives no rig; it shows what was measured.</p>")
         return
     row = ui.element("div").classes("card w-full").props('aria-live="polite"')
+    shown: list[tuple[RigState, Prompt | None]] = []
 
     async def refresh() -> None:
+        now = [(without_counts(runs.state), runs.prompt)]
+        if now == shown:
+            return  # a button that is made anew with every point can hardly be pressed
+        shown[:] = now
         row.clear()
         with row:
             show(prompt_text(runs.state, runs.prompt))
@@ -31,6 +37,11 @@ def steering(frame: Frame, *, holds: bool = True) -> None:
                 _buttons(frame, runs.state, runs.prompt, holds)
 
     frame.refreshes.append(refresh)
+
+
+def without_counts(state: RigState) -> RigState:
+    """What of a state does not change with every blow and sine point."""
+    return replace(state, blows=0, sines=0)
 
 
 def prompt_text(state: RigState, prompt: Prompt | None) -> str:

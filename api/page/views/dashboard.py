@@ -12,6 +12,7 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
+from api.page.steering import without_counts
 from api.page.words import THIN, duration, interlock, moment, quantity, time_left
 from api.runs.state import Phase, RigState
 from api.service.context import Services
@@ -73,6 +74,7 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         with ui.element("section").classes("card"):
             warm = show("<h2>Temperature</h2><p>…</p>")
     latest = show("")
+    shown: list[RigState | None] = []
 
     async def refresh() -> None:
         state = None if runs is None else runs.state
@@ -83,6 +85,10 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         trouble.set_content(_interlocks(state))
         warm.set_content(_temperature(found.temperature))
         latest.set_content(_latest(found.runs))
+        steady = None if state is None else without_counts(state)
+        if [steady] == shown:
+            return
+        shown[:] = [steady]
         acts.clear()
         with acts:
             _ways_on(state)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import httpx
 import pytest
@@ -72,3 +73,13 @@ def tab(rig: Service, open_tab: Callable[[Service], Tab]) -> Iterator[Tab]:
     httpx.post(f"{rig.address}/api/rig/stop", timeout=30)
     assert tab.hosts == {"127.0.0.1"}
     assert not tab.errors
+
+
+@pytest.fixture(scope="module")
+def demo_copy(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the demo measured and found, that tests may add to."""
+    folder = tmp_path_factory.mktemp("campaign")
+    shutil.copy(demo / "jointlab.db", folder)
+    shutil.copytree(demo / "jointlab-waveforms", folder / "jointlab-waveforms")
+    (folder / "jointlab.toml").write_text("", encoding="utf-8")
+    return folder

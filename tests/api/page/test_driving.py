@@ -21,7 +21,7 @@ SWEEP = {
     "frequencies": "40 80 40",
     "title": "Short sweep",
 }
-SLOW_SWEEP = SWEEP | {"frequencies": "5 200 5"}
+LONG_SWEEP = SWEEP | {"frequencies": "5 200 0.5"}
 
 
 def start(tab: Tab, wanted: dict[str, str]) -> Page:
@@ -34,6 +34,13 @@ def start(tab: Tab, wanted: dict[str, str]) -> Page:
 def asked(page: Page, text: str) -> None:
     """Wait until the technician is asked for this."""
     expect(page.locator("#prompt")).to_have_text(text)
+
+
+def go_to(page: Page, point: str) -> None:
+    """Take the hammer to a point, and say so."""
+    asked(page, f"Take the hammer to {point}")
+    page.get_by_role("button", name="Done").click()
+    asked(page, f"Strike {point} (blow 1)")
 
 
 def mount(page: Page, hand: Hand) -> None:
@@ -66,12 +73,14 @@ def test_stop_is_there_before_anybody_has_logged_in(rig: Service, open_tab: Call
 
 def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Tab, hand: Hand) -> None:
     page = start(tab, HAMMER)
-    asked(page, "Strike 1y (blow 1)")
+    go_to(page, "1y")
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
     hand.do("strike", node=1, direction="y", what="double")
     expect(page.locator("#verdict")).to_contain_text("refused: double hit")
     expect(page.locator("#count")).to_contain_text("0 of 4 blows accepted")
     for blow, point, count in ((2, "1y", 1), (3, "1y", 2), (1, "3y", 3), (2, "3y", 4)):
+        if blow == 1:
+            go_to(page, point)
         asked(page, f"Strike {point} (blow {blow})")
         expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", point)
         hand.do("strike", node=int(point[0]), direction="y", what="clean")
@@ -82,7 +91,7 @@ def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Ta
 
 
 def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: Hand) -> None:
-    page = start(tab, SLOW_SWEEP)
+    page = start(tab, LONG_SWEEP)
     mount(page, hand)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     page.get_by_role("button", name="Hold").click()
@@ -110,19 +119,20 @@ def test_a_sweep_is_measured_to_its_end(tab: Tab, hand: Hand) -> None:
 
 def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:
     page = start(tab, HAMMER)
+    go_to(page, "1y")
     for blow in (1, 2):
         asked(page, f"Strike 1y (blow {blow})")
         hand.do("strike", node=1, direction="y", what="clean")
-    asked(page, "Strike 3y (blow 1)")
+    go_to(page, "3y")
     page.keyboard.press("Escape")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
     page.get_by_role("button", name="Resume run").click()
-    asked(page, "Strike 3y (blow 1)")
+    go_to(page, "3y")
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
 
 
 def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Hand, laboratory: Laboratory) -> None:
-    page = start(tab, SLOW_SWEEP)
+    page = start(tab, LONG_SWEEP)
     mount(page, hand)
     expect(page.locator("#latest")).to_be_visible()
     laboratory.tester.emergency_stop()
@@ -150,11 +160,12 @@ def test_two_people_do_not_drive_at_once(
     tab: Tab, hand: Hand, rig: Service, open_tab: Callable[[Service], Tab]
 ) -> None:
     page = start(tab, HAMMER)
-    asked(page, "Strike 1y (blow 1)")
+    go_to(page, "1y")
     page.get_by_role("link", name="Laboratory").click()
     page.get_by_role("link", name="Keys").click()
     page.get_by_label("Name of the person or program").fill("another technician")
-    page.get_by_role("checkbox", name="control:rig").check()
+    page.get_by_role("checkbox", name="control:rig").click()
+    expect(page.get_by_role("checkbox", name="control:rig")).to_be_checked()
     page.get_by_role("button", name="Make the key").click()
     other = open_tab(Service(rig.folder, rig.port, page.locator("#secret").inner_text()))
     their = other.log_in()

@@ -1,0 +1,147 @@
+"""The gap between measurement and simulation: where it is, which effect explains it, how far, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+from urllib.parse import quote
+
+from nicegui import ui
+
+from api.gap import words
+from api.page.charts import gap as charts
+from api.page.controls import chart
+from api.page.frame import Frame
+from api.page.markup import Bar, Cell, Link, paragraph, show, table
+from api.page.results.section import show_origin
+from api.page.words import moment
+from store.analyses import Analysis, get_analysis
+from store.diagnoses import Diagnosis, get_diagnosis, list_diagnoses
+from store.errors import NotFoundError
+
+STATUS = {
+    "none": "nothing beyond noise",
+    "explained": "explained",
+    "partial": "partly explained",
+    "unknown": "not explained",
+}
+
+
+def build(frame: Frame, query: Mapping[str, str]) -> None:
+    """Build the view of the diagnosis that the address names, or the list of them."""
+    asked = query.get("diagnosis", "")
+    if not asked.isdecimal():
+        _list(frame)
+        return
+    try:
+        with frame.services.catalogue.reading() as session:
+            found, analysis = get_diagnosis(session, int(asked)), get_analysis(session, int(asked))
+    except NotFoundError as error:
+        frame.tell(f"{error}; the list below has those that there are")
+        _list(frame)
+        return
+    _draw(found, analysis)
+
+
+def _list(frame: Frame) -> None:
+    with frame.services.catalogue.reading() as session:
+        found = list_diagnoses(session)
+    if not found:
+        show(
+            "<p>No diagnosis yet. Measure hammer and sweep in one run, open its <a href='/page/results'>results</a>, "
+            "and press “Diagnose the gap”.</p>"
+        )
+        return
+    rows = [
+        (
+            Link(f"diagnosis {each.analysis_id}", f"/page/gap?diagnosis={each.analysis_id}"),
+            STATUS.get(each.status, each.status),
+            ", ".join(each.effects) or "–",
+            words.percent(each.gap_before_percent),
+            words.percent(each.gap_after_percent),
+            moment(each.created_at),
+        )
+        for each in found
+    ]
+    show(table("Diagnoses", ("", "verdict", "effects", "gap before", "after", "made"), rows))
+
+
+def _draw(found: Diagnosis, analysis: Analysis) -> None:
+    document = found.document
+    verdict = document["verdict"]
+    colour = "refused" if verdict["status"] in ("partial", "unknown") else "accepted"
+    show(
+        f'<p class="big" id="verdict"><span class="badge {colour}">{escape(STATUS[verdict["status"]])}</span></p>'
+        f"<p>{escape(_sentence(words.verdict_sentence(document)))}</p>"
+        f"<p>{escape(_sentence(words.probability_sentence(document)))}</p>"
+    )
+    for fault in document.get("faults", ()):
+        paragraph(f"Wrong with the measurement itself: {fault}.", "notice trouble")
+    _next(document, analysis)
+    show("<h2>How far</h2>")
+    chart(
+        "Gap before and after, on data that no fit saw", charts.before_and_after(document["gap"]), "gap", height="16rem"
+    )
+    show("<h2>Which</h2>")
+    show(_ranking(document))
+    show(_parameters(document))
+    show("<h2>Where</h2>")
+    paragraph(words.MAP_WARNING, "quiet")
+    with ui.element("div").classes("cards"):
+        for index, drawn in enumerate(document.get("maps", ())):
+            chart(drawn["title"], charts.gap_map(drawn), f"map-{index + 1}", height="24rem")
+    show(_places(document["where"]))
+    show_origin(analysis)
+
+
+def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
+    """Twins, and the next experiment as a way to the sequence for it."""
+    if twins := words.twins_sentence(document):
+        paragraph(f"{_sentence(twins)}", "notice")
+    experiment = document["verdict"].get("next_experiment")
+    if not experiment:
+        return
+    address = f"/page/measure?like={analysis.runs[0]}&amp;because={quote(experiment)}"
+    show(
+        f"<p>Next experiment: {escape(experiment)}</p>"
+        f'<p><a class="act main" href="{address}">Open the sequence for it</a></p>'
+    )
+
+
+def _ranking(document: Mapping[str, Any]) -> str:
+    rows = [
+        (
+            words.ranked_name(each["effects"]),
+            Bar(each["probability"], f"{100 * each['probability']:.1f} %"),
+            words.percent(each.get("held_out_gap_percent")),
+            _explained(each),
+        )
+        for each in document["ranking"]
+    ]
+    head = ("explanation", "probability", "gap with it", "of the misfit explained")
+    return table("Explanations, the most probable first", head, rows)
+
+
+def _explained(entry: Mapping[str, Any]) -> str:
+    share = entry.get("explained")
+    return "–" if share is None else f"{100 * share:.0f} %"
+
+
+def _parameters(document: Mapping[str, Any]) -> str:
+    rows = words.parameter_lines(document)
+    return table("Its parameters", ("effect", "parameter", "value", "90 %"), rows) if rows else ""
+
+
+def _places(places: Sequence[Mapping[str, Any]]) -> str:
+    rows = map(_place, places)
+    return table("Places, the largest share of the misfit first", ("place", "band", "part", "share"), rows)
+
+
+def _place(place: Mapping[str, Any]) -> tuple[Cell, ...]:
+    share = Bar(place["share"], f"{100 * place['share']:.0f} %")
+    return words.place_words(place), words.band_words(place), place["part"], share
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."

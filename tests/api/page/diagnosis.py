@@ -1,0 +1,115 @@
+"""A diagnosis as the contract has it, small and made up: what the view shows of it is what is tested."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from store.analyses import AnalysisKind, add_analysis
+from store.catalogue import Catalogue
+from store.diagnoses import Diagnosis, add_diagnosis
+
+
+def example_document() -> dict[str, Any]:
+    """Two effects, of which one explains the gap; a map of three rows and four bands."""
+    found = {"value": 0.02, "ci90": [0.018, 0.022], "unit": "1"}
+    return {
+        "format": "jointlab-diagnosis/1",
+        "gap": {
+            "before": {"percent": 12.3, "sigma": 41.0},
+            "after": {"percent": 3.1, "sigma": 1.2},
+            "after_ci90_percent": [2.8, 3.5],
+            "floor_percent": 2.9,
+            "held_out": True,
+            "by_rig": {
+                "inverse": {"before": 11.0, "after": 3.0, "before_sigma": 41.0, "after_sigma": 1.2},
+                "direct": {"before": 14.0, "after": 3.3, "before_sigma": 20.0, "after_sigma": 1.1},
+            },
+        },
+        "where": [
+            {
+                "rig": "inverse",
+                "input": "1x",
+                "response": "3y",
+                "band_hz": [300, 360],
+                "level": 1,
+                "part": "magnitude",
+                "share": 0.41,
+                "significance": 25.0,
+            }
+        ],
+        "ranking": [
+            {
+                "effects": ["out_of_plane_bending"],
+                "laws": {"out_of_plane_bending": ""},
+                "probability": 0.93,
+                "held_out_gap_percent": 3.1,
+                "held_out_ci90_percent": [2.8, 3.5],
+                "explained": 0.97,
+                "parameters": {"out_of_plane_bending": {"coupling": found}},
+            },
+            {
+                "effects": ["unknown"],
+                "laws": {},
+                "probability": 0.06,
+                "held_out_gap_percent": None,
+                "held_out_ci90_percent": [None, None],
+                "explained": 0.0,
+                "parameters": {},
+            },
+            {
+                "effects": [],
+                "laws": {},
+                "probability": 0.01,
+                "held_out_gap_percent": 12.3,
+                "held_out_ci90_percent": [11.0, 13.0],
+                "explained": 0.0,
+                "parameters": {},
+            },
+        ],
+        "verdict": {
+            "status": "explained",
+            "effects": ["out_of_plane_bending"],
+            "twins": [["cross_axis_sensitivity", "out_of_plane_bending"]],
+            "next_experiment": "turn the accelerometer by 90 degrees and strike 3y again",
+        },
+        "titles": {"out_of_plane_bending": "the bar bends out of plane", "cross_axis_sensitivity": "cross axis"},
+        "maps": [
+            {
+                "title": "Beam rig, level 1",
+                "rows": ["1y", "3y", "1x"],
+                "edges_hz": [0, 100, 300, 360, 1024],
+                "energy": [[1, 2, 3, 1], [1, 1, 2, 1], [2, 9, 410, 8]],
+                "significance": [[0.1, 0.4, 1.1, 0.2], [0.3, 0.2, 0.9, 0.1], [0.8, 3.1, 25.0, 2.2]],
+            }
+        ],
+        "faults": [],
+        "trial": {
+            "cases": 200,
+            "strength": "strong",
+            "named": 9,
+            "right": 8,
+            "confidence": {"named": 60, "right": 55},
+        },
+        "seconds": 12.0,
+    }
+
+
+def add_example_diagnosis(catalogue: Catalogue, run_id: int) -> int:
+    """Store the example as a diagnosis of a run; its number."""
+    document = example_document()
+    with catalogue.writing() as session:
+        analysis = add_analysis(
+            session, kind=AnalysisKind.DIAGNOSES, method=document["format"], settings={}, runs=[run_id]
+        )
+        add_diagnosis(
+            session,
+            Diagnosis(
+                analysis_id=analysis,
+                status=document["verdict"]["status"],
+                effects=tuple(document["verdict"]["effects"]),
+                gap_before_percent=document["gap"]["before"]["percent"],
+                gap_after_percent=document["gap"]["after"]["percent"],
+                document=document,
+            ),
+        )
+    return analysis

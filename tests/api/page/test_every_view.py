@@ -1,0 +1,79 @@
+"""Whatever the view: nothing comes from outside, no script fails, and axe-core finds no serious fault."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from store.catalogue import Catalogue
+from tests.api.page.diagnosis import add_example_diagnosis
+from tests.api.page.technician import Service, Tab, serving
+
+AXE = Path(sys.prefix) / "axe/node_modules/axe-core/axe.min.js"
+VIEWS = (
+    "/page/",
+    "/page/measure",
+    "/page/measure?parts=sweep&because=to+tell+them+apart",
+    "/page/hammer?run=1",
+    "/page/sweep?run=1",
+    "/page/runs?state=finished",
+    "/page/results?run=1&part=Modes",
+    "/page/results?run=1&part=Accelerances",
+    "/page/results?run=1&part=Joints",
+    "/page/results?run=1&part=Tester",
+    "/page/results?run=1&part=Direct+against+inverse",
+    "/page/results?run=1&part=Measured+how",
+    "/page/gap",
+    "/page/gap?diagnosis={diagnosis}",
+    "/page/laboratory",
+    "/page/laboratory?part=Keys",
+    "/page/laboratory?part=Audit+log",
+)
+GRAVE = ("serious", "critical")
+
+
+@pytest.fixture(scope="module")
+def campaign(demo_copy: Path) -> Iterator[tuple[Service, int]]:
+    """A service in front of a whole campaign and a diagnosis of it."""
+    with serving(demo_copy) as service:
+        with Catalogue.open(service.database) as catalogue:
+            diagnosis = add_example_diagnosis(catalogue, run_id=1)
+        yield service, diagnosis
+
+
+@pytest.mark.parametrize("path", VIEWS)
+def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
+    path: str, campaign: tuple[Service, int], open_tab: Callable[[Service], Tab]
+) -> None:
+    service, diagnosis = campaign
+    tab = open_tab(service)
+    tab.log_in()
+    page = tab.go(path.format(diagnosis=diagnosis))
+    page.wait_for_load_state("networkidle")
+    assert not page.locator('[role="alert"]:visible').all_inner_texts() or "because" in path
+    assert tab.hosts == {"127.0.0.1"}
+    assert not tab.errors
+    if not AXE.is_file():
+        pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
+    page.add_script_tag(path=str(AXE))
+    found = page.evaluate("() => axe.run()")
+    grave = [
+        f"{each['id']} ({each['impact']}): {node['html'][:160]}"
+        for each in found["violations"]
+        if each["impact"] in GRAVE
+        for node in each["nodes"]
+    ]
+    assert not grave
+
+
+def test_the_form_to_log_in_has_no_grave_fault(
+    campaign: tuple[Service, int], open_tab: Callable[[Service], Tab]
+) -> None:
+    page = open_tab(campaign[0]).go("/page/")
+    if not AXE.is_file():
+        pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
+    page.add_script_tag(path=str(AXE))
+    assert not [each["id"] for each in page.evaluate("() => axe.run()")["violations"] if each["impact"] in GRAVE]

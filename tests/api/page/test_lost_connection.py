@@ -1,0 +1,51 @@
+"""A service that dies, and one that comes back: the page never shows what may not be so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from urllib.parse import urlencode
+
+import pytest
+from playwright.sync_api import expect
+
+from api.simulated import as_toml
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from tests.api.page.technician import Service, Tab, serving
+
+WANTED = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Cut off"}
+
+
+@pytest.fixture
+def service(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    folder = tmp_path_factory.mktemp("lost")
+    (folder / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
+    with serving(folder) as service:
+        yield service
+
+
+def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
+    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
+) -> None:
+    tab = open_tab(service)
+    tab.log_in()
+    page = tab.go(f"/page/measure?{urlencode(WANTED)}")
+    page.get_by_role("button", name="Start").click()
+    page.get_by_role("button", name="Done").click()
+    expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
+    hand.do("strike", node=1, direction="y", what="clean")
+    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+
+    service.kill()
+    expect(page.locator("#dead")).to_be_visible()
+    expect(page.locator("main")).to_have_attribute("inert", "")
+    expect(page.get_by_role("navigation", name="views")).to_have_attribute("inert", "")
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator(".stop output")).to_contain_text("Press the red button on the machine")
+
+    service.start()
+    expect(page.locator("#dead")).to_be_hidden()
+    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+    expect(page.locator("#rig-state")).to_have_text("at rest")
+    page.get_by_role("link", name="Dashboard").click()
+    expect(page.get_by_role("region", name="Latest runs")).to_contain_text("Cut off")

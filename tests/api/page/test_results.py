@@ -1,0 +1,113 @@
+"""From blows and sine points to results, files and the gap, by the buttons of the page."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect
+
+from store.catalogue import Catalogue
+from tests.api.page.diagnosis import add_example_diagnosis
+from tests.api.page.technician import Service, Tab, serving
+
+JOB = 90_000  # ms, for an identification on a busy machine
+
+
+@pytest.fixture(scope="module")
+def campaign(demo_copy: Path) -> Iterator[Service]:
+    """A service in front of a whole campaign, which it does not drive."""
+    with serving(demo_copy) as service:
+        yield service
+
+
+@pytest.fixture
+def page(campaign: Service, open_tab: Callable[[Service], Tab]) -> Page:
+    tab = open_tab(campaign)
+    tab.log_in()
+    return tab.go("/page/results?run=1")
+
+
+def part(page: Page, name: str) -> None:
+    """Open a part of the results."""
+    page.get_by_role("navigation", name="parts of the results").get_by_role("link", name=name, exact=True).click()
+
+
+def test_identify_brings_results_and_says_where_they_are_from(page: Page) -> None:
+    page.get_by_role("button", name="Identify").click()
+    expect(page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)).to_contain_text("done", timeout=JOB)
+    part(page, "Modes")
+    expect(page.get_by_role("region", name="Modes").get_by_role("row")).to_have_count(7)
+    expect(page.get_by_role("img", name="mode 1,")).to_be_visible()
+    page.get_by_text("Where is this from?").click()
+    expect(page.get_by_text("least-squares complex frequency domain")).to_be_visible()
+
+
+def test_terms_that_are_not_observable_are_greyed_with_the_reason(page: Page) -> None:
+    part(page, "Joints")
+    matrix = page.get_by_role("region", name="k of joint I, node 2, maximum likelihood")
+    expect(matrix.locator("td.unknown").first).to_contain_text("not observable")
+    expect(matrix.get_by_role("row").nth(2).get_by_role("cell").nth(2)).to_contain_text("MN/m")
+
+
+def test_both_methods_are_shown_against_each_other(page: Page) -> None:
+    part(page, "Direct against inverse")
+    table = page.get_by_role("region", name="Element by element")
+    expect(table.get_by_role("row").filter(has_text="k22").first).to_contain_text("MN/m")
+    expect(page.get_by_role("img", name="Stiffness, MN/m").locator("canvas")).to_be_visible()
+
+
+def test_a_chart_is_saved_as_a_picture_and_a_table_as_csv(page: Page, campaign: Service) -> None:
+    part(page, "Tester")
+    for form, beginning in (("PNG", b"\x89PNG"), ("SVG", b"<svg")):
+        with page.expect_download() as fetched:
+            page.get_by_role("button", name=f"save k, joint I in shear as {form}").click()
+        assert Path(fetched.value.path()).read_bytes().startswith(beginning)
+    address = f"{campaign.address}/page/tables/1/dynamic_stiffness.csv"
+    assert httpx.get(address).status_code == 401
+    rows = list(csv.DictReader(io.StringIO(httpx.get(address, cookies={"jointlab-key": campaign.key}).text)))
+    assert len(rows) == 36
+    assert float(rows[0]["stiffness"]) > 1e5
+
+
+def test_the_report_opens_with_every_figure(page: Page) -> None:
+    page.get_by_role("button", name="Report").click()
+    link = page.get_by_role("link", name="Open run-1").first
+    expect(link).to_be_visible(timeout=JOB)
+    link.click()
+    for figure in ("Fig. 5", "Fig. 6", "Fig. 7", "Fig. 11", "Fig. 13", "Fig. 14"):
+        expect(page.locator("figcaption").filter(has_text=figure).first).to_be_visible()
+
+
+def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(
+    page: Page, campaign: Service, open_tab: Callable[[Service], Tab]
+) -> None:
+    with Catalogue.open(campaign.database) as catalogue:
+        diagnosis = add_example_diagnosis(catalogue, run_id=1)
+    page.get_by_role("link", name="Gap").click()
+    page.get_by_role("link", name=f"diagnosis {diagnosis}").click()
+    expect(page.locator("#verdict")).to_have_text("explained")
+    expect(page.get_by_text("the gap falls from 12 % to 3.1 %")).to_be_visible()
+    expect(page.get_by_text("right 8 of 9 times")).to_be_visible()
+    ranking = page.get_by_role("region", name="Explanations")
+    expect(ranking.get_by_role("row").nth(1)).to_contain_text("93.0 %")
+    expect(page.get_by_role("region", name="Places")).to_contain_text("300 to 360 Hz")
+    expect(page.get_by_role("img", name="Beam rig, level 1").locator("canvas")).to_be_visible()
+    expect(page.get_by_text("cannot tell apart")).to_be_visible()
+    page.get_by_role("link", name="Open the sequence for it").click()
+    expect(page.get_by_text("turn the accelerometer by 90 degrees")).to_be_visible()
+    expect(page.get_by_label("Points to strike")).to_have_value("1y 3y 4y 5y 6y 7y 8y 9y 11y 1x 11x")
+
+
+def test_filters_of_runs_stay_in_the_address(page: Page) -> None:
+    page.get_by_role("link", name="Runs", exact=True).click()
+    page.get_by_label("State").select_option("failed")
+    page.get_by_role("button", name="Show").click()
+    expect(page.get_by_text("No run fits.")).to_be_visible()
+    assert "state=failed" in page.url
+    page.reload()
+    expect(page.get_by_label("State")).to_have_value("failed")

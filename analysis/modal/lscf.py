@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dgeev
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
@@ -63,10 +64,11 @@ def _reduced_normal_matrix(cycles: Real, block: Complex, order: int) -> Real:
     _, references, lines = block.shape
     size = order + 1
     powers = np.vander(np.exp(2j * np.pi * cycles), size, increasing=True)
+    parts = np.ascontiguousarray(powers.real), np.ascontiguousarray(powers.imag)
     toeplitz = order + np.arange(size)[None, :] - np.arange(size)[:, None]
-    numerator = _lags(np.ones(lines), powers)[toeplitz]  # the same for every row
-    mixed = _lags(block, powers)[..., toeplitz].transpose(2, 0, 3, 1)
-    own = _lags(np.einsum("ril,rjl->ijl", block.conj(), block), powers)[..., toeplitz].transpose(2, 0, 3, 1)
+    numerator = _lags(np.ones(lines), parts)[toeplitz]  # the same for every row
+    mixed = _lags(block, parts)[..., toeplitz].transpose(2, 0, 3, 1)
+    own = _lags(np.einsum("ril,rjl->ijl", block.conj(), block), parts)[..., toeplitz].transpose(2, 0, 3, 1)
     coupling = mixed.reshape(size, -1)
     solved = np.linalg.pinv(numerator, rcond=size * np.finfo(float).eps, hermitian=True) @ coupling
     by_row = (-1, size * references)
@@ -74,10 +76,15 @@ def _reduced_normal_matrix(cycles: Real, block: Complex, order: int) -> Real:
     return np.asarray(normal)
 
 
-def _lags(values: Complex | Real, powers: Complex) -> Real:
-    """Real parts (..., 2 order + 1) of the sums over lines of values (..., lines) times z^-order to z^order."""
-    even, odd = values.real @ powers.real, values.imag @ powers.imag
-    return np.concatenate([(even + odd)[..., :0:-1], even - odd], axis=-1)
+def _lags(values: Complex | Real, powers: tuple[Real, Real]) -> Real:
+    """Real parts (..., 2 order + 1) of the sums over lines of values (..., lines) times z^-order to z^order.
+
+    `powers` are the real and the imaginary parts (lines, order + 1) of z^0 to z^order.
+    """
+    flat = values.reshape(-1, values.shape[-1])  # one product of matrices is faster than one for each row
+    even, odd = flat.real @ powers[0], flat.imag @ powers[1]
+    lags = np.concatenate([(even + odd)[:, :0:-1], even - odd], axis=1)
+    return lags.reshape(*values.shape[:-1], -1)
 
 
 def _denominators(normal: Real, references: int) -> list[Real]:
@@ -104,9 +111,14 @@ def _denominators(normal: Real, references: int) -> list[Real]:
 def _stable_poles(denominator: Real, step: float) -> Complex:
     """Decaying poles of positive frequency of a matrix polynomial in z, lowest power first."""
     order, references = denominator.shape[0] - 1, denominator.shape[1]
-    companion = np.eye(order * references, k=-references)
-    companion[:references] = -denominator[1:].transpose(1, 0, 2).reshape(references, order * references)
-    inverse = np.linalg.eigvals(companion).astype(complex)  # of z: the lowest power's coefficient is the identity
+    # LAPACK is quickest with the coefficients in the last columns, in Fortran's order; at this size its overhead counts
+    companion = np.zeros((order * references, order * references), order="F")
+    np.fill_diagonal(companion[references:], 1.0)
+    companion[:, -references:] = -denominator[:0:-1].reshape(-1, references)
+    real, imaginary, _, _, failed = dgeev(companion, compute_vl=0, compute_vr=0, overwrite_a=1)
+    if failed:
+        raise AnalysisError(f"the poles of order {order} were not found; lower the order")
+    inverse = real + 1j * imaginary  # of z: the lowest power's coefficient is the identity
     poles = -np.log(inverse[inverse.imag < 0]) / step
     poles = poles[poles.real < 0]
     return np.asarray(poles[np.argsort(poles.imag)])

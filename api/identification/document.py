@@ -21,6 +21,7 @@ from api.identification.pipeline import Identification
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import TesterCorrections
 
+Z95 = 1.96
 FORMAT = "jointlab-identification/1"
 
 
@@ -35,6 +36,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
+            "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
@@ -114,6 +116,22 @@ def _inverse(route: Route[Any]) -> dict[str, Any]:
 def _gates(inverse: Inverse) -> list[dict[str, Any]]:
     gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
     return [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]
+
+
+def _cylinders(inverse: Inverse | None) -> dict[str, Any] | None:
+    """Joints from the cylinders they are built of: the parameters by name, and the matrices that follow."""
+    fit = None if inverse is None else inverse.cylinders
+    if fit is None:
+        return None
+    deviation = np.sqrt(np.diag(fit.covariance))
+    return {name: _joint(joint) for name, joint in fit.joints.items()} | {
+        "parameters": {
+            label: {"value": value, "ci95": [value - Z95 * error, value + Z95 * error]}
+            for label, value, error in zip(fit.labels, fit.values.tolist(), deviation.tolist(), strict=True)
+        },
+        "passed": fit.passed,
+        "chi_square": float(np.mean(fit.chi_square_per_row)),
+    }
 
 
 def _level(level: Level) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
+from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
@@ -68,6 +69,8 @@ class Inverse:
         paper: joints by the paper's method, from the modes.
         likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
         fit: all that the maximum-likelihood fit says, its gates among it.
+        cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
+            None where that fails a gate.
     """
 
     measured: FrequencyResponses
@@ -77,6 +80,7 @@ class Inverse:
     paper: Route[JointEstimate]
     likelihood: Route[LikelihoodEstimate]
     fit: JointFit
+    cylinders: JointFit | None
 
 
 def inverse_of(measurement: Measurement, damping_ratios: Sequence[float] | None = None) -> Inverse:
@@ -105,7 +109,30 @@ def inverse_of(measurement: Measurement, damping_ratios: Sequence[float] | None 
         paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
         likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes),
         fit=fit,
+        cylinders=_by_cylinders(article, beam, measured, fit),
     )
+
+
+def _by_cylinders(article: Article, beam: FreeBeam, measured: FrequencyResponses, fit: JointFit) -> JointFit | None:
+    """The fit over the cylinders, from where `fit` is; None where that is no place to start from."""
+    if not fit.passed:
+        return None
+    return identify_from_responses(
+        beam,
+        measured,
+        [found.joint for found in fit.joints.values()],
+        parameters=cylinder_parameters_of(article),
+        tolerances=tolerances_of(article),
+    )
+
+
+def cylinder_parameters_of(article: Article) -> CylinderParameters:
+    """How the joints are built: inclinations within the article's tolerance, stiffnesses free."""
+    pairs = []
+    for drawn in article.joints:
+        lower, upper = drawn.inclinations_deg
+        pairs.append(CylinderPair(drawn.name, (math.radians(lower), math.radians(upper)), drawn.eccentricity))
+    return CylinderParameters(tuple(pairs), math.radians(article.tolerances.inclination_deg))
 
 
 def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:

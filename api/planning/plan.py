@@ -10,7 +10,6 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
-from analysis.inverse.cylinder_parameters import CylinderPair
 from analysis.inverse.experiment_information import Expectation, Experiment, PlannedSet, expected
 from analysis.inverse.experiment_remedies import Remedy, remedies
 from analysis.structure.beam import FreeBeam
@@ -18,7 +17,7 @@ from analysis.structure.bench_design import BenchDesign, bench_design
 from analysis.structure.conditioning import EigenvalueStudy, Supports, condition_numbers, eigenvalue_study
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from api.errors import ApiError
-from api.identification.inverse import LOWEST_LINE, tolerances_of
+from api.identification.inverse import LOWEST_LINE, cylinder_parameters_of, tolerances_of
 from api.identification.structure import free_beam_of
 from rig.sequence import HammerStep, Sequence
 from store.bundle_setup import Article
@@ -89,7 +88,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float) -> Pla
     if len(article.joints) != 2:
         raise ApiError(f"the studies of Figs. 3 and 4 are of two joints; the article has {len(article.joints)}")
     free_beam = free_beam_of(article)
-    joints, pairs = _joints(article, cylinder)
+    joints = _joints(article, cylinder)
     planned = _planned_set(article, step, noise)
     experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article))
     design = bench_design(free_beam, joints, step.highest_frequency)
@@ -107,7 +106,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float) -> Pla
         points=planned.inputs,
         noise=noise,
         expectation=expected(experiment),
-        remedies=remedies(experiment, pairs),
+        remedies=remedies(experiment, cylinder_parameters_of(article).pairs),
         design=design,
         stiffness_ratios=STIFFNESS_RATIOS,
         conditions={modes: condition_numbers(free_beam, STIFFNESS_RATIOS, modes, supports) for modes in (FEW, MORE)},
@@ -115,15 +114,19 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float) -> Pla
     )
 
 
-def _joints(article: Article, cylinder: ExpectedCylinder) -> tuple[tuple[Joint, ...], tuple[CylinderPair, ...]]:
+def _joints(article: Article, cylinder: ExpectedCylinder) -> tuple[Joint, ...]:
     lossy = 1 + 1j * cylinder.loss_factor
     alike = Cylinder(lossy * cylinder.shear, lossy * cylinder.compression, lossy * cylinder.rotation)
-    joints, pairs = [], []
-    for drawn in article.joints:
-        lower, upper = (math.radians(angle) for angle in drawn.inclinations_deg)
-        pairs.append(CylinderPair(drawn.name, (lower, upper), drawn.eccentricity))
-        joints.append(joint_from_cylinders(drawn.name, drawn.node, (alike, alike), (lower, upper), drawn.eccentricity))
-    return tuple(joints), tuple(pairs)
+    return tuple(
+        joint_from_cylinders(
+            drawn.name,
+            drawn.node,
+            (alike, alike),
+            [math.radians(angle) for angle in drawn.inclinations_deg],
+            drawn.eccentricity,
+        )
+        for drawn in article.joints
+    )
 
 
 def _planned_set(article: Article, step: HammerStep, noise: float) -> PlannedSet:

@@ -1,0 +1,84 @@
+"""What the page draws, as data: nothing is lost by thinning, what was typed is escaped, the next point is lit."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from api.page.charts.axes import pairs, thinned
+from api.page.charts.beam import beam_drawing
+from api.page.charts.gap import before_and_after, gap_map
+from api.page.charts.modal import moving_shape
+from api.page.charts.sines import by_amplitude, with_intervals
+from api.page.markup import Bar, Link, Unknown, filters, table
+from tests.api.page.diagnosis import example_document
+
+POSITIONS = (0.0, 0.1, 0.2, 0.3)
+
+
+@given(seed=st.integers(0, 2**32 - 1), samples=st.integers(1, 5000))
+def test_a_thinned_record_keeps_its_extremes_and_its_order(seed: int, samples: int) -> None:
+    value = np.random.default_rng(seed).standard_normal(samples)
+    x, y = thinned(np.arange(samples, dtype=float), value, 100)
+    assert x.size <= 100
+    assert np.all(np.diff(x) > 0)
+    assert (y.min(), y.max()) == (value.min(), value.max())
+    assert np.array_equal(value[x.astype(int)], y)
+
+
+def test_what_is_no_number_is_a_gap_in_a_line() -> None:
+    assert pairs(np.array([1.0, 2.0]), np.array([np.nan, 0.123456789])) == [[1.0, None], [2.0, 0.12346]]
+
+
+def test_the_next_point_is_lit_and_no_other() -> None:
+    drawn = beam_drawing(POSITIONS, {"I": 2}, "3y", {"1y": (2, 2), "3y": (0, 2), "1x": (0, 2)}, "3y")
+    assert drawn.count('data-next="true"') == 1
+    assert 'data-point="3y" data-next="true"' in drawn
+    assert "strike 3y next" in drawn
+    assert 'data-next="true"' not in beam_drawing(POSITIONS, {"I": 2}, "3y", {"1y": (2, 2)}, None)
+
+
+def test_what_people_typed_is_escaped() -> None:
+    bad = "<script>alert(1)</script>"
+    cells = (bad, Link(bad, f"/{bad}"), Unknown(bad, bad), Bar(0.5, bad))
+    said = table(bad, (bad,), [cells]) + filters({bad: (bad, bad, (bad,))}, bad)
+    said += beam_drawing(POSITIONS, {bad: 2}, "3y", {}, None)
+    assert "<script" not in said
+
+
+def test_curves_are_sorted_by_amplitude_and_frequency() -> None:
+    curves = by_amplitude([(0.01, 20, 2.0), (0.1, 20, 1.0), (0.01, 10, 3.0)])
+    assert list(curves) == [0.1, 0.01]
+    assert curves[0.01][0].tolist() == [10, 20]
+    assert curves[0.01][1].tolist() == [3.0, 2.0]
+
+
+def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> None:
+    curve = (np.array([10.0]), np.array([2.0]), np.array([0.5]))
+    made = with_intervals({0.1: curve}, "k", {"inverse": (5.0, 6.0)})
+    (bars,) = [series for series in made["series"] if series.get("silent")]
+    assert bars["data"] == [[10.0, 1.5], [10.0, 2.5], [10.0, None]]
+    assert made["yAxis"]["min"] < 2
+    assert made["yAxis"]["max"] > 6
+
+
+def test_a_shape_swings_once_from_end_to_end() -> None:
+    drawn = moving_shape("mode 1", np.array([0.2, 0.0]), np.array([1j, -1j]), 0.2)
+    frames = drawn.split('values="')[1].split('"')[0].split(";")
+    assert frames[0] == frames[-1]
+    assert frames[0] == "30.0,123.0 470.0,27.0"  # from left to right, whatever the order of points and the phase
+    assert frames[len(frames) // 2] == "30.0,27.0 470.0,123.0"
+
+
+def test_the_map_shows_each_cell_at_its_row_and_band() -> None:
+    made = gap_map(example_document()["maps"][0])
+    assert made["xAxis"]["data"] == ["0–100", "100–300", "300–360", "360–1024"]
+    assert [2, 2, 25.0] in made["series"][0]["data"]
+
+
+def test_before_and_after_have_interval_and_floor() -> None:
+    before, after = before_and_after(example_document()["gap"])["series"]
+    assert (before["data"], after["data"]) == ([12.3, 11.0, 14.0], [3.1, 3.0, 3.3])
+    assert before["markLine"]["data"][0]["xAxis"] == 2.9
+    assert [end["xAxis"] for end in after["markArea"]["data"][0]] == [2.8, 3.5]

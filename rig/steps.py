@@ -8,11 +8,11 @@ from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
-from rig.registers import MAP_VERSION, State
+from rig.registers import MAP_VERSION, State, name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step
 from rig.sweep import SweepPlan
 from rig.tester_limits import TesterLimits
-from rig.tester_status import TesterTrippedError, names_of
+from rig.tester_status import TesterIdentity, TesterTrippedError, names_of
 from rig.waiting import Soak
 from store.instruments import Instrument
 from store.sine_records import BLANK
@@ -55,9 +55,23 @@ def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Ins
                     "then reset",
                     tester.status().interlocks,
                 )
-            details = {"map_version": MAP_VERSION, "limits": dict(tester.identity.limits)}
-            found.append(Instrument("tester", "elastomer tester", tester.identity.serial, details=details))
+            found.append(
+                Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))
+            )
     return tuple(found)
+
+
+def _details(identity: TesterIdentity) -> dict[str, object]:
+    """What a tester says of itself, as the catalogue keeps it: limits, and what each detector does beyond its own."""
+    return {
+        "map_version": MAP_VERSION,
+        "watchdog_time": identity.watchdog_time,
+        "limits": dict(identity.limits),
+        "detectors": {
+            name_of(interlock): {"limit": detector.limit, "action": detector.action.name.lower()}
+            for interlock, detector in identity.detectors.items()
+        },
+    }
 
 
 def hammer_settings(step: HammerStep) -> HammerSettings:

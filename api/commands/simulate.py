@@ -13,7 +13,9 @@ import typer
 from api.commands.terminal import out
 from api.errors import ApiError
 from api.simulated import as_toml
+from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
+from simlab.tester_frame import TesterFrame
 
 
 def register(app: typer.Typer) -> None:
@@ -26,9 +28,13 @@ def simulate(
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Bench time over wall time.")] = 1.0,
     config: Annotated[Path | None, typer.Option(help="Write a configuration file that points at them.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the addresses as one line of JSON.")] = False,
+    frame_compliance: Annotated[float, typer.Option(min=0.0, max=1e-6, help="Of the tester, m/N.")] = 0.0,
+    fixture_mass: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the tester, kg.")] = 0.0,
+    channel_delay: Annotated[float, typer.Option(min=0.0, max=1e-2, help="Of its displacement, s.")] = 0.0,
 ) -> None:
     """Start the simulated instruments, print their addresses and run until interrupted (Ctrl-C)."""
-    with Laboratory(seed, speed) as laboratory:
+    frame = TesterFrame(frame_compliance, fixture_mass, channel_delay)
+    with Laboratory(seed, speed, Conditions(frame=frame)) as laboratory:
         if config is not None:
             write_new(config, as_toml(laboratory.addresses))
         if as_json:

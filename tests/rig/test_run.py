@@ -405,7 +405,10 @@ def test_instruments_are_looked_at_without_moving_anything(
 ) -> None:
     found = check_instruments(sequence, instruments)
     assert {instrument.kind for instrument in found} == {"acquisition", "thermometer", "tester"}
-    assert next(each for each in found if each.kind == "tester").details["map_version"] >= 1
+    details = next(each for each in found if each.kind == "tester").details
+    assert details["map_version"] >= 1
+    assert details["watchdog_time"] == 2.0
+    assert details["detectors"]["force"] == {"limit": 5000.0, "action": "program_interlock"}
     assert whole_laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
 
 

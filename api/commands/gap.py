@@ -20,6 +20,7 @@ from api.gap.pipeline import Diagnosed, diagnose_bundle, diagnosed
 from api.gap.predictions import write_predictions
 from api.gap.record import keep_diagnosis
 from api.gap.source import subject_of_bundle, subject_of_run
+from api.gap.trial.run import Trial, carry_out
 from api.progress import on_terminal
 from api.report.gap import write_gap_report
 from store.bundle import read_bundle
@@ -100,6 +101,41 @@ def catalogue(
     out.print(effects_table(list(entries(_measurement(target)))))
 
 
+@gap.command("trial")
+def trial(
+    seal: Annotated[Path, typer.Option(metavar="DIR", help="Where commitments, seals, answers and scores go.")],
+    cases: Annotated[int, typer.Option(min=1, max=10_000, help="How many cases are drawn.")] = 40,
+    seed: Annotated[int, typer.Option(min=0, help="Which cases are drawn.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, max=64, help="Processes that diagnose.")] = 2,
+    through_instruments: Annotated[
+        bool,
+        typer.Option("--through-instruments", help="Measure each case over the wires, a minute or two, not as files."),
+    ] = False,
+    honesty: Annotated[
+        int, typer.Option(min=0, help="Of so many singles diagnose one again without its true effect; 0 for none.")
+    ] = 4,
+    publish: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the scores shown beside verdicts: api/gap/trial_scores.json."),
+    ] = None,
+) -> None:
+    """Try the diagnosis on simulated cases whose truth is sealed until it has answered.
+
+    Cases are drawn on the independent bench: single effects, pairs, none, and effects in no catalogue. A SHA-256 of
+    every truth is written to DIR before the first diagnosis; workers are told of nothing but what was measured. A trial
+    that was interrupted goes on when the same command is given again.
+    """
+    scores = carry_out(
+        Trial(cases, seed, seal, workers, through_instruments, honesty), on_terminal(progress_console)
+    )  # fmt: skip
+    out.print((seal / "scores.md").read_text(encoding="utf-8"))
+    out.print(f"{seal / 'scores.json'}, {seal / 'scores.md'} and {seal / 'reliability.svg'} written")
+    if publish is not None:
+        published = {name: scores[name] for name in ("format", "cases", "verdicts")}
+        write_json(published | {"seed": seed}, publish)
+        out.print(f"{publish} written")
+
+
 def _measurement(target: str | None) -> Measurement:
     if target is None:
         sequence = named_sequence(BUILT_IN)
@@ -171,7 +207,7 @@ def show(document: Mapping[str, Any]) -> None:
 
 def places(document: Mapping[str, Any], count: int) -> Table:
     """Where the gap lies, the largest part first."""
-    table = Table("where", "band", "mostly", "share of the gap", "sigma", box=None)
+    table = Table(Column("where", no_wrap=True), "band", "mostly", "share", "sigma", box=None)
     for place in document["where"][:count]:
         table.add_row(
             words.place_words(place),

@@ -71,9 +71,9 @@ def twins_sentence(document: Mapping[str, Any]) -> str:
 
 
 def place_words(place: Mapping[str, Any]) -> str:
-    """Where a part of the gap lies: "beam rig, blow at 1x, read at 3y, level 1"."""
+    """Where a part of the gap lies: "beam rig, blow at 1x, level 1"."""
     if place["rig"] == "inverse":
-        where = [f"blow at {place.get('input', '?')}, read at {place.get('response', '?')}"]
+        where = [f"blow at {place.get('input', '?')}"]
         where += [f"level {_plain(place['level'])}"] if "level" in place else []
     else:
         where = [str(place[name]) for name in ("specimen", "configuration") if name in place]

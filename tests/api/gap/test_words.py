@@ -46,7 +46,7 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
 
 def test_places_in_both_rigs_are_named(document: Make) -> None:
     beam, tester = document()["where"]
-    assert words.place_words(beam) == "beam rig, blow at 1x, read at 3y, level 1"
+    assert words.place_words(beam) == "beam rig, blow at 1x, level 1"
     assert words.band_words(beam) == "300 to 360 Hz"
     assert words.place_words(tester) == "elastomer tester, I, shear, 0.1 mm"
 

@@ -1,0 +1,90 @@
+"""A case measured as a laboratory would: blows over NI-DAQmx, sweeps over Modbus, kept in a catalogue of its own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from analysis.dof import Dof
+from api.commands.terminal import instruments_of
+from api.gap.trial.worker import DATABASE
+from api.simulated import SimulatedOperator, simulated_settings
+from rig.run import run_sequence
+from rig.sequence import Sequence, sequence_from
+from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
+from simlab.case.draw import Case
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+
+SPEED = 100.0
+"""Bench time over wall time: beyond it the wires take the time, not the bench."""
+ARTICLE = ("beam", "node_positions", "joints", "accelerometer", "tolerances")
+
+
+class CaseOperator(SimulatedOperator):
+    """Strikes and mounts on a case's bench, and sets up anew where a hammer set begins."""
+
+    def __init__(self, hand: Hand, first: Dof) -> None:
+        super().__init__(hand)
+        self._first, self._sets = first, 0
+        self._last: Dof | None = None
+
+    def strike(self, point: Dof, blow: int) -> None:
+        """Strike `point`; a set begins with its first point.
+
+        Raises:
+            ApiError: no hammer reaches that point, or the case has no further set.
+        """
+        if point == self._first and self._last != point:
+            self._do("set_up", number=self._sets)
+            self._sets += 1
+        self._last = point
+        super().strike(point, blow)
+
+
+def measure(case: Case, folder: Path) -> None:
+    """Measure a case over the wires and keep the run in a database in `folder`.
+
+    Raises:
+        DaqError, RigError, ApiError: an instrument failed.
+    """
+    with Laboratory(speed=SPEED, case=case) as laboratory:
+        hand = Hand(laboratory.addresses.hand)
+        try:
+            sequence = sequence_of(hand.do("drawing"))
+            settings = simulated_settings(laboratory.addresses, database_url="")
+            operator = CaseOperator(hand, Dof.parse(MEASURED[0].name))
+            with Catalogue.open(f"sqlite:///{folder / DATABASE}") as catalogue:
+                run_sequence(sequence, instruments_of(settings), catalogue, operator)
+        finally:
+            hand.close()
+
+
+def sequence_of(drawing: dict[str, Any]) -> Sequence:
+    """What a laboratory does with a case that is drawn like this: its hammer sets, then the whole sweep."""
+    hammers = [
+        {
+            "step": "hammer",
+            "points": [row.name for row in MEASURED],
+            "blows": AVERAGES,
+            "peak_force": entry["peak_force"],
+        }
+        for entry in drawing["inverse"]
+    ]
+    sweep = {
+        "step": "sweep",
+        "specimens": [joint["name"] for joint in drawing["joints"]],
+        "configurations": list(CONFIGURATIONS),
+        "amplitudes_pp_mm": list(AMPLITUDES_PP_MM),
+        "preset_mm": PRESET_MM,
+    }
+    document = {
+        "format": "jointlab-sequence/1",
+        "title": drawing["title"],
+        "article_name": "sealed case",
+        "article": {part: drawing[part] for part in ARTICLE},
+        "steps": [*hammers, sweep],
+    }
+    return sequence_from(json.loads(json.dumps(document)))

@@ -1,0 +1,27 @@
+"""A sealed trial of the gap diagnosis: how often it is right, how sure, and how long it takes.
+
+JOINTLAB_TRIAL_CASES says how many cases (16), JOINTLAB_TRIAL_SEED which (1), JOINTLAB_TRIAL_FOLDER where they are kept:
+a trial that was interrupted goes on there.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rich.console import Console
+
+from api.gap.trial.run import Trial, carry_out
+from api.gap.trial.tables import markdown
+from api.progress import on_terminal
+
+
+def main() -> None:
+    """Carry out the trial and print its tables."""
+    cases = int(os.environ.get("JOINTLAB_TRIAL_CASES", "16"))
+    seed = int(os.environ.get("JOINTLAB_TRIAL_SEED", "1"))
+    with TemporaryDirectory() as scratch:
+        folder = Path(os.environ.get("JOINTLAB_TRIAL_FOLDER", scratch))
+        scores = carry_out(Trial(cases, seed, folder), on_terminal(Console(stderr=True)))
+    print(markdown(scores))

@@ -67,6 +67,7 @@ def _add(view: _View, services: Services) -> None:
             if Scope.READ not in caller.scopes:
                 raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
         except AccessError as error:
-            return RedirectResponse(log_in_address(request, str(error)))
+            why = str(error) if visitor.secret else ""  # whoever has no key yet did nothing wrong
+            return RedirectResponse(log_in_address(request, why))
         view.build(Frame(visitor, caller, view.title), request.query_params)
         return None

@@ -14,6 +14,7 @@ from api.runs.prompts import Prompt
 from api.runs.state import Phase, RigState
 
 RESUMABLE = ("stopped", "failed")
+ENDED = {"finished": "is finished", "stopped": "is stopped", "failed": "has failed"}
 
 
 def steering(frame: Frame, *, holds: bool = True) -> None:
@@ -47,7 +48,7 @@ def without_counts(state: RigState) -> RigState:
 def prompt_text(state: RigState, prompt: Prompt | None) -> str:
     """What the operator is to do, as large as it is important."""
     if state.phase is Phase.IDLE:
-        ended = f"Run {state.run_id} is {state.ended_as}" if state.ended_as else "Nothing is carried out"
+        ended = f"Run {state.run_id} {ENDED[state.ended_as]}" if state.ended_as else "Nothing is carried out"
         why = f": {escape(state.reason)}" if state.reason else ""
         return f'<p class="big" id="prompt">{escape(ended)}{why}.</p>'
     if state.phase is Phase.PAUSED:

@@ -50,7 +50,7 @@ def gap_map(drawn: Mapping[str, Any]) -> Options:
 
 def before_and_after(gap: Mapping[str, Any]) -> Options:
     """Gap in per cent before and after, overall and for each rig, with the interval of the after and the floor."""
-    rows = {"both rigs": (gap["before"]["percent"], gap["after"]["percent"])}
+    rows = {"overall": (gap["before"]["percent"], gap["after"]["percent"])}
     rows |= {rig: (found["before"], found["after"]) for rig, found in gap.get("by_rig", {}).items()}
     names = list(rows)
     made = plot(
@@ -72,7 +72,7 @@ def before_and_after(gap: Mapping[str, Any]) -> Options:
         made["series"][0]["markLine"] = {
             "symbol": "none",
             "lineStyle": {"color": INK, "type": "dashed", "width": 2},
-            "label": {"formatter": "floor", "color": INK},
+            "label": {"formatter": "floor", "color": INK, "position": "insideMiddleTop"},
             "data": [floor],
         }
     return made

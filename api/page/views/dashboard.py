@@ -12,7 +12,7 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
-from api.page.steering import without_counts
+from api.page.steering import ENDED, without_counts
 from api.page.words import THIN, duration, interlock, moment, quantity, time_left
 from api.runs.state import Phase, RigState
 from api.service.context import Services
@@ -136,7 +136,7 @@ def _now(state: RigState | None, seconds_left: float | None) -> str:
     if seconds_left is not None:
         parts.append(f'<p>Time left at this pace: <b id="time-left">{duration(seconds_left)}</b></p>')
     if state.ended_as is not None:
-        parts.append(f'<p id="ended">It is {escape(state.ended_as)}{_because(state.reason)}.</p>')
+        parts.append(f'<p id="ended">It {ENDED[state.ended_as]}{_because(state.reason)}.</p>')
     return "".join(parts)
 
 

@@ -91,7 +91,7 @@ def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(
     page.get_by_role("link", name="Gap").click()
     page.get_by_role("link", name=f"diagnosis {diagnosis}").click()
     expect(page.locator("#verdict")).to_have_text("explained")
-    expect(page.get_by_text("the gap falls from 12 % to 3.1 %")).to_be_visible()
+    expect(page.get_by_text("the gap falls from 12.3 % to 3.1 %")).to_be_visible()
     expect(page.get_by_text("right 8 of 9 times")).to_be_visible()
     ranking = page.get_by_role("region", name="Explanations")
     expect(ranking.get_by_role("row").nth(1)).to_contain_text("93.0 %")

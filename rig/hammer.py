@@ -53,6 +53,10 @@ class BlowSink(Protocol):
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Take blow `number` (from 1, refused ones counted) at `point`, as it was recorded and judged."""
 
+    def withdrawn(self, point: Dof) -> int:  # noqa: ARG002 - a sink that nobody takes blows back from has none
+        """How many accepted blows at `point` somebody has taken back since the session began."""
+        return 0
+
 
 @dataclass(frozen=True)
 class PointSoFar:
@@ -144,12 +148,12 @@ def run_hammer_session(
         if task.rate_note is not None:
             observer(RateCoerced(task.requested_rate, task.sample_rate))
         session = _Session(task, accelerometers, settings, operator, sink, observer, control or RunControl())
-        for index, point in enumerate(settings.points, start=1):
-            already = (so_far or {}).get(point, PointSoFar())
-            if already.accepted < settings.blows:
-                observer(PointStarted(point, index, len(settings.points)))
+        points = {point: (so_far or {}).get(point, PointSoFar()) for point in settings.points}
+        while lacking := [point for point, already in points.items() if session.lacks(point, already.accepted)]:
+            for point in lacking:  # again where a blow was taken back after its point was left
+                observer(PointStarted(point, settings.points.index(point) + 1, len(settings.points)))
                 session.control.carry_out(partial(operator.go_to, point), observer)
-                session.measure(point, already)
+                points[point] = session.measure(point, points[point])
 
 
 def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]:
@@ -173,8 +177,12 @@ class _Session:
     observer: Observer
     control: RunControl
 
-    def measure(self, point: Dof, already: PointSoFar) -> None:
-        """Take blows at `point` until enough count.
+    def lacks(self, point: Dof, accepted: int) -> bool:
+        """Whether a point with so many accepted blows, taken back or not, needs more."""
+        return accepted - self.sink.withdrawn(point) < self.settings.blows
+
+    def measure(self, point: Dof, already: PointSoFar) -> PointSoFar:
+        """Take blows at `point` until enough count; what it has then, those taken back included.
 
         Raises:
             PointGivenUpError: too many in a row did not.
@@ -183,7 +191,7 @@ class _Session:
         together = PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
         accepted = already.accepted
         in_a_row = 0
-        while accepted < self.settings.blows:
+        while self.lacks(point, accepted):
             blow += 1
             reason = self._refusal(point, blow, accepted, together)
             accepted = already.accepted + together.accepted
@@ -197,6 +205,7 @@ class _Session:
                     f"{self.settings.blows} accepted; the last: {reason}"
                 )
         self.observer(PointFinished(point, accepted, refused))
+        return PointSoFar(accepted, refused, blow)
 
     def _refusal(self, point: Dof, blow: int, accepted: int, together: PointBlows) -> str | None:
         """Take one blow; the reason why it does not count, None where it does."""

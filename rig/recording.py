@@ -8,9 +8,10 @@ from datetime import UTC, datetime
 from analysis.dof import Dof
 from analysis.modal.blow_check import BlowVerdict
 from daq.block import Block
+from rig.hammer import BlowSink
 from rig.sweep import SinePoint
 from rig.thermometer import Thermometer
-from store.blows import add_blow, add_point, list_points
+from store.blows import add_blow, add_point, count_withdrawals, list_points
 from store.catalogue import Catalogue
 from store.dof import Dof as StoredDof
 from store.runs import Run
@@ -18,7 +19,7 @@ from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel, WaveformReference
 
 
-class BlowRecorder:
+class BlowRecorder(BlowSink):
     """Keeps the blows of one hammer step, accepted and refused, as set `set_number` of a run.
 
     Raises:
@@ -32,7 +33,20 @@ class BlowRecorder:
         self._thermometer = thermometer
         with catalogue.reading() as session:  # points that an earlier part of the run has begun
             begun = [point for point in list_points(session, run.id) if point.set_number == set_number]
+            self._withdrawn = {point.id: count_withdrawals(session, point.id) for point in begun}
         self._points = {Dof.parse(str(point.dof)): point for point in begun}
+
+    def withdrawn(self, point: Dof) -> int:
+        """How many accepted blows at `point` somebody has taken back since this step began.
+
+        Raises:
+            StoreError: the catalogue cannot be read.
+        """
+        if point not in self._points:
+            return 0
+        number = self._points[point].id
+        with self._catalogue.reading() as session:
+            return count_withdrawals(session, number) - self._withdrawn.get(number, 0)
 
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Keep blow `number` (from 1) at `point` with its record and verdict.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store import models
@@ -30,12 +30,12 @@ class Blow:
 
     Attributes:
         number: counts the blows on the point, refused ones too, from 1.
-        reason: why it was refused; None where it was accepted.
+        reason: why it was refused, or withdrawn later; None where it counts.
         peak_force: N, or None where nothing was recorded.
         struck_at: UTC of the trigger, or None where an imported file does not say.
         waveform: where the record is, or None where nothing was recorded.
         source: the file it was imported from, or None for a blow recorded here.
-        id: number of the stored row.
+        id: number of the stored row; run_id: the run that it belongs to.
     """
 
     point: Dof
@@ -49,6 +49,7 @@ class Blow:
     waveform: WaveformReference | None
     source: str | None = None
     id: int | None = None
+    run_id: int | None = None
 
 
 def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> Point:
@@ -122,6 +123,7 @@ def add_blow(
         waveform,
         source,
         row.id,
+        point.run_id,
     )
 
 
@@ -132,13 +134,15 @@ def list_blows(session: Session, run_id: int) -> list[Blow]:
         NotFoundError: there is no such run.
     """
     file = _waveform_file(session, run_id)
+    taken_back = models.BlowWithdrawal
     rows = session.execute(
-        select(models.Blow, models.Point)
+        select(models.Blow, models.Point, taken_back.reason)
         .join(models.Point, models.Point.id == models.Blow.point_id)
+        .outerjoin(taken_back, taken_back.blow_id == models.Blow.id)
         .where(models.Point.run_id == run_id)
         .order_by(models.Blow.id)
     )
-    return [_blow(blow, point, file) for blow, point in rows]
+    return [_blow(blow, point, file, withdrawn) for blow, point, withdrawn in rows]
 
 
 def get_blow(session: Session, blow_id: int) -> Blow:
@@ -150,22 +154,46 @@ def get_blow(session: Session, blow_id: int) -> Blow:
     row = session.get(models.Blow, blow_id)
     if row is None:
         raise NotFoundError(f"there is no blow {blow_id}")
-    return _blow(row, row.point, row.point.run.waveform_file)
+    withdrawn = session.scalars(select(models.BlowWithdrawal.reason).filter_by(blow_id=blow_id)).one_or_none()
+    return _blow(row, row.point, row.point.run.waveform_file, withdrawn)
 
 
-def _blow(row: models.Blow, point: models.Point, file: str) -> Blow:
+def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow:
+    """Take an accepted blow back: its record stays, and it counts no more.
+
+    Raises:
+        NotFoundError: there is no such blow.
+        StoreError: it does not count already.
+    """
+    blow = get_blow(session, blow_id)
+    if not blow.accepted:
+        raise StoreError(f"blow {blow_id} does not count already: {blow.reason}")
+    session.add(models.BlowWithdrawal(blow_id=blow_id, reason=reason, who=who))
+    session.flush()
+    return get_blow(session, blow_id)
+
+
+def count_withdrawals(session: Session, point_id: int) -> int:
+    """How many accepted blows of a point were taken back."""
+    query = select(func.count()).select_from(models.BlowWithdrawal)
+    query = query.join(models.Blow, models.Blow.id == models.BlowWithdrawal.blow_id)
+    return session.scalar(query.where(models.Blow.point_id == point_id)) or 0
+
+
+def _blow(row: models.Blow, point: models.Point, file: str, withdrawn: str | None) -> Blow:
     return Blow(
         point=Dof(point.node, point.direction),
         set_number=point.set_number,
         number=row.number,
-        accepted=row.accepted,
-        reason=row.reason,
+        accepted=row.accepted and withdrawn is None,
+        reason=row.reason or (None if withdrawn is None else f"withdrawn: {withdrawn}"),
         peak_force=row.peak_force,
         temperature_c=row.temperature_c,
         struck_at=row.struck_at,
         waveform=None if row.waveform_record is None else WaveformReference(file, row.waveform_record),
         source=row.source,
         id=row.id,
+        run_id=point.run_id,
     )
 
 

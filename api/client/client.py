@@ -109,6 +109,10 @@ class Client:
         """Sine records of a run, in the order of measuring."""
         return self._connection.pages(SineRecordDocument, f"/runs/{run}/sine-records", limit=1000)
 
+    def withdraw_blow(self, blow: int, reason: str) -> BlowDocument:
+        """Take an accepted blow back; a session that is still on strikes its point once more."""
+        return self._connection.post(BlowDocument, f"/blows/{blow}/withdraw", {"reason": reason})
+
     def blow_waveform(self, blow: int) -> WaveformDocument:
         """What was recorded of a blow."""
         return self._connection.get(WaveformDocument, f"/blows/{blow}/waveform")

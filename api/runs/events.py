@@ -24,6 +24,16 @@ class OperatorAnswered(Event):
 
 
 @dataclass(frozen=True)
+class BlowWithdrawn(Event):
+    """Blow `blow` at `point` of run `run_id`, which had counted, was taken back for `reason`."""
+
+    run_id: int
+    point: str
+    blow: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class RunStopping(Event):
     """A stop of run `run_id` was asked for."""
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from api.errors import EXPECTED, ConflictError
-from api.runs.events import RunEnded, RunStopping
+from api.runs.events import BlowWithdrawn, RunEnded, RunStopping
 from api.runs.journal import Journal
 from api.runs.lease import ControlLease
 from api.runs.prompts import Hands, Prompt, PromptingOperator
@@ -24,6 +24,7 @@ from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from rig.tester_status import names_of
+from store.blows import Blow, get_blow, withdraw_blow
 from store.catalogue import Catalogue
 from store.runs import RunState, get_run
 
@@ -181,6 +182,22 @@ class RunManager:
             ConflictError: this run is not carried out, or asks for something else.
         """
         self._steered(run_id).operator.answer(prompt)
+
+    def withdraw_blow(self, blow_id: int, reason: str, who: str) -> Blow:
+        """Take an accepted blow back; a session that is still on strikes its point once more.
+
+        Raises:
+            ConflictError: the blow does not count already.
+            NotFoundError: there is no such blow.
+        """
+        with self._catalogue.writing() as session:
+            blow = get_blow(session, blow_id)
+            if not blow.accepted:
+                raise ConflictError(f"blow {blow_id} does not count already: {blow.reason}")
+            withdrawn = withdraw_blow(session, blow_id, reason, who)
+        assert withdrawn.run_id is not None, "a stored blow belongs to a run"
+        self._observe(BlowWithdrawn(withdrawn.run_id, str(withdrawn.point), withdrawn.number, reason))
+        return withdrawn
 
     def acknowledge_interlocks(self) -> tuple[str, ...]:
         """Reset the tester, because the cause of its trip has been seen to; names of what had tripped.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from api.runs.events import RunEnded, RunStopping
+from api.runs.events import BlowWithdrawn, RunEnded, RunStopping
 from rig.operator import (
     BlowAccepted,
     Event,
@@ -86,6 +86,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"blows at {point} ({index} of {points})")
         case BlowAccepted():
             return replace(state, blows=state.blows + 1)
+        case BlowWithdrawn(run_id) if run_id == state.run_id:
+            return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):
             return replace(state, activity=f"measuring {mounting(specimen, configuration)}")
         case SinePointMeasured():

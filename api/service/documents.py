@@ -6,7 +6,7 @@ import json
 from typing import Annotated, Any
 
 from fastapi import Header, Path
-from pydantic import BeforeValidator, Field, StringConstraints
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from api.service.pages import LARGEST
 from rig.sequence import Sequence
@@ -39,6 +39,14 @@ IdempotencyKey = Annotated[
         description="chosen by the sender, new for every request; a repeat gets the first answer",
     ),
 ]
+
+
+class Why(BaseModel):
+    """Why something is done, for the audit log."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    reason: Words = Field(description="what was seen, or seen to")
 
 
 def number_of(what: str) -> Any:

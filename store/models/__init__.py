@@ -3,6 +3,7 @@
 from store.models.base import Base
 from store.models.measurements import (
     Blow,
+    BlowWithdrawal,
     Calibration,
     Channel,
     Instrument,
@@ -36,6 +37,7 @@ __all__ = [
     "AuditEntry",
     "Base",
     "Blow",
+    "BlowWithdrawal",
     "Calibration",
     "Channel",
     "Comparison",

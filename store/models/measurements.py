@@ -138,6 +138,16 @@ class Blow(Recorded, Base):
     point: Mapped[Point] = relationship()
 
 
+class BlowWithdrawal(Recorded, Base):
+    """Somebody took an accepted blow back: it stays where it is, and counts no more."""
+
+    __tablename__ = "blow_withdrawals"
+
+    blow_id: Mapped[int] = mapped_column(ForeignKey("blows.id"), unique=True)
+    reason: Mapped[str]
+    who: Mapped[str]
+
+
 class SineRecord(Recorded, Base):
     """One steady-state sine record of the tester: displacement and force, peak-to-peak amplitudes in mm, Hz."""
 

@@ -18,7 +18,7 @@ from daq.channels import Channel, ChannelKind
 from daq.device import connect as connect_daq
 from daq.errors import DaqError
 from rig.errors import RigError
-from rig.hammer import HammerSettings, run_hammer_session
+from rig.hammer import BlowSink, HammerSettings, run_hammer_session
 from rig.operator import Operator
 from rig.registers import Refusal, State
 from rig.sweep import SweepPlan, run_sweep
@@ -63,7 +63,7 @@ DAQ_CODES = tuple(Code)
 Step = tuple[str, int]
 
 
-class Rig(Operator):
+class Rig(Operator, BlowSink):
     """The simulated instruments, and one small run of each kind on them."""
 
     def __init__(self) -> None:

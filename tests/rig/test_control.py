@@ -16,7 +16,7 @@ from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError
 from rig import tester
 from rig.control import RunControl, RunStoppedError
-from rig.hammer import HammerSettings, run_hammer_session
+from rig.hammer import BlowSink, HammerSettings, run_hammer_session
 from rig.operator import Event, Operator, RunPaused, RunResumed, SinePointMeasured
 from rig.registers import CommandCode, Interlock, State
 from rig.sweep import SinePoint, SweepPlan, run_sweep
@@ -269,7 +269,7 @@ def test_an_interruption_that_nobody_asked_for_is_an_error(kind: type[Exception]
 
 
 @dataclass
-class Session(Operator):
+class Session(Operator, BlowSink):
     """A hammer session whose hand strikes while `struck` is set."""
 
     bench: Bench

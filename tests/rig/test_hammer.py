@@ -15,7 +15,7 @@ from daq.block import Block
 from daq.channels import Channel, ChannelKind
 from daq.device import Chassis, connect
 from daq.errors import ChannelError, InstrumentAbsentError
-from rig.hammer import PAPER_POINTS, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
+from rig.hammer import PAPER_POINTS, BlowSink, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
 from rig.operator import (
     BlowAccepted,
     BlowMissed,
@@ -64,7 +64,7 @@ class Hand(Operator):
         raise AssertionError("a hammer session mounts nothing")
 
 
-class Blows:
+class Blows(BlowSink):
     """Keeps every blow."""
 
     def __init__(self) -> None:
@@ -281,3 +281,16 @@ def test_an_instrument_that_goes_ends_the_session_and_keeps_what_was_taken(
 def test_settings_that_make_no_session_are_refused(changes: dict[str, object]) -> None:
     with pytest.raises(HammerError, match="hammer session: "):
         settings(**changes)
+
+
+def test_a_blow_that_is_taken_back_is_struck_again_though_its_point_was_left(chassis: Chassis, bench: Bench) -> None:
+    class Regretted(Blows):
+        """The first point's blow is taken back when the second point has been struck."""
+
+        def withdrawn(self, point: Dof) -> int:
+            return int(point == POINT and self.accepted(END) > 0)
+
+    hand, blows, events = Hand(bench), Regretted(), list[Event]()
+    run_hammer_session(chassis, TABLE, settings(points=(POINT, END), blows=1), hand, blows, events.append)
+    assert hand.asked == [(POINT, 1), (END, 1), (POINT, 2)]
+    assert [event.point for event in events if isinstance(event, PointStarted)] == [POINT, END, POINT]

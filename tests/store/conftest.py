@@ -17,6 +17,7 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from store import models
 from store.analyses import AnalysisKind, add_analysis
 from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
@@ -338,6 +339,8 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
 
 
 def _add_requests(session: Session) -> None:
+    # of a blow that was refused already, which changes no count
+    session.add(models.BlowWithdrawal(blow_id=2, reason="struck beside", who="bench"))
     add_key(session, "bench", [Scope.READ])
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")

@@ -11,7 +11,7 @@ from sqlalchemy import func, select, text
 from sqlalchemy.exc import DBAPIError
 
 from store import models
-from store.blows import add_blow, add_point, list_blows, list_points
+from store.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
 from store.catalogue import Catalogue
 from store.dof import Dof
 from store.errors import NotFoundError, StoreError
@@ -219,3 +219,34 @@ def test_every_row_says_when_and_by_which_version_it_was_written(catalogue: Cata
             assert rows, table.name
             assert all(row.created_at.tzinfo is UTC or row.created_at.utcoffset() == timedelta() for row in rows)
             assert all(row.software_version for row in rows)
+
+
+def test_a_blow_that_is_taken_back_stays_and_counts_no_more(catalogue: Catalogue, filled: int) -> None:
+    with catalogue.reading() as session:
+        before = list_blows(session, filled)
+    first = before[0]
+    assert first.accepted
+    assert first.id is not None
+    with catalogue.writing() as session:
+        withdrawn = withdraw_blow(session, first.id, "struck beside", "bench")
+    with catalogue.reading() as session:
+        after = list_blows(session, filled)
+        view = session.execute(text(f"SELECT accepted, reason FROM v_blows WHERE blow_id = {first.id}")).one()
+        counted = session.execute(text("SELECT blows_accepted, blows_refused FROM v_runs WHERE run_id = 1")).one()
+        raw = session.scalar(text(f"SELECT accepted FROM blows WHERE id = {first.id}"))
+    assert after == [withdrawn, *before[1:]]
+    assert (withdrawn.accepted, withdrawn.reason, withdrawn.waveform) == (
+        False, "withdrawn: struck beside", first.waveform
+    )  # fmt: skip
+    assert (bool(view.accepted), view.reason) == (False, "withdrawn: struck beside")
+    assert tuple(counted) == (3, 3)
+    assert raw
+
+
+def test_a_blow_is_taken_back_once(catalogue: Catalogue, filled: int) -> None:
+    with catalogue.writing() as session:
+        withdraw_blow(session, 1, "struck beside", "bench")
+    with pytest.raises(StoreError, match="does not count already: withdrawn"), catalogue.writing() as session:
+        withdraw_blow(session, 1, "once more", "bench")
+    with pytest.raises(NotFoundError, match="no blow 99"), catalogue.writing() as session:
+        withdraw_blow(session, 99, "no", "bench")

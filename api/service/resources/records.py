@@ -6,12 +6,13 @@ from collections import Counter
 from datetime import datetime
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from api.service.access import Reader
-from api.service.context import Context, Services
-from api.service.documents import RunNumber, number_of, quantity
+from api.service.access import Controller, Reader
+from api.service.acts import Once
+from api.service.context import Context, Rig, Services
+from api.service.documents import RunNumber, Why, number_of, quantity
 from api.service.etags import TaggedRoute
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, page_of_whole
@@ -22,7 +23,7 @@ from store.sine_records import SineRecord, get_sine_record, list_sine_records
 from store.waveform import WaveformReference
 
 router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)
-BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform")
+BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform", "blows-and-points-withdraw")
 RECORD = first_of("record_id", "blows-and-points-sine-record", "blows-and-points-sine-waveform")
 Every = Annotated[int, Query(ge=1, le=10_000, description="only every so many-th sample, for a quick look")]
 
@@ -136,6 +137,16 @@ def blow(_who: Reader, context: Context, blow_id: Annotated[int, number_of("blow
     """One blow."""
     with context.catalogue.reading() as session:
         return BlowDocument.of(get_blow(session, blow_id))
+
+
+@router.post("/blows/{blow_id}/withdraw", response_model=BlowDocument, responses=problems(401, 403, 404, 409))
+def withdraw(who: Controller, act: Once, rig: Rig, blow_id: Annotated[int, number_of("blow")], why: Why) -> Response:
+    """Take an accepted blow back: it counts no more, and a session that is still on strikes its point once more."""
+
+    def take_back() -> BlowDocument:
+        return BlowDocument.of(rig.withdraw_blow(blow_id, why.reason, who.name))
+
+    return act.once("withdraw blow", f"blow {blow_id}", take_back, reason=why.reason)
 
 
 @router.get("/blows/{blow_id}/waveform", responses=problems(401, 403, 404, 500))

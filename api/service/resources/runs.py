@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from api.service.access import Controller, Driver, Reader
 from api.service.acts import Once
 from api.service.context import Context, Rig, Services
-from api.service.documents import Name, RunNumber, WholeSequence, Words
+from api.service.documents import Name, RunNumber, WholeSequence, Why, Words
 from api.service.etags import TaggedRoute
 from api.service.links import RESULTS, first_of, run_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
@@ -89,14 +89,6 @@ class Acknowledged(BaseModel):
     """Interlocks of the tester that were reset; none where none had tripped."""
 
     interlocks: list[str]
-
-
-class Why(BaseModel):
-    """Why something is done, for the audit log."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    reason: Words = Field(description="what was seen to")
 
 
 @router.get("", responses=problems(401, 403) | first_of("run_id", "runs-get", "runs-history", *RESULTS))

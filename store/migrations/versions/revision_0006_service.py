@@ -1,4 +1,4 @@
-"""What the service keeps: keys, audit log, requests that act, sequences, jobs and diagnoses of the gap."""
+"""What the service keeps: keys, audit log, requests that act, sequences, jobs, diagnoses, and blows taken back."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from typing import Any
 import sqlalchemy as sa
 from alembic import op
 
+from store.migrations.versions import revision_0003_views as before
+
 revision = "0006"
 down_revision = "0005"
 branch_labels = None
 depends_on = None
 
 Index = tuple[str, str, list[str]]
-AUDIT = "audit_entries"
-TABLES = ("api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnoses")
+AUDIT, WITHDRAWALS = "audit_entries", "blow_withdrawals"
+TABLES = (WITHDRAWALS, "api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnoses")
 
 V_GAP = """
 CREATE VIEW v_gap AS
@@ -24,6 +26,37 @@ SELECT done.run_id, done.analysis_id, done.method, done.latest, done.article, do
 FROM v_analyses AS done CROSS JOIN diagnoses
 WHERE diagnoses.analysis_id = done.analysis_id
 """
+
+V_RUNS = """
+CREATE VIEW v_runs AS
+SELECT runs.id AS run_id, runs.kind, runs.state, runs.title, runs.article, runs.started_at, runs.finished_at,
+    runs.reason,
+    (SELECT count(*) FROM blows JOIN points ON points.id = blows.point_id
+        LEFT JOIN blow_withdrawals AS taken_back ON taken_back.blow_id = blows.id
+        WHERE points.run_id = runs.id AND blows.accepted AND taken_back.id IS NULL) AS blows_accepted,
+    (SELECT count(*) FROM blows JOIN points ON points.id = blows.point_id
+        LEFT JOIN blow_withdrawals AS taken_back ON taken_back.blow_id = blows.id
+        WHERE points.run_id = runs.id AND NOT (blows.accepted AND taken_back.id IS NULL)) AS blows_refused,
+    (SELECT count(*) FROM sine_records WHERE sine_records.run_id = runs.id) AS sine_records,
+    runs.software_version, runs.configuration_hash, runs.waveform_file
+FROM runs
+"""
+
+V_BLOWS = """
+CREATE VIEW v_blows AS
+SELECT points.run_id, blows.id AS blow_id, points.set_number, CAST(points.node AS VARCHAR(10)) || points.direction
+        AS point,
+    points.node, points.direction, blows.number, blows.accepted AND taken_back.id IS NULL AS accepted,
+    coalesce(blows.reason, 'withdrawn: ' || taken_back.reason) AS reason, blows.peak_force,
+    blows.temperature_c, blows.struck_at, runs.article, runs.title, runs.waveform_file, blows.waveform_record,
+    blows.source
+FROM blows
+JOIN points ON points.id = blows.point_id
+JOIN runs ON runs.id = points.run_id
+LEFT JOIN blow_withdrawals AS taken_back ON taken_back.blow_id = blows.id
+"""
+
+VIEWS = {"v_runs": V_RUNS, "v_blows": V_BLOWS}
 
 # Name, table, columns: lists that are filtered by specimen or walked through in the order of storing.
 OLD_INDICES = (("ix_joint_matrices_specimen_id", "joint_matrices", ["specimen_id"]),)
@@ -35,7 +68,15 @@ INDICES = (
 
 
 def upgrade() -> None:
-    """Create the tables, the view and the indices."""
+    """Create the tables, the views and the indices."""
+    _recorded(
+        WITHDRAWALS,
+        sa.Column("blow_id", sa.Integer(), sa.ForeignKey("blows.id", name="fk_blow_withdrawals_blow_id"),
+                  nullable=False),
+        sa.Column("reason", sa.String(), nullable=False),
+        sa.Column("who", sa.String(), nullable=False),
+        sa.UniqueConstraint("blow_id", name="uq_blow_withdrawals_blow_id"),
+    )  # fmt: skip
     _recorded(
         "api_keys",
         sa.Column("name", sa.String(), nullable=False),
@@ -83,16 +124,25 @@ def upgrade() -> None:
         sa.UniqueConstraint("analysis_id", name="uq_diagnoses_analysis_id"),
     )  # fmt: skip
     op.execute(V_GAP)
+    _replace_views(VIEWS)
     _replace(OLD_INDICES, INDICES)
-    _keep_audit_entries()
+    for table in (AUDIT, WITHDRAWALS):
+        _never_change(table)
 
 
 def downgrade() -> None:
     """Drop what was created."""
     op.execute("DROP VIEW v_gap")
+    _replace_views({name: before.VIEWS[name] for name in VIEWS})
     _replace(INDICES, OLD_INDICES)
     for table in reversed(TABLES):
         op.drop_table(table)
+
+
+def _replace_views(views: dict[str, str]) -> None:
+    for name, statement in views.items():
+        op.execute(f"DROP VIEW {name}")
+        op.execute(statement)
 
 
 def _replace(old: tuple[Index, ...], new: tuple[Index, ...]) -> None:
@@ -136,16 +186,16 @@ def _recorded(table: str, *columns: Any) -> None:
     )
 
 
-def _keep_audit_entries() -> None:
-    """Let nobody change or delete what was written into the audit log."""
+def _never_change(table: str) -> None:
+    """Let nobody change or delete what was written."""
     if op.get_bind().dialect.name == "postgresql":
         op.execute(
-            f"CREATE TRIGGER {AUDIT}_are_final BEFORE UPDATE OR DELETE ON {AUDIT} "
+            f"CREATE TRIGGER {table}_are_final BEFORE UPDATE OR DELETE ON {table} "
             "FOR EACH ROW EXECUTE FUNCTION raw_data_are_final()"
         )
         return
     for action in ("UPDATE", "DELETE"):
         op.execute(
-            f"CREATE TRIGGER {AUDIT}_are_final_{action.lower()} BEFORE {action} ON {AUDIT} "
+            f"CREATE TRIGGER {table}_are_final_{action.lower()} BEFORE {action} ON {table} "
             "BEGIN SELECT RAISE(ABORT, 'raw data are never changed or deleted'); END"
         )

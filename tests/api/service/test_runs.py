@@ -186,3 +186,27 @@ def test_what_moved_the_machine_is_in_the_audit_log(
     ]  # fmt: skip
     assert entries[1].outcome == f"run {created} is not being carried out here"
     assert all(entry.who for entry in entries)
+
+
+def test_a_blow_that_a_technician_takes_back_is_struck_again(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+) -> None:
+    rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease))
+    withdrawn = None
+    while (state := rig_client.get("/api/rig").json())["phase"] != "idle":
+        blows = rig_client.get(f"/api/runs/{created}/blows").json()["items"]
+        if withdrawn is None and len(blows) == 2 and state["prompt"]["kind"] == "go":
+            path = f"/api/blows/{blows[1]['id']}/withdraw"
+            withdrawn = rig_client.post(path, json={"reason": "struck beside"}, headers=acting())
+            assert (withdrawn.status_code, withdrawn.json()["accepted"]) == (200, False)
+            assert rig_client.post(path, json={"reason": "again"}, headers=acting()).status_code == 409
+            assert rig_client.get("/api/rig").json()["blows"] == 1
+        if state["prompt"] is not None:
+            given = {"prompt": state["prompt"]["number"]}
+            rig_client.post(f"/api/runs/{created}/answer", json=given, headers=acting(lease=lease))
+    blows = rig_client.get(f"/api/runs/{created}/blows").json()["items"]
+    assert [(blow["point"], blow["number"], blow["accepted"]) for blow in blows] == [
+        ("5y", 1, True), ("5y", 2, False), ("1x", 1, True), ("1x", 2, True), ("5y", 3, True),
+    ]  # fmt: skip
+    assert blows[1]["reason"] == "withdrawn: struck beside"
+    assert rig_client.get("/api/rig").json()["blows"] == 4

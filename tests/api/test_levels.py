@@ -1,0 +1,58 @@
+"""Hammer levels: whoever strikes learns how hard, and a run holds a set for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import numpy as np
+import pytest
+import yaml
+
+from api.commands.terminal import instruments_of
+from api.identification.source import measurement_of_run
+from api.simulated import SimulatedOperator, simulated_settings
+from rig.operator import Event, HammerStarted, told
+from rig.run import run_sequence
+from rig.sequence import load_sequence
+from simlab.hand_server import Hand
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.api.conftest import paper
+
+
+def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, tmp_path: Path) -> None:
+    document = paper()
+    light = document["steps"][0] | {"points": ["1y", "5y"], "blows": 3, "block_seconds": 1.0}
+    document["steps"] = [light, light | {"peak_force": 300.0}]
+    (tmp_path / "levels.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{tmp_path / 'levels.db'}")
+    hand, events = Hand(laboratory.addresses.hand), list[Event]()
+    person = SimulatedOperator(hand)
+    with Catalogue.open(settings.database_url) as catalogue:
+        run = run_sequence(
+            load_sequence(tmp_path / "levels.yaml"),
+            instruments_of(settings),
+            catalogue,
+            person,
+            told(events.append, person.observe),
+        )
+        measurement = measurement_of_run(catalogue, run)
+    hand.close()
+    assert [event for event in events if isinstance(event, HammerStarted)] == [
+        HammerStarted(1, 100.0),
+        HammerStarted(2, 300.0),
+    ]
+    first, second = measurement.sets
+    assert np.isclose(first.peak_force, 100.0, rtol=0.15)
+    assert np.isclose(second.peak_force, 300.0, rtol=0.15)
+
+
+@pytest.mark.usefixtures("operator")
+def test_the_level_is_told_to_whoever_watches(
+    jointlab: Callable[..., CompletedProcess[str]], sequence: Callable[..., Path]
+) -> None:
+    ran = jointlab("run", sequence(hammer={"peak_force": 150.0}))
+    assert ran.returncode == 0, ran.stderr
+    assert "hammer set 1: blows of about 150 N" in ran.stderr

@@ -93,7 +93,7 @@ def _sweep(tab: Tab, folder: Path, hand: Hand) -> None:
     page.get_by_role("button", name="Done").click()
     expect(page.get_by_role("img", name="Stiffness k")).to_be_visible()
     page.wait_for_function("() => /^[3-9]\\d of/.test(document.querySelector('#count')?.textContent ?? '')")
-    page.get_by_role("button", name="Hold").click()
+    page.keyboard.press("h")
     expect(page.locator("#prompt")).to_contain_text("On hold")
     page.wait_for_timeout(1000)
     _take(page, folder, "sweep", full=True)

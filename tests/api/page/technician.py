@@ -20,7 +20,7 @@ from store.catalogue import Catalogue
 from store.keys import Scope, add_key
 
 ROOT = Path(__file__).resolve().parents[3]
-START = 60.0  # s
+START = 120.0  # s
 
 
 @dataclass

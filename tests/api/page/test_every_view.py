@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Browser, ViewportSize
 
 from store.catalogue import Catalogue
 from tests.api.page.diagnosis import add_example_diagnosis
@@ -44,14 +45,21 @@ def campaign(demo_copy: Path) -> Iterator[tuple[Service, int]]:
         yield service, diagnosis
 
 
+@pytest.fixture(scope="module")
+def tab(campaign: tuple[Service, int], browser: Browser) -> Iterator[Tab]:
+    """One tab that looks at all views, on a tablet."""
+    context = browser.new_context(viewport=ViewportSize(width=800, height=1100))
+    tab = Tab(context.new_page(), campaign[0])
+    tab.log_in()
+    yield tab
+    context.close()
+
+
 @pytest.mark.parametrize("path", VIEWS)
 def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
-    path: str, campaign: tuple[Service, int], open_tab: Callable[[Service], Tab]
+    path: str, campaign: tuple[Service, int], tab: Tab
 ) -> None:
-    service, diagnosis = campaign
-    tab = open_tab(service)
-    tab.log_in()
-    page = tab.go(path.format(diagnosis=diagnosis))
+    page = tab.go(path.format(diagnosis=campaign[1]))
     page.wait_for_load_state("networkidle")
     assert not page.locator('[role="alert"]:visible').all_inner_texts() or "because" in path
     assert tab.hosts == {"127.0.0.1"}
@@ -60,6 +68,9 @@ def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
         pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
     page.add_script_tag(path=str(AXE))
     found = page.evaluate("() => axe.run()")
+    assert len(found["passes"]) > 10  # it did look
+    width = page.evaluate("() => document.documentElement.scrollWidth")
+    assert width <= 800  # nothing is beyond the edge of a tablet
     grave = [
         f"{each['id']} ({each['impact']}): {node['html'][:160]}"
         for each in found["violations"]

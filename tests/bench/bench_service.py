@@ -69,7 +69,7 @@ def _measure(folder: Path, laboratory: LaboratoryProcess, pause: float) -> None:
     with serving_process(folder) as (address, _), Client(address, secret) as lab:
         run = lab.create_run(paper() | {"steps": [SWEEP]}).id
         ended, answers = context.Event(), context.Queue()
-        reader = context.Process(target=_read, args=(address, secret, pause, ended, answers))
+        reader = context.Process(target=_read, args=(address, secret, pause, ended, answers), daemon=True)
         with lab.driving("bench") as driver:
             driver.start(run)
             _mount(lab, driver, laboratory, run)
@@ -131,7 +131,11 @@ def _be_client(address: str, secret: str, pause: float, ended: Any, readings: Re
             path = PATHS[count % len(PATHS)]
             count += 1
             began = time.perf_counter()
-            answer = http.get(path)
+            try:
+                answer = http.get(path)
+            except httpx.TransportError as error:
+                readings.failed.append(f"{path}: {error}")
+                return
             readings.took.append(1e3 * (time.perf_counter() - began))
             if answer.status_code != 200:
                 readings.failed.append(f"{path}: {answer.status_code}")

@@ -53,6 +53,7 @@ class Deeds:
 
     async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made | None:
         """Do something that needs `scope`."""
+        self.tell("")
         try:
             return await run.io_bound(self._act, scope, action, target, do)
         except REFUSALS as error:

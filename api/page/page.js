@@ -10,7 +10,7 @@ document.addEventListener("submit", async (event) => {
     const told = await answer.json();
     said.textContent = answer.ok ? "Stopped. The actuator is at rest." : `STOP FAILED: ${told.detail}`;
   } catch {
-    said.textContent = "STOP did not reach the rig. Press the red button on the machine.";
+    said.textContent = "STOP is not confirmed. Press the red button on the machine.";
   }
   setTimeout(() => (said.textContent = ""), 20000);
 });

@@ -101,9 +101,7 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
 
 
 async def _reset(frame: Frame) -> None:
-    done = await frame.deeds.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
-    if done is not None:
-        frame.tell("")
+    await frame.deeds.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
 
 
 def _ways_on(state: RigState | None) -> None:

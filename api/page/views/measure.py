@@ -78,7 +78,6 @@ async def _start(
     frame: Frame, base: Sequence, parts: str, choices: Mapping[str, str], automatic: bool
 ) -> int | None:  # fmt: skip
     """Plan the run and start it; its number."""
-    frame.tell("")
     run_id = await frame.deeds.drive(
         "create run", "new run", lambda runs, caller: runs.plan(wanted_sequence(base, parts, choices), caller.name)
     )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from html import escape
-from typing import Any
 
 from nicegui import ui
 
-Options = dict[str, Any]
+from api.page.charts.axes import Options
 
 
 def button(

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from api.report.plots import AMPLITUDE_COLOURS, BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
+from api.report.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
 
 Options = dict[str, Any]
 Real = NDArray[np.float64]
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
 SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
-__all__ = ["AMPLITUDE_COLOURS", "BLACK", "BLUE", "COLOURS", "GREEN", "ORANGE", "PURPLE", "SKY", "SYMBOLS"]
 
 
 def axis(name: str, *, log: bool = False, low: float | None = None, high: float | None = None) -> Options:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from api.page.charts.axes import BLUE, INK, ORANGE, Options, axis, plot
+from api.page.charts.axes import INK, Options, axis, plot
+from api.report.plots import BLUE, ORANGE
 
 SCALE = ("#f7fbff", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
 """From nothing to much; rising darkness, which every eye sees."""

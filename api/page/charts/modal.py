@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.modal.stabilisation import Stabilisation
-from api.page.charts.axes import BLACK, BLUE, COLOURS, ORANGE, Options, Real, axis, dots, line, plot
+from api.page.charts.axes import COLOURS, Options, Real, axis, dots, line, plot
+from api.report.plots import BLACK, BLUE, ORANGE
 from api.report.section import number
 
 Complex = NDArray[np.complex128]

@@ -6,20 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from api.page.charts.axes import (
-    AMPLITUDE_COLOURS,
-    BLUE,
-    ORANGE,
-    SYMBOLS,
-    Options,
-    Real,
-    axis,
-    dots,
-    line,
-    pairs,
-    plot,
-    thinned,
-)
+from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, line, pairs, plot, thinned
+from api.report.plots import AMPLITUDE_COLOURS, BLUE, ORANGE
 
 Curve = tuple[Real, Real]
 """Frequency in Hz and value, each (points,)."""

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from api.page.markup import Link, details, show, terms
 from api.page.words import moment
-from store.analyses import Analysis, get_analysis, list_analyses
+from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.runs import Run
 
@@ -57,19 +57,6 @@ def origin(analysis: Analysis) -> dict[str, str | Link]:
         "software": analysis.software_version,
         "configuration": analysis.configuration_hash,
     }
-
-
-def ancestors(catalogue: Catalogue, analysis: Analysis) -> list[Analysis]:
-    """The analyses that an analysis was made from, and theirs."""
-    found: dict[int, Analysis] = {}
-    with catalogue.reading() as session:
-        left = list(analysis.parents)
-        while left:
-            number = left.pop(0)
-            if number not in found:
-                found[number] = get_analysis(session, number)
-                left += found[number].parents
-    return list(found.values())
 
 
 def _short(value: Any) -> str:

@@ -54,7 +54,7 @@ def mount(app: FastAPI, services: Services) -> None:
         _add(view, services)
     ui.run_with(
         app, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
-        show_welcome_message=False,
+        show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
 
 

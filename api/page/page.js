@@ -27,7 +27,7 @@ let wasConnected = false;
 setInterval(() => {
   const connected = Boolean(window.socket?.connected);
   wasConnected ||= connected;
-  const dead = !connected && (wasConnected || Date.now() - opened > 4000);
+  const dead = !connected && (wasConnected || Date.now() - opened > 8000);
   if (document.body.classList.toggle("dead", dead) !== dead) return;
   document.querySelectorAll(".q-page, nav").forEach((each) => (each.inert = dead));
 }, 250);

@@ -134,6 +134,7 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
 @contextmanager
 def _tab(browser: Browser, service: Service, size: ViewportSize) -> Iterator[Tab]:
     context = browser.new_context(viewport=size)
+    context.set_default_timeout(120_000)
     yield Tab(context.new_page(), service)
     context.close()
 

@@ -39,6 +39,7 @@ def open_tab(browser: Browser) -> Iterator[Callable[[Service], Tab]]:
 
     def open_one(service: Service) -> Tab:
         context = browser.new_context(viewport=SIZE, accept_downloads=True)
+        context.set_default_timeout(60_000)
         contexts.append(context)
         return Tab(context.new_page(), service)
 

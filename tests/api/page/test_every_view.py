@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ViewportSize
+from playwright.sync_api import Browser, ViewportSize, expect
 
 from store.catalogue import Catalogue
 from tests.api.page.diagnosis import add_example_diagnosis
@@ -49,6 +49,7 @@ def campaign(demo_copy: Path) -> Iterator[tuple[Service, int]]:
 def tab(campaign: tuple[Service, int], browser: Browser) -> Iterator[Tab]:
     """One tab that looks at all views, on a tablet."""
     context = browser.new_context(viewport=ViewportSize(width=800, height=1100))
+    context.set_default_timeout(60_000)
     tab = Tab(context.new_page(), campaign[0])
     tab.log_in()
     yield tab
@@ -60,7 +61,8 @@ def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
     path: str, campaign: tuple[Service, int], tab: Tab
 ) -> None:
     page = tab.go(path.format(diagnosis=campaign[1]))
-    page.wait_for_load_state("networkidle")
+    page.wait_for_function("() => window.socket?.connected && !document.body.classList.contains('dead')")
+    expect(page.get_by_text("…", exact=True)).to_have_count(0)  # nothing is still being read
     assert not page.locator('[role="alert"]:visible').all_inner_texts() or "because" in path
     assert tab.hosts == {"127.0.0.1"}
     assert not tab.errors

@@ -10,12 +10,14 @@ import typer
 from rich.table import Column, Table
 
 from analysis.dof import Dof
+from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
 from api.errors import ApiError
 from api.gap import words
 from api.gap.catalogue import Entry, blank_measurement, entries, range_of
+from api.gap.document import location_document
 from api.gap.pipeline import Diagnosed, diagnose_bundle, diagnosed
 from api.gap.predictions import write_predictions
 from api.gap.record import keep_diagnosis
@@ -77,14 +79,20 @@ def diagnose(
 
 
 @gap.command("locate")
-def locate(target: Target) -> None:
-    """Say where simulation and measurement differ, and nothing about causes."""
-    document = _diagnosed(target, (), keep=False).document
-    before, floor = document["gap"]["before"]["percent"], document["gap"]["floor_percent"]
-    out.print(f"gap {words.percent(before)}, floor {words.percent(floor)}")
+def locate_(
+    target: Target,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write places and maps to this file.")] = None,
+) -> None:
+    """Say where simulation and measurement differ, and nothing about causes: quicker than a diagnosis."""
+    document = location_document(*locate(_measurement(target)))
     _show_faults(document)
-    out.print(places(document, len(document["where"])))
-    out.print(words.MAP_WARNING)
+    if document["where"]:
+        out.print(places(document, len(document["where"])))
+        out.print(words.MAP_WARNING)
+    else:
+        out.print("simulation and measurement differ nowhere beyond noise and stated tolerances")
+    if json_file is not None:
+        write_json(document, json_file)
 
 
 @gap.command("catalogue")
@@ -176,17 +184,16 @@ def _short(names: list[str]) -> str:
     return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} ... {names[-1]} ({len(names)})"
 
 
-def _diagnosed(target: str, without: tuple[str, ...], keep: bool = True) -> Diagnosed:
-    """Diagnose a bundle, or a run; a run's diagnosis is stored if it is to be kept."""
+def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
+    """Diagnose a bundle, or a run; a run's diagnosis is stored."""
     progress = on_terminal(progress_console)
     run = run_number(target)
     if run is None:
         return diagnose_bundle(Path(target), without, progress)
     with open_catalogue() as store:
         found = diagnosed(subject_of_run(store, run, progress), without, progress)
-        if keep:
-            with store.writing() as session:
-                keep_diagnosis(session, run, found.document, without)
+        with store.writing() as session:
+            keep_diagnosis(session, run, found.document, without)
     return found
 
 

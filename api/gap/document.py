@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -57,6 +57,14 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     )
     sure = probability(document)
     document["trial"] = record.beside(found.status.value, found.effects, strength(document), sure)
+    return document
+
+
+def location_document(places: Sequence[Place], maps: Sequence[GapMap], faults: Sequence[str]) -> dict[str, Any]:
+    """Places, maps and faults alone, in the form that they have in a diagnosis."""
+    document: dict[str, Any] = plain(
+        {"where": [_place(each) for each in places], "maps": [_map(each) for each in maps], "faults": list(faults)}
+    )
     return document
 
 

@@ -1,0 +1,93 @@
+"""`jointlab gap` on a bundle and a run, and what it says of wrong input."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+
+from analysis.gap.catalogue import effect_ids
+from simlab.case.bundle import write_case
+from simlab.case.draw import Kind, draw_case
+from store.accelerance_file import read_accelerances
+
+Command = Callable[..., CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sealed case with a clear effect in the measuring chain."""
+    folder = tmp_path_factory.mktemp("case") / "bundle"
+    write_case(draw_case(5, Kind.SINGLE, ["channel_delay"], 0.5), folder)
+    return folder
+
+
+def test_a_run_is_diagnosed_predicted_reported_and_stored(
+    jointlab: Command, bundle: Path, query: Callable[[str], list[tuple[Any, ...]]], tmp_path: Path
+) -> None:
+    assert jointlab("import", bundle).returncode == 0
+    wanted = ("--json", "gap.json", "--predictions", "predicted", "-o", "gap.html")
+    answer = jointlab("gap", "diagnose", 1, *wanted)
+    assert answer.returncode == 0, answer.stderr
+    assert "EXPLAINED: add" in answer.stdout
+    assert "(channel_delay): the gap falls from" in answer.stdout
+    document = json.loads((tmp_path / "gap.json").read_text(encoding="utf-8"))
+    assert document["format"] == "jointlab-diagnosis/1"
+    assert document["verdict"]["effects"] == ["channel_delay"]
+    asked = json.loads((bundle / "setup.json").read_text(encoding="utf-8"))["predict"]
+    for name in ("before.unv", "after.unv"):
+        read = read_accelerances(tmp_path / "predicted" / name)
+        assert [[dof.node, dof.direction] for dof in read.inputs] == [each["input"] for each in asked]
+    assert "channel_delay" in (tmp_path / "gap.html").read_text(encoding="utf-8")
+    stored = query("SELECT status, effects, document FROM diagnoses")
+    assert [(status, json.loads(effects)) for status, effects, _ in stored] == [("explained", ["channel_delay"])]
+    assert json.loads(stored[0][2]) == document
+    # and the run's report has it
+    assert jointlab("report", 1).returncode == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'aria-label="Gap before and after"' in page
+    assert 'aria-label="Fig. 11' in page
+
+
+def test_where_alone_is_said_without_a_cause(jointlab: Command, bundle: Path, tmp_path: Path) -> None:
+    answer = jointlab("gap", "locate", bundle, "--json", "where.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "beam rig, blow at" in answer.stdout
+    assert "not why" in answer.stdout
+    assert "channel_delay" not in answer.stdout
+    found = json.loads((tmp_path / "where.json").read_text(encoding="utf-8"))
+    assert found["where"][0]["part"] == "phase"
+    assert not (tmp_path / "jointlab.db").exists()
+
+
+def test_the_catalogue_lists_every_effect_with_laws_and_ranges(jointlab: Command, bundle: Path) -> None:
+    answer = jointlab("gap", "catalogue")
+    assert answer.returncode == 0
+    for effect in effect_ids():
+        assert effect in answer.stdout, effect
+    assert jointlab("gap", "catalogue", bundle).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("diagnose", "nowhere"), "there is no bundle nowhere"),
+        (("diagnose", "7"), "run 7"),
+        (("locate", "nowhere"), "there is no bundle nowhere"),
+    ],
+)
+def test_what_is_not_there_is_said(jointlab: Command, arguments: tuple[str, ...], said: str) -> None:
+    answer = jointlab("gap", *arguments)
+    assert answer.returncode == 3
+    assert said in answer.stderr
+
+
+def test_an_unknown_effect_is_refused_with_those_that_are_known(jointlab: Command, bundle: Path) -> None:
+    answer = jointlab("gap", "diagnose", bundle, "--without", "gravity")
+    assert answer.returncode == 3
+    assert "no effect 'gravity'" in answer.stderr
+    assert "channel_delay" in answer.stderr

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
@@ -25,6 +26,7 @@ class Loading:
         level: peak force of the blows over 100 N; 1 in the tester.
         temperature: degrees Celsius; nan where it is not known.
         fraction: of the tester's order of measuring; 0 under the beam.
+        angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
 
     tester: bool
@@ -33,6 +35,11 @@ class Loading:
     level: float
     temperature: Real
     fraction: Real
+    angled: NDArray[np.bool_]
+
+    def felt(self, component: bool) -> Real:
+        """(n,) amplitude, m, of the deformation, or of its component along each axis of the cylinders."""
+        return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,7 @@ class Setting:
             level=self.peak_force / REFERENCE_FORCE,
             temperature=np.full(lines, self.temperature),
             fraction=np.zeros(lines),
+            angled=np.zeros(lines, dtype=bool),
         )
 
 

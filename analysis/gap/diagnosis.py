@@ -114,10 +114,12 @@ class Diagnosis:
 Progress = Callable[[str, float], None]
 """Called with what is being done and how much of all is done, 0 to 1."""
 
+HOPELESS = 500.0
+"""By how much a model's log evidence may lie below that of one that leaves next to nothing, and still be refined."""
 REFINED_SINGLES = 3
 REFINED_PAIRS = 2
 RANKED = 8
-FINE_LINES = 512
+FINE_LINES = 400
 """Of each hammer set, enough where the gap is large; a small gap is weighed on all."""
 LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model, for which some of the lines do."""
@@ -155,7 +157,10 @@ def diagnose(
     tell("weighing the best on all lines", 0.7)
     fine = _fine(measurement, none)
     none = refined(none, fine)
-    contest = [refined(each, fine) for each in _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)]
+    chosen = _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)
+    best = max((each.log_evidence for each in chosen), default=0.0)
+    clean = any(each.clean for each in chosen)
+    contest = [(on if clean and each.log_evidence < best - HOPELESS else refined)(each, fine) for each in chosen]
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
     verdict = weighed[0]

@@ -12,12 +12,12 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
-from analysis.gap.fit import Likelihood, fit
+from analysis.gap.fit import Likelihood, Stage, fit
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Simulation
 
 LINES = 96
-ROUGH = ((0.5, 150.0), (0.3, np.inf))
+ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester=0.3))
 """Shares by which noise is inflated for a fit that no single row can lead astray."""
 REVERSED, ALIKE = -0.6, 0.6
 """Correlation of a row with its prediction below which its polarity is wrong, and above which it is itself."""

@@ -19,8 +19,33 @@ from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Prediction, Simulation
 from analysis.inverse.levenberg_marquardt import Linearised, Minimum, inverse, minimise
 
-SCHEDULE = ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0), (0.03, np.inf), (0.01, np.inf), (0.0, np.inf))
-"""Shares of |H| by which noise is inflated and bands in Hz, one fit after the other: the way round local minima."""
+
+@dataclass(frozen=True)
+class Stage:
+    """One of the fits that lead round local minima.
+
+    Attributes:
+        inflation: share of |H| by which the noise of accelerances is inflated.
+        highest: end of the band, Hz.
+        tester: share of |k| by which the noise of the tester is inflated.
+    """
+
+    inflation: float = 0.0
+    highest: float = np.inf
+    tester: float = 0.0
+
+
+FINAL = Stage()
+FROM_AFAR = (
+    *(Stage(share, highest, share) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
+    *(Stage(share, tester=share) for share in (0.03, 0.01)),
+    FINAL,
+)
+"""From what is known beforehand."""
+CLOSE = (Stage(0.1, tester=0.1), Stage(0.03, tester=0.03), FINAL)
+"""For a start that is near already."""
+FROM_TESTER = (Stage(1.0), Stage(0.3), Stage(0.1), Stage(0.03), FINAL)
+"""For a law of the elastomer: the tester shows it, and the beam then has to follow."""
 FARTHEST = 50.0
 """Standard deviations from its prior where no parameter ever is."""
 EARLY_GAIN = 30.0
@@ -57,11 +82,12 @@ class Likelihood:
 
     Attributes:
         simulation: with its measurement.
-        inflation: share of what is measured that is added to its standard deviation.
+        inflation, tester: shares of what is measured that are added to its standard deviation, by rig.
     """
 
     simulation: Simulation
     inflation: float = 0.0
+    tester: float = 0.0
 
     @property
     def measurement(self) -> Measurement:
@@ -112,7 +138,7 @@ class Likelihood:
         """(points,) inflated."""
         points = self.measurement.points
         assert points is not None
-        return np.hypot(points.deviation, self.inflation * np.abs(points.stiffness))
+        return np.hypot(points.deviation, self.tester * np.abs(points.stiffness))
 
     def cost(self, values: Real) -> float:
         """Chi-square and the scores' own squares; infinite for a bench that cannot be."""
@@ -269,10 +295,15 @@ class Fit:
         raise KeyError(name)
 
 
+def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
+    """A likelihood looked at where it is not necessarily highest."""
+    return Fit(likelihood, scores, likelihood.linearised(scores), converged=False)
+
+
 def fit(
     simulation: Simulation,
     start: Real,
-    schedule: Sequence[tuple[float, float]] = SCHEDULE,
+    schedule: Sequence[Stage] = FROM_AFAR,
     tolerance: float = 1e-2,
     most_steps: int = 30,
 ) -> Fit:
@@ -281,16 +312,15 @@ def fit(
     Args:
         simulation: the model.
         start: (unknowns,) scores.
-        schedule: inflations of the noise and upper ends of the band, Hz; the last should be (0, inf).
-        tolerance: gain in chi-square (over chi-square per datum) at which a search ends.
-        most_steps: of each stage.
+        schedule: fits one after the other; the last should be `FINAL`.
+        tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
+        most_steps: of each.
     """
     found: Minimum | None = None
     scores, likelihood = start, Likelihood(simulation)
-    for inflation, highest in schedule:
-        likelihood = Likelihood(_below(simulation, highest), inflation)
-        last = (inflation, highest) == schedule[-1]
-        found = minimise(likelihood, scores, tolerance if last else EARLY_GAIN, most_steps)
+    for stage in schedule:
+        likelihood = Likelihood(_below(simulation, stage.highest), stage.inflation, stage.tester)
+        found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
         scores = found.values
     assert found is not None
     return Fit(likelihood, found.values, found.at, found.converged)

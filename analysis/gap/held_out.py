@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fit import Fit, fit
+from analysis.gap.fit import FINAL, Fit, fit
 from analysis.gap.measurement import HammerSet
 from analysis.inverse.levenberg_marquardt import inverse
 
@@ -155,7 +155,7 @@ def _fitted_anew(found: Fit, dof: Dof) -> dict[int, Complex]:
     rest = replace(measurement, sets=tuple(each.rows(rows) for each, rows in zip(measurement.sets, keep, strict=True)))
     baseline = replace(simulation.baseline, measurement=rest)
     start = np.concatenate([found.scores[: shared + sets], found.scores[shared + sets :][np.concatenate(keep)]])
-    again = fit(replace(simulation, baseline=baseline), start, ((0.0, np.inf),), ANEW_GAIN, ANEW_STEPS)
+    again = fit(replace(simulation, baseline=baseline), start, (FINAL,), ANEW_GAIN, ANEW_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[: shared + sets] = again.scores[: shared + sets]
     accelerances = likelihood.predict(scores, derivatives=False).accelerances

@@ -18,9 +18,9 @@ from scipy.linalg import solve_triangular
 from analysis.frequency_response import Real
 from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
-from analysis.gap.effect import Effect
+from analysis.gap.effect import Effect, acts_on
 from analysis.gap.evidence import log_evidence
-from analysis.gap.fit import Fit, Likelihood, fit
+from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, evaluated, fit
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.simulation import Simulation
 from analysis.gap.structure import Misfit, misfit
@@ -33,12 +33,20 @@ PLAUSIBLE = 2.0
 """Chi-square per datum."""
 PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
-CLOSE = ((0.03, np.inf), (0.0, np.inf))
+CONTRADICTION = 20.0
+"""Chi-square per datum of the paper's model."""
+CLEAN = 1.2
+"""Chi-square per datum of a model that leaves next to nothing."""
 FITTED_SINGLES = 9
-FITTED_SEEDS = 4
-FITTED_PAIRS = 4
+AFTER_CLEAN = 3
+"""Effects that are still fitted, single or second, once a model leaves next to nothing."""
+LAWS = 2
+"""Of an effect that are fitted: the two that promise most."""
+FITTED_SEEDS = 3
+FITTED_PAIRS = 5
 MOST_STARTS = 12
-MOST_STEPS = 12
+MOST_STEPS = 10
+REFINING_STEPS = 6
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 
@@ -54,6 +62,11 @@ class Model:
     def ids(self) -> tuple[str, ...]:
         """Of its effects."""
         return tuple(effect.id for effect in self.effects)
+
+    @property
+    def clean(self) -> bool:
+        """Whether it leaves next to nothing."""
+        return self.fit.per_datum < CLEAN
 
     @cached_property
     def log_evidence(self) -> float:
@@ -100,22 +113,44 @@ class Search:
         return Model((), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
 
     def singles(self, none: Model) -> list[Model]:
-        """The most promising effects, fitted, the best first."""
-        return self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
+        """The most promising effects, fitted, the best first.
+
+        Where the rigs contradict each other, the paper's model lies between them and near neither; the search then
+        starts besides from what the beam says by itself.
+        """
+        found = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
+        if none.fit.per_datum > CONTRADICTION and self.measurement.sets and self.measurement.points is not None:
+            beam = self.beam_alone(none)
+            others = [each for each in self.candidates if not acts_on(each, "cylinders")]
+            found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
+        return sorted(found, key=lambda model: -model.log_evidence)
+
+    def beam_alone(self, none: Model) -> Model:
+        """The paper's model where the beam has it, with the tester hardly counting; looked at with all data."""
+        points = self.measurement.points
+        assert points is not None
+        deaf = replace(points, deviation=points.deviation + np.abs(points.stiffness))
+        simulation = none.fit.likelihood.simulation
+        alone = replace(simulation, baseline=replace(self.baseline, measurement=replace(self.measurement, points=deaf)))
+        found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
+        return Model((), evaluated(none.fit.likelihood, found.scores))
 
     def pairs(self, singles: Sequence[Model]) -> list[Model]:
         """The most promising second effects to the best singles, fitted, the best first.
 
         Where nothing on top of the best single promises anything, no other can do better with two.
         """
-        found = list[Model]()
-        for seed in best_by_id(singles)[:FITTED_SEEDS]:
+        found, seeds = list[Model](), best_by_id(singles)[:FITTED_SEEDS]
+        if seeds and seeds[0].clean:
+            seeds = seeds[:1]
+        for seed in seeds:
             known = {frozenset(model.ids) for model in found}
             others = [each for each in self.candidates if frozenset((*seed.ids, each.id)) not in known]
             ranked = self.screened(seed, [each for each in others if each.id not in seed.ids])
             if not found and not ranked:
                 break
-            found += self.fitted(seed, ranked, FITTED_PAIRS)
+            clean = seed.clean or any(model.clean for model in found)
+            found += self.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1)
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
@@ -125,7 +160,7 @@ class Search:
         step = LinearStep.about(likelihood, scores)
         found = []
         for candidate in candidates:
-            extended = Likelihood(self.simulation((*on.effects, candidate)), likelihood.inflation)
+            extended = Likelihood(self.simulation((*on.effects, candidate)), likelihood.inflation, likelihood.inflation)
             own = range(shared, shared + len(candidate.parameters))
             tried = []
             for start in starts(candidate):
@@ -134,26 +169,37 @@ class Search:
                 if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
                     tried.append((step.gain(columns, start, left), start))
             tried.sort(key=lambda each: -each[0])
-            if tried and tried[0][0] > PROMISING:
-                found.append(Promise(candidate, tried[0][0], tuple(start for _, start in tried[:2])))
-        return sorted(found, key=lambda each: -each.gain)
+            if tried:
+                found.append(Promise(candidate, tried[0][0], tuple(start for _, start in tried)))
+        # a law far from linear promises little in one step: it comes along with its rivals
+        promising = {each.effect.id for each in found if each.gain > PROMISING}
+        return sorted((each for each in found if each.effect.id in promising), key=lambda each: -each.gain)
 
-    def fitted(self, on: Model, ranked: Sequence[Promise], count: int) -> list[Model]:
-        """The first `count` of a ranking fitted on top of a model, two laws of an effect at most."""
-        found, seen = list[Model](), dict[str, int]()
-        shared = len(on.fit.likelihood.simulation.shared)
-        for promise in ranked:
-            candidate = promise.effect
-            if seen.get(candidate.id, 0) >= 2 or len(found) >= count:
-                continue
-            seen[candidate.id] = seen.get(candidate.id, 0) + 1
-            simulation = self.simulation((*on.effects, candidate))
-            fits = [
-                fit(simulation, inserted(on.fit.scores, shared, start), CLOSE, ENOUGH, MOST_STEPS)
-                for start in promise.starts
-            ]
-            found.append(Model((*on.effects, candidate), min(fits, key=lambda each: each.at.cost)))
+    def fitted(self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS) -> list[Model]:
+        """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws."""
+        found, remaining = list[Model](), count
+        for name in dict.fromkeys(promise.effect.id for promise in ranked):
+            if remaining == 0:
+                break
+            own = [promise for promise in ranked if promise.effect.id == name][:laws]
+            models = [self._fitted(on, promise, laws) for promise in own]
+            found += models
+            remaining -= 1
+            if any(model.clean for model in models):
+                remaining = min(remaining, AFTER_CLEAN)
         return sorted(found, key=lambda model: -model.log_evidence)
+
+    def _fitted(self, on: Model, promise: Promise, tries: int) -> Model:
+        candidate = promise.effect
+        simulation, shared = self.simulation((*on.effects, candidate)), len(on.fit.likelihood.simulation.shared)
+        elastic = acts_on(candidate, "cylinders")
+        by_tester = elastic and self.measurement.points is not None and not on.clean
+        schedule = FROM_TESTER if by_tester else CLOSE
+        fits = [
+            fit(simulation, inserted(on.fit.scores, shared, start), schedule, ENOUGH, MOST_STEPS)
+            for start in promise.starts[: 1 if elastic else tries]
+        ]
+        return Model((*on.effects, candidate), min(fits, key=lambda each: each.at.cost))
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +255,7 @@ def _plausible(found: Fit) -> Likelihood:
     """The likelihood of a fit with noise inflated until its misfit could be noise."""
     likelihood = found.likelihood
     for inflation in INFLATIONS:
-        likelihood = replace(found.likelihood, inflation=inflation)
+        likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
         if likelihood.cost(found.scores) < PLAUSIBLE * likelihood.data:
             break
     return likelihood
@@ -226,16 +272,14 @@ def on(model: Model, measurement: Measurement) -> Model:
     """A model looked at with other lines of the same sets, at the parameters that it has."""
     simulation = model.fit.likelihood.simulation
     other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
-    likelihood = Likelihood(other)
-    at = likelihood.linearised(model.fit.scores)
-    return Model(model.effects, Fit(likelihood, model.fit.scores, at, model.fit.converged))
+    return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
 
 
 def refined(model: Model, measurement: Measurement) -> Model:
     """A model fitted to other lines of the same sets, from where it is."""
     simulation = model.fit.likelihood.simulation
     other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
-    return Model(model.effects, fit(other, model.fit.scores, ((0.0, np.inf),), ENOUGH, MOST_STEPS))
+    return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
 
 
 def best_by_id(models: Sequence[Model]) -> list[Model]:

@@ -20,7 +20,7 @@ from analysis.gap.baseline import Baseline
 from analysis.gap.beam_rig import BeamRig
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.measurement import TesterPoints
+from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
 
 STEP = 1e-4
@@ -173,6 +173,7 @@ class Simulation:
             level=1.0,
             temperature=points.temperature,
             fraction=points.fraction,
+            angled=points.configuration == Configuration.ANGLED,
         )
 
     # --- what both rigs read ---

@@ -16,66 +16,67 @@ from analysis.gap.parameter import Parameter
 MIDDLE = 25e-6
 """m, zero to peak, at which stiffness and loss keep the values that the baseline gives them."""
 BLOW_AMPLITUDE = Parameter("x_100", "m", 3e-6, 1.0, positive=True)
-"""Zero to peak at a joint under blows of 100 N, if it is one for all lines."""
+"""Zero to peak at a joint under blows of 100 N, at low frequency where a law lets it fall."""
+FIRST_MODES = 80.0
+"""Hz; below, a beam on joints moves as the blow drives it, and above ever less."""
+SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
+
+
+def blow_amplitude(given: Given, loading: Loading, component: bool) -> Real:
+    """(n,) amplitude that cylinders feel: of the tester, or in proportion to the blows."""
+    if loading.tester:
+        return loading.felt(component)
+    falling = (1 + (loading.frequency / FIRST_MODES) ** 2) ** (-given.get("fall", 0.0) / 2)
+    return np.asarray(given["x_100"] * loading.level * falling)
 
 
 @dataclass(frozen=True)
 class AmplitudeDependence(Effect):
-    """Kraus' law, one amplitude for all lines of a hammer set (G. Kraus, J. Appl. Polym. Sci. 39, 1984, 75-92)."""
+    """Kraus' law (G. Kraus, J. Appl. Polym. Sci. 39, 1984, 75-92), in shear to a share of what it is in compression.
+
+    Attributes:
+        component: whether a cylinder at 45 degrees feels the components of its deformation, or the whole.
+    """
 
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
     law = "Kraus"
+    component: bool = False
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return cls(component=False), cls(component=True)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         return (
-            Parameter("k0_over_kinf", "1", 2.0, 0.4, positive=True),
+            Parameter("k0_over_kinf", "1", 2.0, 0.35, positive=True),
             Parameter("xc", "m", 25e-6, 0.9, positive=True, starts=(-0.5, 0.7)),
             Parameter("m", "1", 0.55, 0.2, positive=True),
-            Parameter("loss_peak", "1", 1.0, 0.7),
+            Parameter("loss_peak", "1", 0.8, 0.6),
+            Parameter("shear_share", "1", 0.9, 0.2),
             BLOW_AMPLITUDE,
+            Parameter("fall", "1", 0.5, 0.8),
         )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = self._amplitude(given, loading)
+        amplitude = blow_amplitude(given, loading, self.component)
         storage, loss = self._law(given, amplitude)
         unit, unit_loss = self._law(given, np.array([MIDDLE]))
         return cylinders.scaled(storage / unit, loss / unit_loss)
 
-    def _amplitude(self, given: Given, loading: Loading) -> Real:
-        """(n,) zero to peak, m."""
-        if loading.tester:
-            return loading.amplitude
-        return np.full(loading.frequency.size, given["x_100"] * loading.level)
-
     def _law(self, given: Given, amplitude: Real) -> tuple[Real, Real]:
-        """(n,) k' and k'' in units of their own."""
-        size = np.exp(given["m"] * np.log(amplitude / given["xc"]))
-        storage = 1 + (given["k0_over_kinf"] - 1) / (1 + size**2)
-        return storage, 1 + 2 * given["loss_peak"] * size / (1 + size**2)
-
-
-@dataclass(frozen=True)
-class AmplitudeByMode(AmplitudeDependence):
-    """Kraus' law, with an amplitude under the beam that falls with frequency as displacement does."""
-
-    law = "Kraus, amplitude by line"
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return (*super().parameters, Parameter("fall", "1", 1.0, 0.7))
-
-    def _amplitude(self, given: Given, loading: Loading) -> Real:
-        if loading.tester:
-            return loading.amplitude
-        falling = np.exp(-given["fall"] * np.log(loading.frequency / 100.0))
-        return np.asarray(given["x_100"] * loading.level * falling)
+        """(3, n) k' and k'' in units of their own."""
+        size = (amplitude / given["xc"]) ** given["m"]
+        ratio = (given["k0_over_kinf"] - 1) * (1 + (given["shear_share"] - 1) * SHEAR_ALONE)
+        return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
 
 
 @dataclass(frozen=True)
 class AmplitudeTable(Effect):
-    """No law at all: a factor on stiffness and one on loss for each amplitude of the tester and each hammer level.
+    """No law at all: factors for each configuration and amplitude of the tester, and for each level of the hammer.
+
+    Under the beam shear and compression have factors of their own, which may lean with frequency.
 
     Attributes:
         amplitudes: of the tester, m, without the one in the middle that the others are compared with.
@@ -99,17 +100,29 @@ class AmplitudeTable(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        names = [f"{x * 2e3:g}mm" for x in self.amplitudes] + [f"{100 * level:g}N" for level in self.levels]
-        return tuple(Parameter(f"{part}_{name}", "1", 0.0, 0.35) for name in names for part in ("storage", "loss"))
+        tested = [f"{way}_{x * 2e3:g}mm" for x in self.amplitudes for way in ("straight", "sheared", "angled")]
+        struck = [f"{way}_{100 * level:g}N" for level in self.levels for way in ("shear", "compression")]
+        own = [Parameter(f"{part}_{name}", "1", 0.0, 0.35) for name in tested + struck for part in ("storage", "loss")]
+        return (*own, Parameter("lean", "1", 0.0, 0.1), Parameter("lean_of_loss", "1", 0.0, 0.1))
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        count = loading.frequency.size
-        storage, loss = np.zeros((2, count), dtype=complex)
+        factors = [self._exponent(given, part, loading) for part in ("storage", "loss")]
+        return cylinders.scaled(np.exp(factors[0]), np.exp(factors[1]))
+
+    def _exponent(self, given: Given, part: str, loading: Loading) -> Real:
+        """(3, n) logarithm of a factor."""
+        found = np.zeros((3, loading.frequency.size))
         if loading.tester:
-            chosen = [(f"{x * 2e3:g}mm", np.isclose(loading.amplitude, x)) for x in self.amplitudes]
-        else:
-            chosen = [(f"{100 * x:g}N", np.full(count, np.isclose(loading.level, x))) for x in self.levels]
-        for name, here in chosen:
-            storage = storage + here * given[f"storage_{name}"]
-            loss = loss + here * given[f"loss_{name}"]
-        return cylinders.scaled(np.exp(storage), np.exp(loss))
+            for x in self.amplitudes:
+                here = np.isclose(loading.amplitude, x)
+                names = [f"{part}_{way}_{x * 2e3:g}mm" for way in ("straight", "sheared", "angled")]
+                straight, sheared, angled = (given[name] for name in names)
+                ways = np.array([[sheared], [straight], [straight]])
+                found = found + here * np.where(loading.angled, angled, ways)
+            return found
+        for level in self.levels:
+            if np.isclose(loading.level, level):
+                shear, compression = (given[f"{part}_{way}_{100 * level:g}N"] for way in ("shear", "compression"))
+                found = found + np.array([[shear], [compression], [compression]])
+        leaning = given["lean" if part == "storage" else "lean_of_loss"]
+        return found + leaning * np.log(loading.frequency / 200.0)

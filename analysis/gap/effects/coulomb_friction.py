@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.frequency_response import Complex
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE
+from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, blow_amplitude
 from analysis.gap.parameter import Parameter
 
 TRANSLATION = np.array([[1.0], [1.0], [0.0]])
@@ -17,34 +16,44 @@ TRANSLATION = np.array([[1.0], [1.0], [0.0]])
 
 @dataclass(frozen=True)
 class CoulombFriction(Effect):
-    """Each cylinder rubs, in shear as in compression."""
+    """Each cylinder rubs, in shear as in compression; no slider loses more than the spring beside it could hold."""
 
     id = "coulomb_friction"
     title = "dry friction"
-    law = "at each cylinder"
+    law = "sliding"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("F_c", "N", 0.0, 3.3, least=0.0), BLOW_AMPLITUDE)
+        return (Parameter("F_c", "N", 0.0, 3.3, least=0.0, starts=(0.05, 0.6)), BLOW_AMPLITUDE)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = (
-            loading.amplitude if loading.tester else np.full(loading.frequency.size, given["x_100"] * loading.level)
-        )
-        return Cylinders(
-            cylinders.storage,
-            np.asarray(cylinders.loss + self._rubbing(cylinders) * given["F_c"] * 4 / (np.pi * amplitude)),
-        )
-
-    def _rubbing(self, cylinders: Cylinders) -> Complex:
-        return TRANSLATION
+        amplitude = blow_amplitude(given, loading, component=True)
+        rubbing = np.minimum(4 * given["F_c"] / (np.pi * amplitude), cylinders.storage)
+        return Cylinders(cylinders.storage, np.asarray(cylinders.loss + TRANSLATION * rubbing))
 
 
 @dataclass(frozen=True)
-class FrictionLikeStiffness(CoulombFriction):
-    """Friction in proportion to how stiff a mechanism is, compression taken as one."""
+class StickingFriction(Effect):
+    """A slider behind a spring, which sticks at small amplitudes (Jenkins' element by harmonic balance)."""
 
-    law = "in proportion to stiffness"
+    id = "coulomb_friction"
+    title = "dry friction"
+    law = "sticking and sliding"
 
-    def _rubbing(self, cylinders: Cylinders) -> Complex:
-        return np.asarray(cylinders.storage / cylinders.storage[:, 1:2])
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (
+            Parameter("F_c", "N", 1.5, 0.9, positive=True),
+            Parameter("stick", "1", 0.2, 0.6, positive=True),
+            BLOW_AMPLITUDE,
+        )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        stick = TRANSLATION * given["stick"] * cylinders.storage
+        slipping = blow_amplitude(given, loading, component=True) * np.maximum(stick, 1e-9)
+        ratio = np.minimum(given["F_c"] / slipping, 1.0)
+        turn = np.arccos(1 - 2 * ratio)
+        return Cylinders(
+            np.asarray(cylinders.storage + stick / np.pi * (turn - np.sin(2 * turn) / 2)),
+            np.asarray(cylinders.loss + 4 * stick * ratio * (1 - ratio) / np.pi),
+        )

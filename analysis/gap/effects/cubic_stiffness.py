@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE
+from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, blow_amplitude
 from analysis.gap.parameter import Parameter
 
 
@@ -24,6 +22,5 @@ class CubicStiffness(Effect):
         return (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        blow = given["x_100"] * loading.level
-        amplitude = loading.amplitude if loading.tester else np.full(loading.frequency.size, blow)
+        amplitude = blow_amplitude(given, loading, component=True)
         return cylinders.scaled(1 + given["beta"] * amplitude**2, 1.0)

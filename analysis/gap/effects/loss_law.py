@@ -44,3 +44,18 @@ class LossLawOfEach(LossLaw):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         powers = given["p_shear"] * np.array(SHEAR) + given["p_compression"] * np.array(COMPRESSION)
         return cylinders.scaled(1.0, np.exp(powers * np.log(loading.frequency / REFERENCE)))
+
+
+@dataclass(frozen=True)
+class PartViscous(LossLaw):
+    """A part of the loss is viscous: 1 + q (f / 100 Hz - 1), of shear and of compression."""
+
+    law = "viscous part"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (Parameter("q_shear", "1", 0.0, 0.5), Parameter("q_compression", "1", 0.0, 0.5))
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        share = given["q_shear"] * np.array(SHEAR) + given["q_compression"] * np.array(COMPRESSION)
+        return cylinders.scaled(1.0, 1 + share * (loading.frequency / REFERENCE - 1))

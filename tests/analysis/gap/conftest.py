@@ -1,0 +1,101 @@
+"""A small bench whose measurement follows the diagnosis's own model: for the solver, not for its verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.dof import Direction, Dof
+from analysis.gap.bar import bar_of
+from analysis.gap.baseline import baseline_of
+from analysis.gap.effect import Effect
+from analysis.gap.fit import Likelihood
+from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
+from analysis.gap.simulation import Simulation
+from analysis.structure.beam import Beam
+
+INPUTS = (*(Dof(node, Direction.Y) for node in (1, 3, 4, 7, 11)), Dof(1, Direction.X))
+SHEAR, COMPRESSION, LOSS = 4e5, 2.4e6, 0.1
+Made = Callable[..., Measurement]
+
+
+@pytest.fixture(scope="session")
+def drawing() -> Drawing:
+    """The paper's bar, its joints a little inside the ends."""
+    quarter = float(np.pi / 4)
+    return Drawing(
+        beam=Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0),
+        node_positions=np.array([0.0, 0.056, 0.156, 0.256, 0.357, 0.457, 0.557, 0.658, 0.758, 0.858, 0.914]),
+        damping_ratios=(0.004, 0.001, 0.001),
+        joints=(
+            DrawnJoint("I", 2, (-quarter, 3 * quarter), 0.006),
+            DrawnJoint("II", 10, (quarter, -3 * quarter), 0.006),
+        ),
+        accelerometer=Dof(3, Direction.Y),
+    )
+
+
+@pytest.fixture(scope="session")
+def empty(drawing: Drawing) -> Measurement:
+    """Where and how was measured, with nothing sensible in it yet."""
+    frequency = np.arange(20.0, 520.0, 4.0)
+    shape = len(INPUTS), frequency.size
+    sets = tuple(
+        HammerSet(INPUTS, frequency, np.ones(shape, dtype=complex), np.full(shape, 2e-3), force, 23.0)
+        for force in (100.0, 400.0)
+    )
+    grid = np.array(
+        [
+            (specimen, configuration, amplitude, frequency)
+            for specimen in (0, 1)
+            for configuration in (0, 1, 2)
+            for amplitude in (5e-6, 25e-6, 50e-6)
+            for frequency in (20.0, 60.0, 110.0, 180.0)
+        ]
+    )
+    typical = np.array([COMPRESSION, 2 * SHEAR, SHEAR + COMPRESSION])[grid[:, 1].astype(int)]
+    points = TesterPoints(
+        order=np.random.default_rng(3).permutation(len(grid)).astype(float),
+        specimen=grid[:, 0].astype(np.intp),
+        configuration=grid[:, 1].astype(np.intp),
+        amplitude=grid[:, 2],
+        frequency=grid[:, 3],
+        stiffness=typical * (1 + 1j * LOSS),
+        deviation=2e-3 * typical,
+        temperature=np.full(len(grid), 23.0),
+    )
+    return Measurement(drawing, sets, points, preset=5e-4)
+
+
+@pytest.fixture(scope="session")
+def made(empty: Measurement) -> Made:
+    """A function that measures the bench with some effects: `made(effects, own scores, seed)`."""
+
+    def measure(effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1) -> Measurement:
+        random = np.random.default_rng(seed)
+        simulation = Simulation(baseline_of(empty), bar_of(empty.drawing), effects)
+        likelihood = Likelihood(simulation)
+        scores = 0.5 * random.standard_normal(likelihood.unknowns)
+        own_places = len(simulation.baseline.parameters) + np.arange(len(own))
+        scores[: len(simulation.baseline.parameters)] *= [
+            0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
+        ]
+        scores[own_places] = own
+        predicted = likelihood.predict(scores, derivatives=False)
+        sets = tuple(
+            replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))
+            for each, accelerance in zip(empty.sets, predicted.accelerances, strict=True)
+        )
+        points = empty.points
+        assert points is not None
+        noise = points.deviation * _noise(random, points.order.shape)
+        return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
+
+    return measure
+
+
+def _noise(random: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    return random.standard_normal(shape) + 1j * random.standard_normal(shape)

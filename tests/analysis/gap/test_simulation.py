@@ -1,0 +1,105 @@
+"""One simulation of both rigs, with derivatives that can be trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.bar import bar_of
+from analysis.gap.baseline import baseline_of
+from analysis.gap.catalogue import candidates
+from analysis.gap.fit import Likelihood
+from analysis.gap.measurement import Measurement
+from analysis.gap.simulation import Simulation
+from analysis.structure.forward import accelerance
+from analysis.structure.joints import Joint
+
+
+def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float) -> np.ndarray:
+    """Central difference of all that both rigs read, (data,) complex."""
+    found = []
+    for sign in (1, -1):
+        at = scores.copy()
+        at[place] += sign * step
+        predicted = likelihood.predict(at, derivatives=False)
+        found.append(np.concatenate([*(each.ravel() for each in predicted.accelerances), predicted.stiffness * 1e-6]))
+    return np.asarray((found[0] - found[1]) / (2 * step))
+
+
+def analytic(likelihood: Likelihood, scores: np.ndarray, place: int) -> np.ndarray:
+    """The same from the simulation's derivatives."""
+    predicted = likelihood.predict(scores)
+    columns = [by[place].ravel() for by in predicted.by_shared]
+    return np.concatenate([*columns, predicted.stiffness_by_shared[place] * 1e-6])
+
+
+def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
+    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    likelihood = Likelihood(simulation)
+    scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    for place, parameter in enumerate(simulation.shared):
+        # two steps of a difference, the error of which falls with the fourth power
+        difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
+        exact = analytic(likelihood, scores, place)
+        assert np.linalg.norm(difference - exact) < 2e-6 * np.linalg.norm(exact), parameter.name
+
+
+def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
+    baseline, bar = baseline_of(empty), bar_of(empty.drawing)
+    own = len(baseline.parameters)
+    for effect in candidates(empty):
+        simulation = Simulation(baseline, bar, (effect,))
+        likelihood = Likelihood(simulation)
+        scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
+        for place in range(own, len(simulation.shared)):
+            difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
+            exact = analytic(likelihood, scores, place)
+            error = np.linalg.norm(difference - exact)
+            assert error < 1e-5 * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
+
+
+def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> None:
+    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    scores = np.zeros(Likelihood(simulation).unknowns)
+    bench = simulation.joints(
+        scores[: len(simulation.shared)].tolist(), simulation._groups[0].setting, np.zeros(1, dtype=complex)
+    )
+    joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
+    free = simulation.bar.free
+    undamped = Simulation(simulation.baseline, type(simulation.bar)(free, np.zeros_like(free.squared_frequency)))
+    predicted = Likelihood(undamped).predict(scores, derivatives=False).accelerances[0]
+    each = empty.sets[0]
+    expected = accelerance(free, joints, each.frequency, empty.drawing.accelerometer, each.inputs).accelerance
+    assert np.max(np.abs(predicted - expected)) < 1e-6 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: float) -> None:
+    """All stiffness, E and density times one factor divide accelerances by it: absolute scale is not observable."""
+    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    names = [parameter.name for parameter in simulation.shared]
+    once, scaled = np.zeros((2, Likelihood(simulation).unknowns))
+    for place, parameter in enumerate(simulation.shared):
+        if parameter.name.startswith(("a(", "b(", "c(")):
+            scaled[place] = np.log(scale) / parameter.spread
+        if parameter.name in ("modulus", "density"):
+            scaled[place] = (scale - 1) / parameter.spread
+    first, second = (
+        Likelihood(simulation).predict(scores, derivatives=False).accelerances[0] for scores in (once, scaled)
+    )
+    assert "mesh" in names
+    assert np.allclose(first, scale * second, rtol=1e-9, atol=0)
+
+
+def test_an_effect_without_size_changes_nothing(empty: Measurement) -> None:
+    baseline, bar = baseline_of(empty), bar_of(empty.drawing)
+    plain = Simulation(baseline, bar)
+    reference = Likelihood(plain).predict(np.zeros(Likelihood(plain).unknowns), derivatives=False)
+    for effect in candidates(empty):
+        if any(parameter.positive or parameter.centre for parameter in effect.parameters):
+            continue
+        simulation = Simulation(baseline, bar, (effect,))
+        same = Likelihood(simulation).predict(np.zeros(Likelihood(simulation).unknowns), derivatives=False)
+        assert np.allclose(same.stiffness, reference.stiffness, rtol=1e-12, atol=0), effect.id
+        for own, plain_one in zip(same.accelerances, reference.accelerances, strict=True):
+            assert np.allclose(own, plain_one, rtol=1e-10, atol=0), effect.id

@@ -87,7 +87,7 @@ def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Ta
         expect(page.locator("#count")).to_contain_text(f"{count} of 4 blows accepted")
     expect(page.locator("#verdict")).to_contain_text("accepted")
     expect(page.locator("#prompt")).to_contain_text("is finished")
-    expect(page.get_by_role("img", name="Coherence so far").locator("canvas")).to_be_visible()
+    expect(page.get_by_role("img", name="Coherence so far").locator("canvas").first).to_be_visible()
 
 
 def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: Hand) -> None:

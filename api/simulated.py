@@ -77,14 +77,14 @@ def simulated_settings(addresses: Addresses, **others: Any) -> Settings:
     )
 
 
-def simulated_laboratory(seed: int, speed: float) -> LaboratoryProcess:
-    """A simulated laboratory in a process of its own.
+def simulated_laboratory(seed: int, speed: float, kind: str | None = None) -> LaboratoryProcess:
+    """A simulated laboratory in a process of its own; `kind` is that of a sealed case to stand in it, such as single.
 
     Raises:
         ApiError: it did not start.
     """
     try:
-        return LaboratoryProcess(seed, speed)
+        return LaboratoryProcess(seed, speed, kind=kind)
     except RuntimeError as error:
         raise ApiError(str(error)) from error
 

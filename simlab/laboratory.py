@@ -97,6 +97,7 @@ class Laboratory:
         }
         if isinstance(self.bench, CaseBench):
             deeds |= {"set_up": self.bench.set_up, "drawing": self.bench.drawing}
+            deeds |= {"commitment": self.bench.commitment, "open_seal": self.bench.open_seal}
         return deeds
 
     def stop(self) -> None:

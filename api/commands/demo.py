@@ -11,22 +11,26 @@ from typing import Annotated, Any
 
 import typer
 
+from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import instruments_of, open_catalogue, out, progress_console, write_json
 from api.errors import ApiError
+from api.gap.trial.demonstration import demonstrate, seal_section
 from api.identification.document import identification_document, plain
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_run
 from api.operator import SequenceProgress
 from api.progress import on_terminal
+from api.report.gap import gap_sections, write_gap_report
 from api.report.page import write_report
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
 from rig.operator import told
 from rig.run import run_sequence
 from simlab.hand_server import Hand
+from store.catalogue import Catalogue
 
 FASTEST = 100.0  # at higher speeds the wires take the time, not the bench
 
@@ -59,7 +63,8 @@ def demo(
     """Run the paper's two experiments on simulated instruments, identify both ways, compare and report.
 
     Everything goes through the wires that real instruments have. What the bench really is stays in its own process
-    until the results are stored; then it is asked for and set beside them.
+    until the results are stored; then it is asked for and set beside them. Then a second bench is measured, with one
+    effect that it has drawn and sealed: the gap between simulation and measurement is diagnosed, and the seal opened.
     """
     document = named_sequence(sequence)
     try:
@@ -82,20 +87,29 @@ def demo(
                 found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
                 store_identification(catalogue, run, found)
         truth, sines = reveal(laboratory.hand, found)
+    with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
+        sealed = demonstrate(seed, speed, catalogue, progress_console)
+    gap = (*gap_sections(sealed.diagnosed.document), seal_section(sealed))
     with watch.stage("report"):
-        write_report(found, folder / "report.html", more=(truth_section(found, truth, sines),))
+        write_report(found, folder / "report.html", more=(truth_section(found, truth, sines), *gap))
+        write_gap_report(sealed.diagnosed.document, folder / "gap.html", more=(seal_section(sealed),))
     watch.seconds["total"] = round(time.perf_counter() - started, 2)
     summary = identification_document(found) | {
         "run": run,
         "truth": plain(truth_document(truth, sines)),
+        "gap": sealed.document,
         "seconds": watch.seconds,
     }
     write_json(summary, folder / "summary.json")
     show(found)
     show_errors(found, truth, sines)
+    out.print(f"\nA second bench has one effect that the paper's model leaves out, sealed as {sealed.commitment}")
+    show_diagnosis(sealed.diagnosed.document)
+    out.print(f"{sealed.sentence}; the SHA-256 of what was opened is that of the seal\n", style="bold")
     stages = ", ".join(f"{name} {seconds:.1f}" for name, seconds in watch.seconds.items())
     out.print(f"seconds: {stages}")
-    out.print(f"{folder / 'report.html'}, {folder / 'summary.json'}, {folder / 'jointlab.db'} (run {run})")
+    files = ", ".join(str(folder / name) for name in ("report.html", "gap.html", "summary.json", "jointlab.db"))
+    out.print(f"{files} (run {run}), {folder / 'sealed.db'} (run {sealed.run})")
 
 
 def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:

@@ -71,7 +71,7 @@ def twins_sentence(document: Mapping[str, Any]) -> str:
 
 
 def place_words(place: Mapping[str, Any]) -> str:
-    """Where a part of the gap lies: "beam rig, blow at 1x, level 1"."""
+    """Where a part of the gap lies, such as beam rig, blow at 1x, level 1."""
     if place["rig"] == "inverse":
         where = [f"blow at {place.get('input', '?')}"]
         where += [f"level {_plain(place['level'])}"] if "level" in place else []
@@ -82,9 +82,9 @@ def place_words(place: Mapping[str, Any]) -> str:
 
 
 def band_words(place: Mapping[str, Any]) -> str:
-    """ "300 to 360 Hz"."""
+    """Such as 300 to 360 Hz."""
     low, high = place["band_hz"]
-    return f"{_plain(low)} to {_plain(high)} Hz"
+    return f"{low:.0f} to {high:.0f} Hz"
 
 
 def ranked_name(effects: Sequence[str]) -> str:

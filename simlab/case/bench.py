@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,6 +23,7 @@ from simlab.case.campaign import CONFIGURATIONS, Campaign, Points, Row
 from simlab.case.draw import Case
 from simlab.case.effects.record import DoubleHit, MainsHum
 from simlab.case.expected import expected_joints
+from simlab.case.seal import commitment, sealed
 from simlab.case.simulate import Stand, direct_stiffness, specimen_stiffness, stand_of
 from simlab.clock import Clock
 from simlab.elastomer import BLOW_AMPLITUDE, REFERENCE_TEMPERATURE
@@ -229,6 +231,18 @@ class CaseBench(Bench):
     def truth(self) -> dict[str, Any]:
         """What was put into the case and, in ``inverse``, what identification should find; ready for JSON."""
         return truth(self.case) | {"inverse": expected_joints(self.case)}
+
+    @cached_property
+    def _seal(self) -> dict[str, Any]:
+        return sealed(self.case)
+
+    def commitment(self) -> str:
+        """SHA-256 of the sealed truth: asked for before anything is measured, it holds the bench to that truth."""
+        return commitment(self._seal)
+
+    def open_seal(self) -> dict[str, Any]:
+        """What the commitment is of: nonce and truth."""
+        return self._seal
 
     def drawing(self) -> dict[str, Any]:
         """What the lab says that it built and measured, as in the setup.json of the case's bundle."""

@@ -109,7 +109,7 @@ def test_the_truth_has_the_same_shape_beside_the_result(summary: dict[str, Any])
 
 def test_seconds_are_told_for_every_stage(summary: dict[str, Any]) -> None:
     seconds = summary["seconds"]
-    assert set(seconds) == {"start", "measure", "identify", "report", "total"}
+    assert set(seconds) == {"start", "measure", "identify", "sealed bench", "report", "total"}
     stages = sum(value for stage, value in seconds.items() if stage != "total")
     assert 0.8 * seconds["total"] < stages <= seconds["total"] + 0.05
 
@@ -162,6 +162,17 @@ def test_what_the_demo_found_is_in_the_views(demo: Path, summary: dict[str, Any]
         assert shear == list(zip(points["k"], points["gamma"], strict=True))
         verdicts = connection.execute("SELECT joint, element, verdict FROM v_comparison WHERE latest").fetchall()
         assert set(verdicts) == {(each["joint"], each["element"], each["verdict"]) for each in summary["comparison"]}
+
+
+def test_the_demo_ends_with_the_diagnosis_of_a_sealed_bench(demo: Path, summary: dict[str, Any]) -> None:
+    gap = summary["gap"]
+    assert gap["diagnosis"]["format"] == "jointlab-diagnosis/1"
+    assert gap["diagnosis"]["verdict"]["effects"] == gap["seal"]["truth"]["effects"]
+    assert gap["seal"]["right"]
+    assert gap["diagnosis"]["gap"]["after"]["percent"] < gap["diagnosis"]["gap"]["before"]["percent"]
+    with closing(sqlite3.connect(f"file:{demo / 'sealed.db'}?mode=ro", uri=True)) as connection:
+        assert connection.execute("SELECT status FROM diagnoses").fetchall() == [("explained",)]
+    assert gap["seal"]["commitment"] in (demo / "gap.html").read_text(encoding="utf-8")
 
 
 def test_every_row_knows_the_calibration_behind_it(demo: Path) -> None:
@@ -240,7 +251,9 @@ def test_the_report_has_the_papers_figures_and_tables(demo: Path) -> None:
     for figure in (5, 6, 7, 8, 9, 11, 12, 13, 14):
         pictures = re.findall(rf'<svg[^>]*aria-label="Fig. {figure}\b[^"]*"', page)
         assert len(pictures) == (2 if figure in (11, 12) else 1), figure
-    assert page.count("<svg") == page.count("</svg>") == 11
+    assert page.count("<svg") == page.count("</svg>") == 11 + 5  # and bars and maps of the gap
+    assert 'aria-label="Gap before and after"' in page
+    assert "The seal, opened" in page
     for table in (2, 3, 4):
         assert re.search(rf"<caption>Table {table}: ", page), table
     assert "Identified against true" in page

@@ -10,12 +10,13 @@ from analysis.dof import Dof
 from api.commands.terminal import instruments_of
 from api.gap.trial.worker import DATABASE
 from api.simulated import SimulatedOperator, simulated_settings
+from rig.operator import Observer, unobserved
 from rig.run import run_sequence
 from rig.sequence import Sequence, sequence_from
 from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
 from simlab.case.draw import Case
 from simlab.hand_server import Hand
-from simlab.laboratory import Laboratory
+from simlab.laboratory import Addresses, Laboratory
 from store.catalogue import Catalogue
 
 SPEED = 100.0
@@ -54,21 +55,38 @@ def measure(case: Case, folder: Path) -> None:
         hand = Hand(laboratory.addresses.hand)
         try:
             sequence = sequence_of(hand.do("drawing"))
-            settings = simulated_settings(laboratory.addresses, database_url="")
-            operator = CaseOperator(hand, Dof.parse(MEASURED[0].name))
             with Catalogue.open(f"sqlite:///{folder / DATABASE}") as catalogue:
-                run_sequence(sequence, instruments_of(settings), catalogue, operator)
+                measured_at(laboratory.addresses, hand, catalogue, sequence)
         finally:
             hand.close()
 
 
-def sequence_of(drawing: dict[str, Any]) -> Sequence:
-    """What a laboratory does with a case that is drawn like this: its hammer sets, then the whole sweep."""
+def measured_at(
+    addresses: Addresses, hand: Hand, catalogue: Catalogue, sequence: Sequence, observer: Observer = unobserved
+) -> int:
+    """Run a sequence on the case that stands in a simulated laboratory, and return the number of the run.
+
+    Raises:
+        DaqError, RigError, ApiError: an instrument failed.
+    """
+    first = Dof.parse(sequence.hammer_steps[0].points[0])
+    settings = simulated_settings(addresses, database_url="")
+    return run_sequence(sequence, instruments_of(settings), catalogue, CaseOperator(hand, first), observer)
+
+
+def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: float = 5.0) -> Sequence:
+    """What a laboratory does with a case that is drawn like this: its hammer sets, then the whole sweep.
+
+    Args:
+        drawing: what the bench says of itself, in the form of setup.json.
+        blows: at each point.
+        frequency_step: Hz, of the sweep from 5 to 200 Hz.
+    """
     hammers = [
         {
             "step": "hammer",
             "points": [row.name for row in MEASURED],
-            "blows": AVERAGES,
+            "blows": blows,
             "peak_force": entry["peak_force"],
         }
         for entry in drawing["inverse"]
@@ -79,6 +97,7 @@ def sequence_of(drawing: dict[str, Any]) -> Sequence:
         "configurations": list(CONFIGURATIONS),
         "amplitudes_pp_mm": list(AMPLITUDES_PP_MM),
         "preset_mm": PRESET_MM,
+        "frequencies": {"first": 5.0, "last": 200.0, "step": frequency_step},
     }
     document = {
         "format": "jointlab-sequence/1",

@@ -35,13 +35,15 @@ PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
 CONTRADICTION = 20.0
 """Chi-square per datum of the paper's model."""
+FAR = 3.0
+"""Standard deviations from what is known beforehand."""
 CLEAN = 1.2
 """Chi-square per datum of a model that leaves next to nothing."""
-FITTED_SINGLES = 9
+FITTED_SINGLES = 7
 AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model leaves next to nothing."""
-LAWS = 2
-"""Of an effect that are fitted: the two that promise most."""
+LAWS = 3
+"""Of an effect that are fitted: those that promise most."""
 FITTED_SEEDS = 3
 FITTED_PAIRS = 5
 MOST_STARTS = 12
@@ -195,8 +197,10 @@ class Search:
         elastic = acts_on(candidate, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
         schedule = FROM_TESTER if by_tester else CLOSE
+        # a model that does not hold drives its unknowns where no bench is: no place to start from
+        known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         fits = [
-            fit(simulation, inserted(on.fit.scores, shared, start), schedule, ENOUGH, MOST_STEPS)
+            fit(simulation, inserted(known, shared, start), schedule, ENOUGH, MOST_STEPS)
             for start in promise.starts[: 1 if elastic else tries]
         ]
         return Model((*on.effects, candidate), min(fits, key=lambda each: each.at.cost))

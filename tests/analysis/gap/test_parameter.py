@@ -1,0 +1,44 @@
+"""What a score stands for."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.gap.parameter import Parameter
+
+SCORES = st.floats(-8.0, 8.0)
+CENTRES = st.floats(1e-9, 1e9)
+SPREADS = st.floats(1e-3, 2.0)
+
+
+@given(CENTRES, SPREADS)
+def test_no_score_is_the_centre(centre: float, spread: float) -> None:
+    for positive in (False, True):
+        assert Parameter("k", "N/m", centre, spread, positive).value(0.0) == centre
+
+
+@given(st.floats(-1e3, 1e3), SPREADS, SCORES)
+def test_a_score_counts_spreads_from_the_centre(centre: float, spread: float, score: float) -> None:
+    value = Parameter("tau", "s", centre, spread).value(score)
+    assert value - centre == pytest.approx(score * spread, abs=1e-9)
+
+
+@given(CENTRES, SPREADS, SCORES)
+def test_a_positive_parameter_stays_positive_and_opposite_scores_are_inverse_ratios(
+    centre: float, spread: float, score: float
+) -> None:
+    parameter = Parameter("k", "N/m", centre, spread, positive=True)
+    above, below = parameter.value(score), parameter.value(-score)
+    assert above > 0
+    assert below > 0
+    assert above / centre == pytest.approx(centre / below)
+
+
+@given(CENTRES, SPREADS, SCORES, st.floats(1e-3, 1.0), st.booleans())
+def test_the_value_rises_with_the_score(
+    centre: float, spread: float, score: float, further: float, positive: bool
+) -> None:
+    parameter = Parameter("k", "N/m", centre, max(spread, 1e-6 * centre) if not positive else spread, positive)
+    assert parameter.value(score + further) > parameter.value(score)

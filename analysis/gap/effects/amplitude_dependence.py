@@ -17,6 +17,8 @@ MIDDLE = 25e-6
 """m, zero to peak, at which stiffness and loss keep the values that the baseline gives them."""
 BLOW_AMPLITUDE = Parameter("x_100", "m", 3e-6, 1.0, positive=True)
 """Zero to peak at a joint under blows of 100 N, at low frequency where a law lets it fall."""
+FALL = Parameter("fall", "1", 0.5, 0.8)
+"""Power of frequency with which that amplitude falls above the first modes."""
 FIRST_MODES = 80.0
 """Hz; below, a beam on joints moves as the blow drives it, and above ever less."""
 SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
@@ -56,7 +58,7 @@ class AmplitudeDependence(Effect):
             Parameter("loss_peak", "1", 0.8, 0.6),
             Parameter("shear_share", "1", 0.9, 0.2),
             BLOW_AMPLITUDE,
-            Parameter("fall", "1", 0.5, 0.8),
+            FALL,
         )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, blow_amplitude
+from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, FALL, blow_amplitude
 from analysis.gap.parameter import Parameter
 
 TRANSLATION = np.array([[1.0], [1.0], [0.0]])
@@ -24,7 +24,7 @@ class CoulombFriction(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("F_c", "N", 0.0, 3.3, least=0.0, starts=(0.05, 0.6)), BLOW_AMPLITUDE)
+        return (Parameter("F_c", "N", 0.0, 3.3, least=0.0, starts=(0.05, 0.6)), BLOW_AMPLITUDE, FALL)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = blow_amplitude(given, loading, component=True)
@@ -46,6 +46,7 @@ class StickingFriction(Effect):
             Parameter("F_c", "N", 1.5, 0.9, positive=True),
             Parameter("stick", "1", 0.2, 0.6, positive=True),
             BLOW_AMPLITUDE,
+            FALL,
         )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:

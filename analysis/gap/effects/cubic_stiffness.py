@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, blow_amplitude
+from analysis.gap.effects.amplitude_dependence import BLOW_AMPLITUDE, FALL, blow_amplitude
 from analysis.gap.parameter import Parameter
 
 
@@ -19,7 +19,7 @@ class CubicStiffness(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE)
+        return (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE, FALL)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = blow_amplitude(given, loading, component=True)

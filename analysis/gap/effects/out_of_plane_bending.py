@@ -12,13 +12,14 @@ from typing import Self
 import numpy as np
 
 from analysis.dof import Direction
-from analysis.gap.bar import bar_of
+from analysis.frequency_response import Complex, Real
+from analysis.gap.bar import Bar, bar_of
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
 
-MODES = 2
+MODES, RIGID_ON_EDGE, HIGHER = 2, 2, 2
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class OutOfPlaneBending(Effect):
     Attributes:
         frequencies: of the free bar on edge, Hz.
         at_sensor: shapes at the accelerometer, kg^-1/2.
-        at_nodes: (modes) of shapes at each node.
+        at_nodes: (nodes) of shapes at each node.
     """
 
     id = "out_of_plane_bending"
@@ -41,37 +42,94 @@ class OutOfPlaneBending(Effect):
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         drawing = measurement.drawing
-        on_edge = replace(drawing.beam, height=drawing.beam.width, width=drawing.beam.height)
-        bar = bar_of(replace(drawing, beam=on_edge))
-        places = drawing.node_positions
-        shapes = np.array([bar.motion(Direction.Y, float(x)) for x in places])
-        rigid = np.max(np.abs(shapes), axis=0) < 1e-6
-        elastic = np.flatnonzero((bar.free.squared_frequency > 1.0) & ~rigid)[:MODES]
+        bar, shapes = on_edge(drawing)
+        bending = np.flatnonzero(np.max(np.abs(shapes), axis=0) > 1e-6)
+        lower = bending[cls._chosen(bar.free.frequency[bending])]
         return (
             cls(
-                tuple(float(f) for f in bar.free.frequency[elastic]),
-                tuple(float(v) for v in shapes[drawing.accelerometer.node - 1, elastic]),
-                tuple(tuple(float(v) for v in shapes[:, mode]) for mode in elastic),
+                frequencies=_floats(bar.free.frequency[lower]),
+                at_sensor=_floats(shapes[drawing.accelerometer.node - 1, lower]),
+                at_nodes=tuple(_floats(row) for row in shapes[:, lower]),
             ),
         )
+
+    @classmethod
+    def _chosen(cls, frequency: Real) -> slice:
+        """Which of the bending modes of the bar on edge, the two rigid ones first."""
+        return slice(RIGID_ON_EDGE, RIGID_ON_EDGE + MODES)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         found = [Parameter("coupling", "1", 0.0, 0.053), Parameter("leak", "1", 0.0, 0.3)]
-        for place, frequency in enumerate(self.frequencies, start=1):
+        for place in range(1, MODES + 1):
+            frequency = self.frequencies[self._first + place - 1]
             found.append(Parameter(f"f_{place}", "Hz", frequency * 1.01, 0.02, positive=True, starts=(-1.0, 0.0, 1.0)))
             found.append(Parameter(f"eta_{place}", "1", 0.01, 0.7, positive=True))
         return (*found, Parameter("second_over_first", "1", 1.0, 0.5))
+
+    @property
+    def _first(self) -> int:
+        """Place of the first elastic mode."""
+        return 0
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         along = np.array([dof.direction is Direction.X for dof in setting.inputs])
         driven = given["coupling"] * np.where(along, 1.0, given["leak"])
         added = bench.added
-        share = 1.0
-        for place, (at_sensor, at_nodes) in enumerate(zip(self.at_sensor, self.at_nodes, strict=True), start=1):
-            shape = np.array([at_nodes[dof.node - 1] for dof in setting.inputs])
-            square = (2 * np.pi * given[f"f_{place}"]) ** 2
-            resonance = 1 / (square * (1 + 1j * given[f"eta_{place}"]) + bench.pole**2)
-            added = added + share * np.multiply.outer(driven * shape * at_sensor, resonance)
-            share = given["second_over_first"]
+        for place, resonance in enumerate(self._resonances(given, bench.pole)):
+            shape = np.array([self.at_nodes[dof.node - 1][place] for dof in setting.inputs])
+            share = given["second_over_first"] if place == self._first + 1 else 1.0
+            added = added + share * np.multiply.outer(driven * shape * self.at_sensor[place], resonance)
         return replace(bench, added=added)
+
+    def _resonances(self, given: Given, pole: Complex) -> list[Complex]:
+        """(lines,) of each mode."""
+        return [_resonance(given[f"f_{place}"], given[f"eta_{place}"], pole) for place in range(1, MODES + 1)]
+
+
+@dataclass(frozen=True)
+class LowerModes(OutOfPlaneBending):
+    """All lower modes of the bar on edge: it moves as a rigid body on its joints too, and bends higher up."""
+
+    law = "lower modes"
+
+    @classmethod
+    def _chosen(cls, frequency: Real) -> slice:
+        return slice(0, RIGID_ON_EDGE + MODES + HIGHER)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        on_joints = [
+            parameter
+            for place in range(1, RIGID_ON_EDGE + 1)
+            for parameter in (
+                Parameter(f"f_rigid_{place}", "Hz", 100.0, 0.4, positive=True),
+                Parameter(f"eta_rigid_{place}", "1", 0.1, 0.7, positive=True),
+            )
+        ]
+        return (*super().parameters, *on_joints)
+
+    @property
+    def _first(self) -> int:
+        return RIGID_ON_EDGE
+
+    def _resonances(self, given: Given, pole: Complex) -> list[Complex]:
+        rigid = [_resonance(given[f"f_rigid_{n}"], given[f"eta_rigid_{n}"], pole) for n in (1, 2)]
+        higher = [_resonance(f, 0.01, pole) for f in self.frequencies[RIGID_ON_EDGE + MODES :]]
+        return [*rigid, *super()._resonances(given, pole), *higher]
+
+
+def on_edge(drawing: Drawing) -> tuple[Bar, Real]:
+    """The bar turned by 90 degrees, and (nodes, N) its shapes across the plane of the paper's model."""
+    turned = replace(drawing.beam, height=drawing.beam.width, width=drawing.beam.height)
+    bar = bar_of(replace(drawing, beam=turned))
+    return bar, np.array([bar.motion(Direction.Y, float(x)) for x in drawing.node_positions])
+
+
+def _floats(values: Real) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _resonance(frequency: float, loss: float, pole: Complex) -> Complex:
+    """(lines,) receptance of a mode of unit mass."""
+    return np.asarray(1 / ((2 * np.pi * frequency) ** 2 * (1 + 1j * loss) + pole**2))

@@ -17,12 +17,15 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwright
 
+from api.gap.pipeline import diagnose_bundle
+from api.gap.record import keep_diagnosis
 from api.simulated import as_toml
 from simlab.bench import Conditions
+from simlab.case.bundle import write_case
+from simlab.case.draw import Kind, draw_case
 from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
-from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
 
 SPEED = 20.0
@@ -108,7 +111,7 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
     shutil.copytree(campaign, copy)
     (copy / "jointlab.toml").write_text("", encoding="utf-8")
     with Catalogue.open(f"sqlite:///{copy / 'jointlab.db'}") as catalogue:
-        diagnosis = add_example_diagnosis(catalogue, run_id=1)
+        diagnosis = _diagnosis(catalogue, run_id=1)
     with serving(copy) as service, _tab(browser, service, SIZE) as tab:
         tab.log_in()
         for name, part in (
@@ -129,6 +132,15 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
             page = tab.go(f"/page/{name}")
             page.wait_for_timeout(800)
             _take(page, folder, name)
+
+
+def _diagnosis(catalogue: Catalogue, run_id: int) -> int:
+    """That of a simulated bench with a mass at its joints, kept with a run; its number."""
+    with tempfile.TemporaryDirectory() as bundle:
+        write_case(draw_case(5, Kind.SINGLE, ["joint_mass"], size=0.6), Path(bundle))
+        document = diagnose_bundle(Path(bundle)).document
+    with catalogue.writing() as session:
+        return keep_diagnosis(session, run_id, document)
 
 
 @contextmanager

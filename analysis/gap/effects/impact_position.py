@@ -34,6 +34,6 @@ class ImpactPosition(Effect):
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         shift = np.array(
-            [given[f"shift_{dof.node}"] if dof.direction is Direction.Y else 0.0 for dof in setting.inputs]
+            [given.get(f"shift_{dof.node}", 0.0) if dof.direction is Direction.Y else 0.0 for dof in setting.inputs]
         )
         return replace(bench, blow_offset=bench.blow_offset + shift)

@@ -1,0 +1,265 @@
+"""Effects of the elastomer by their laws: what each makes of the cylinders, in the tester and under blows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given as examples
+from hypothesis import strategies as st
+
+from analysis.frequency_response import Real
+from analysis.gap.bench import Cylinders, Loading
+from analysis.gap.effect import Effect, Given
+from analysis.gap.effects.amplitude_dependence import MIDDLE, AmplitudeDependence, AmplitudeTable
+from analysis.gap.effects.conditioning_drift import ConditioningDrift, LogarithmicDrift, SaturatingDrift
+from analysis.gap.effects.coulomb_friction import CoulombFriction, StickingFriction
+from analysis.gap.effects.cubic_stiffness import CubicStiffness
+from analysis.gap.effects.frequency_dependence import REFERENCE, FractionalZener, FrequencyDependence, SpringPot
+from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
+from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss
+from analysis.gap.effects.temperature_shift import SOFTENING, TemperatureShift
+from analysis.gap.measurement import Measurement
+
+STORAGE = np.array([[[4e5], [2.4e6], [20.0]]])
+LOSS = 0.1 * STORAGE
+CYLINDERS = Cylinders(STORAGE, LOSS)
+
+
+def in_tester(
+    amplitude: Real | float = 25e-6, frequency: Real | float = 50.0, fraction: Real | float = 0.0, angled: bool = False
+) -> Loading:
+    """In the tester; arguments broadcast."""
+    x, f, done = (
+        np.array(each, dtype=float) for each in np.broadcast_arrays(*np.atleast_1d(amplitude, frequency, fraction))
+    )
+    return Loading(True, f, x, 1.0, np.full(x.size, 23.0), done, np.full(x.size, angled))
+
+
+def struck(level: float = 1.0, frequency: Real | float = 50.0) -> Loading:
+    """Under the beam."""
+    f = np.atleast_1d(np.asarray(frequency, dtype=float))
+    return Loading(
+        False, f, np.full(f.size, np.nan), level, np.full(f.size, 23.0), np.zeros(f.size), np.zeros(f.size, bool)
+    )
+
+
+def own(effect: Effect, **other: float) -> Given:
+    """All at the centre of their priors but some."""
+    return {each.name: each.centre for each in effect.parameters} | other
+
+
+def ratios(effect: Effect, given: Given, loading: Loading) -> tuple[Real, Real]:
+    """(3, n) storage and loss over what they were: shear, compression, rotation."""
+    found = effect.cylinders(given, CYLINDERS, loading)
+    shape = np.broadcast_shapes(found.storage.shape, found.loss.shape, (1, 3, loading.frequency.size))
+    storage, loss = (np.broadcast_to(each, shape)[0] for each in (found.storage, found.loss))
+    return storage / STORAGE[0], loss / LOSS[0]
+
+
+# --- amplitude ---
+
+
+def test_kraus_falls_from_one_plateau_to_the_other_while_loss_peaks_between() -> None:
+    effect = AmplitudeDependence()
+    given = own(effect, k0_over_kinf=2.0, xc=25e-6, m=0.6, loss_peak=0.8)
+    storage, loss = ratios(effect, given, in_tester(np.geomspace(1e-12, 1.0, 200)))
+    compression = storage[1]
+    assert np.all(np.diff(compression) < 0)
+    assert compression[0] / compression[-1] == pytest.approx(2.0, rel=1e-3)
+    at_critical, most = ratios(effect, given, in_tester(25e-6))
+    plateau = ratios(effect, given, in_tester(1e6))[1]
+    assert most[1, 0] / plateau[1, 0] == pytest.approx(1.8, rel=1e-5)
+    assert np.all(loss[1] <= most[1, 0])
+    middle = (compression[0] + compression[-1]) / 2
+    assert at_critical[1, 0] == pytest.approx(middle, rel=1e-3)
+
+
+def test_kraus_keeps_the_baseline_at_the_middle_amplitude_in_the_tester() -> None:
+    for effect in (AmplitudeDependence(), AmplitudeDependence(component=True)):
+        storage, loss = ratios(effect, own(effect, k0_over_kinf=2.7, xc=60e-6), in_tester(MIDDLE))
+        assert np.allclose([storage, loss], 1.0, rtol=1e-12)
+
+
+def test_shear_follows_amplitude_to_its_share() -> None:
+    effect = AmplitudeDependence()
+    given = own(effect, k0_over_kinf=2.0, shear_share=0.5)
+    ends, _ = ratios(effect, given, in_tester(np.array([1e-15, 1e6])))
+    assert ends[0, 0] / ends[0, 1] == pytest.approx(1.5, rel=1e-3)
+    assert ends[1, 0] / ends[1, 1] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_cylinders_at_45_degrees_feel_components_of_their_deformation() -> None:
+    for component in (False, True):
+        effect = AmplitudeDependence(component)
+        angled, _ = ratios(effect, own(effect), in_tester(50e-6, angled=True))
+        straight, _ = ratios(effect, own(effect), in_tester(50e-6 / (np.sqrt(2) if component else 1.0)))
+        assert np.allclose(angled, straight, rtol=1e-12)
+
+
+def test_harder_blows_soften_and_high_frequencies_move_less() -> None:
+    effect = AmplitudeDependence()
+    given = own(effect, fall=1.0)
+    soft, hard = (ratios(effect, given, struck(level, np.array([20.0, 500.0])))[0][1] for level in (4.0, 1.0))
+    assert np.all(soft < hard)
+    assert hard[1] > hard[0]
+    even, _ = ratios(effect, own(effect, fall=0.0), struck(1.0, np.array([20.0, 500.0])))
+    assert even[1, 0] == pytest.approx(even[1, 1])
+
+
+def test_the_table_has_factors_for_each_amplitude_configuration_and_level(empty: Measurement) -> None:
+    (table,) = AmplitudeTable.variants(empty)
+    assert table.amplitudes == (5e-6, 50e-6)
+    assert table.levels == (1.0, 4.0)
+    names = [each.name for each in table.parameters]
+    own_of = dict.fromkeys(names, 0.0)
+    given = own_of | {"storage_straight_0.01mm": 0.2, "loss_sheared_0.01mm": -0.1, "storage_angled_0.1mm": 0.3}
+    storage, loss = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6])))
+    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0], [0.2, 0, 0], [0.2, 0, 0]]))
+    assert np.log(loss) == pytest.approx(np.array([[-0.1, 0, 0], [0, 0, 0], [0, 0, 0]]))
+    storage, _ = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6]), angled=True))
+    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0.3]] * 3))
+
+
+def test_the_table_leans_under_blows_and_tells_levels_apart(empty: Measurement) -> None:
+    (table,) = AmplitudeTable.variants(empty)
+    zero = {each.name: 0.0 for each in table.parameters}
+    given = zero | {"storage_shear_400N": -0.2, "storage_compression_100N": 0.1, "lean": 0.05}
+    for level, shear, compression in ((1.0, 0.0, 0.1), (4.0, -0.2, 0.0)):
+        storage, loss = ratios(table, given, struck(level, np.array([200.0, 400.0])))
+        assert np.log(storage[:, 0]) == pytest.approx([shear, compression, compression])
+        assert np.log(storage[:, 1] / storage[:, 0]) == pytest.approx(0.05 * np.log(2.0))
+        assert loss == pytest.approx(np.ones((3, 2)))
+
+
+def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:
+    effect = CubicStiffness()
+    storage, loss = ratios(effect, own(effect, beta=1e8), in_tester(np.array([5e-6, 50e-6])))
+    assert np.allclose(storage, 1 + 1e8 * np.square([5e-6, 50e-6]), rtol=1e-12)
+    assert np.allclose(loss, 1.0)
+    under_blows, _ = ratios(effect, own(effect, beta=1e8, x_100=1e-5, fall=0.0), struck(4.0))
+    assert np.allclose(under_blows, 1 + 1e8 * (4e-5) ** 2)
+
+
+def test_friction_adds_its_loss_in_inverse_proportion_to_amplitude() -> None:
+    effect = CoulombFriction()
+    amplitude = np.array([5e-6, 10e-6, 50e-6])
+    found = effect.cylinders(own(effect, F_c=1.0), CYLINDERS, in_tester(amplitude))
+    added = found.loss - LOSS
+    assert np.allclose(added[0, :2], 4 * 1.0 / (np.pi * amplitude), rtol=1e-9)
+    assert np.allclose(added[0, 2], 0.0)
+    assert np.array_equal(found.storage, STORAGE)
+    held = effect.cylinders(own(effect, F_c=1e3), CYLINDERS, in_tester(5e-6))
+    assert np.allclose((held.loss - LOSS)[0, :2], STORAGE[0, :2])  # no more than the spring beside it
+
+
+def test_a_sticking_slider_is_a_spring_when_small_and_rubs_when_large() -> None:
+    effect = StickingFriction()
+    given = own(effect, F_c=1.0, stick=0.2)
+    small = effect.cylinders(given, CYLINDERS, in_tester(1e-9))
+    assert np.allclose(small.storage[0, :2, 0], 1.2 * STORAGE[0, :2, 0])
+    assert np.allclose(small.loss[0, :, 0], LOSS[0, :, 0])
+    large = effect.cylinders(given, CYLINDERS, in_tester(1e-2))
+    assert np.allclose(large.storage[0, :, 0], STORAGE[0, :, 0], rtol=1e-3)
+    assert np.allclose((large.loss - LOSS)[0, :2, 0], 4 / (np.pi * 1e-2), rtol=1e-2)
+
+
+# --- frequency ---
+
+FREQUENCIES = np.geomspace(1.0, 2000.0, 60)
+CAUSAL = (FrequencyDependence(), FractionalZener(), SpringPot())
+
+
+@pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)
+@examples(scores=st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7))
+def test_stiffness_rises_with_frequency_and_loses(effect: FrequencyDependence, scores: list[float]) -> None:
+    """What relaxes is stiffer when fast, and takes energy out at every frequency (Kramers, Kronig)."""
+    given = {
+        parameter.name: abs(parameter.value(score)) if parameter.name == "g" else parameter.value(score)
+        for parameter, score in zip(effect.parameters, scores, strict=False)
+    }
+    if "ratio" in given:
+        given["ratio"] = max(given["ratio"], 1.01)
+    elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
+    found = effect.cylinders(given, elastic, in_tester(frequency=FREQUENCIES))
+    assert np.all(np.diff(found.storage, axis=2) >= 0)
+    assert np.all(found.loss >= 0)
+
+
+@pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)
+def test_loss_is_the_slope_of_stiffness_over_the_logarithm_of_frequency(effect: FrequencyDependence) -> None:
+    """Kramers' and Kronig's relation, local for smooth laws: k'' = (pi / 2) dk' / d log w, roughly."""
+    given = own(effect, g=0.2) if isinstance(effect, SpringPot) else own(effect)
+    elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
+    found = effect.cylinders(given, elastic, in_tester(frequency=np.geomspace(20.0, 400.0, 80)))
+    slope = np.gradient(found.storage[0, 1], np.log(np.geomspace(20.0, 400.0, 80)))
+    assert np.allclose(found.loss[0, 1], np.pi / 2 * slope, rtol=0.25)
+
+
+@pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)
+def test_stiffness_keeps_the_baseline_at_the_reference(effect: FrequencyDependence) -> None:
+    elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
+    found = effect.cylinders(own(effect), elastic, in_tester(frequency=REFERENCE))
+    assert np.allclose(found.storage, STORAGE)
+
+
+def test_frequency_acts_in_both_rigs_alike() -> None:
+    for effect in CAUSAL:
+        direct, inverse = (ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(1.0, 180.0)))
+        assert np.array_equal(direct, inverse)
+
+
+def test_a_loss_law_changes_the_imaginary_part_alone() -> None:
+    frequency = np.array([25.0, 100.0, 400.0])
+    for effect, given, expected in (
+        (LossLaw(), {"p": 0.5}, [[0.5, 1, 2]] * 3),
+        (LossLaw(), {"p": 1.0}, [[0.25, 1, 4]] * 3),
+        (LossLawOfEach(), {"p_shear": 0.5, "p_compression": -0.5}, [[0.5, 1, 2], [2, 1, 0.5], [2, 1, 0.5]]),
+        (PartViscous(), {"q_shear": 0.4, "q_compression": 0.0}, [[0.7, 1, 2.2], [1, 1, 1], [1, 1, 1]]),
+    ):
+        storage, loss = ratios(effect, given, in_tester(frequency=frequency))
+        assert np.allclose(storage, 1.0)
+        assert np.allclose(loss, expected, rtol=1e-12), effect.law
+
+
+# --- between the rigs, and in the order of measuring ---
+
+
+def test_temperature_shows_under_the_beam_alone_and_takes_loss_along() -> None:
+    effect = TemperatureShift()
+    given = {"delta_t": 5.0, "loss_ratio": 2.0}
+    assert np.allclose(ratios(effect, given, in_tester()), 1.0)
+    storage, loss = ratios(effect, given, struck())
+    assert np.allclose(storage, np.exp(-5 * SOFTENING))
+    assert np.allclose(loss, storage**2)
+
+
+def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
+    for law, on_loss in ((PreloadStiffening, 1.0), (PreloadWithLoss, 1.25)):
+        (effect,) = law.variants(empty)
+        assert effect.preset_mm == pytest.approx(0.5)
+        storage, loss = ratios(effect, {"s": 0.5}, in_tester())
+        assert np.allclose(storage, 1.25)
+        assert np.allclose(loss, on_loss)
+        assert np.allclose(ratios(effect, {"s": 0.5}, struck()), 1.0)
+
+
+@pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
+def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
+    done = np.linspace(0.0, 1.0, 9)
+    storage, loss = ratios(effect, {"d": 0.08}, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
+    assert storage[:, 0] == pytest.approx(1.0)
+    assert storage[:, -1] == pytest.approx(0.92)
+    assert np.all(np.diff(storage, axis=1) < 0)
+    assert np.allclose(storage, loss)
+    again, _ = ratios(effect, {"d": 0.08}, in_tester(frequency=50.0, fraction=done))
+    assert np.array_equal(storage, again)
+    assert np.allclose(ratios(effect, {"d": 0.08}, struck()), 1.0)
+
+
+def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
+    half = {
+        law: ratios(law(), {"d": 0.1}, in_tester(fraction=0.5))[0][0, 0]
+        for law in (ConditioningDrift, SaturatingDrift, LogarithmicDrift)
+    }
+    assert half[ConditioningDrift] == pytest.approx(0.95)
+    assert half[LogarithmicDrift] < half[SaturatingDrift] < half[ConditioningDrift]

@@ -111,13 +111,15 @@ def map_of(
     edges = band_edges(np.concatenate([frequency for *_, frequency in rows]))
     energy, significance, in_phase = np.zeros((3, len(rows), edges.size - 1))
     for row, (measured, simulated, deviation, frequency) in enumerate(rows):
-        # turned so that the response is real: then misfit in its magnitude is real, and in its phase imaginary
-        turned = (measured - simulated) / deviation * np.exp(-1j * np.angle(measured))
+        left = (measured - simulated) / deviation
+        # turned so that the response is real: then misfit in its magnitude is real, and in its phase imaginary;
+        # by the simulated phase, for noise turned by its own would all point one way
+        turned = left * np.exp(-1j * np.angle(simulated))
         for band in range(edges.size - 1):
             inside = (frequency >= edges[band]) & (frequency < edges[band + 1])
             if np.count_nonzero(inside) < 3:
                 continue
-            total, spread = energy_of(turned[inside])
+            total, spread = energy_of(left[inside])
             real, _ = energy_of(turned[inside].real.astype(complex))
             energy[row, band], significance[row, band] = total, total / spread
             in_phase[row, band] = np.clip(real / total, 0.0, 1.0) if total > 0 else 0.5

@@ -44,8 +44,8 @@ AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model leaves next to nothing."""
 LAWS = 3
 """Of an effect that are fitted: those that promise most."""
-FITTED_SEEDS = 3
-FITTED_PAIRS = 5
+FITTED_SEEDS = 2
+FITTED_PAIRS = 6
 MOST_STARTS = 12
 MOST_STEPS = 10
 REFINING_STEPS = 6

@@ -277,7 +277,7 @@ def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement
         for accelerometer in inputs
     ]
     without, loaded = (
-        np.moveaxis([read(AccelerometerMass(), way, bar, m=m) for way in ways], 2, 0) for m in (0.0, 0.03)
+        np.moveaxis(np.array([read(AccelerometerMass(), way, bar, m=m) for way in ways]), 2, 0) for m in (0.0, 0.03)
     )
     assert np.max(np.abs(loaded - without)) > 0.05 * np.max(np.abs(without))
     assert np.allclose(loaded, np.linalg.solve(np.eye(2) + 0.03 * without, without), rtol=1e-7)

@@ -210,12 +210,13 @@ def test_frequency_acts_in_both_rigs_alike() -> None:
 
 def test_a_loss_law_changes_the_imaginary_part_alone() -> None:
     frequency = np.array([25.0, 100.0, 400.0])
-    for effect, given, expected in (
+    cases: tuple[tuple[Effect, Given, list[list[float]]], ...] = (
         (LossLaw(), {"p": 0.5}, [[0.5, 1, 2]] * 3),
         (LossLaw(), {"p": 1.0}, [[0.25, 1, 4]] * 3),
         (LossLawOfEach(), {"p_shear": 0.5, "p_compression": -0.5}, [[0.5, 1, 2], [2, 1, 0.5], [2, 1, 0.5]]),
         (PartViscous(), {"q_shear": 0.4, "q_compression": 0.0}, [[0.7, 1, 2.2], [1, 1, 1], [1, 1, 1]]),
-    ):
+    )
+    for effect, given, expected in cases:
         storage, loss = ratios(effect, given, in_tester(frequency=frequency))
         assert np.allclose(storage, 1.0)
         assert np.allclose(loss, expected, rtol=1e-12), effect.law

@@ -1,0 +1,124 @@
+"""Evidence of models, against formulas that hold exactly where a model is linear and noise Gaussian."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal, norm
+
+from analysis.frequency_response import Real
+from analysis.gap.evidence import FORM_ERROR, PATTERNS, at_tolerance, log_evidence, temperature_of
+from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.parameter import Parameter
+from analysis.inverse.levenberg_marquardt import Linearised
+
+DATA, UNKNOWNS = 30, 4
+
+
+@dataclass(frozen=True)
+class Line:
+    """y = J z + unit noise, z of unit variance: the linear model that Laplace's approximation is exact for."""
+
+    columns: Real
+    measured: Real
+
+    @classmethod
+    def drawn(cls, seed: int, strength: float = 1.0) -> Line:
+        random = np.random.default_rng(seed)
+        columns = strength * random.standard_normal((DATA, UNKNOWNS))
+        return cls(columns, columns @ random.standard_normal(UNKNOWNS) + random.standard_normal(DATA))
+
+    def log_probability(self, prior: Real) -> float:
+        """Of what was measured, for prior variances (unknowns,)."""
+        covariance = np.eye(DATA) + self.columns @ np.diag(prior) @ self.columns.T
+        return float(multivariate_normal(np.zeros(DATA), covariance).logpdf(self.measured))
+
+    def fitted(self, least: float = -np.inf) -> Fit:
+        """The most likely scores; the first parameter has a bound."""
+        normal = np.eye(UNKNOWNS) + self.columns.T @ self.columns
+        scores = np.asarray(np.linalg.solve(normal, self.columns.T @ self.measured), dtype=np.float64)
+        left = self.measured - self.columns @ scores
+        at = Linearised(float(left @ left + scores @ scores), np.zeros(UNKNOWNS), normal)
+        shared = [Parameter(str(place), "1", 0.0, 1.0, least=least if place == 0 else -np.inf) for place in range(2)]
+        likelihood = SimpleNamespace(simulation=SimpleNamespace(shared=shared), data=DATA)
+        return Fit(cast("Likelihood", likelihood), scores, at, True)
+
+
+CONSTANT = -DATA / 2 * np.log(2 * np.pi)
+"""That `log_evidence` leaves out, for unit noise."""
+
+
+@given(st.integers(0, 10**6))
+def test_evidence_is_the_probability_of_what_was_measured(seed: int) -> None:
+    line = Line.drawn(seed)
+    assert log_evidence(line.fitted()) + CONSTANT == pytest.approx(line.log_probability(np.ones(UNKNOWNS)), abs=1e-6)
+
+
+@given(st.integers(0, 10**6), st.floats(1e-3, 2.0), st.floats(1e-3, 2.0))
+def test_a_narrower_prior_is_the_same_as_fitting_with_it(seed: int, first: float, second: float) -> None:
+    line = Line.drawn(seed)
+    change = at_tolerance(line.fitted(), [0, 1], [first, second])
+    narrow = line.log_probability(np.array([first**2, second**2, 1.0, 1.0]))
+    assert change == pytest.approx(narrow - line.log_probability(np.ones(UNKNOWNS)), rel=1e-6, abs=1e-6)
+
+
+def test_a_tolerance_as_wide_as_the_range_changes_nothing() -> None:
+    assert at_tolerance(Line.drawn(1).fitted(), [0, 1], [1.0, 1.0]) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.integers(0, 10**6), st.floats(1.0, 50.0))
+def test_tempering_is_noise_inflated_by_its_root(seed: int, temperature: float) -> None:
+    """Gain of one model over another with chi-square over T is that with noise larger by the root of T."""
+    line = Line.drawn(seed)
+    inflated = Line(line.columns / np.sqrt(temperature), line.measured / np.sqrt(temperature))
+    found = line.fitted()
+    # at the scores of the inflated line, which are the most likely ones under that temperature
+    scores = inflated.fitted().scores
+    left = line.measured - line.columns @ scores
+    there = Fit(
+        found.likelihood,
+        scores,
+        Linearised(float(left @ left + scores @ scores), found.at.descent, found.at.normal),
+        True,
+    )
+    expected = inflated.log_probability(np.ones(UNKNOWNS)) - CONSTANT
+    assert log_evidence(there, temperature) == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_half_a_prior_is_twice_the_half_above_its_bound(seed: int) -> None:
+    line = Line.drawn(seed, strength=0.1)
+    others = np.eye(DATA) + line.columns[:, 1:] @ line.columns[:, 1:].T
+    above = np.linspace(0.0, 8.0, 2001)
+    misfits = line.measured - np.outer(above, line.columns[:, 0])
+    density = multivariate_normal(np.zeros(DATA), others).pdf(misfits) * 2 * norm.pdf(above)
+    expected = np.log(np.trapezoid(density, above)) - CONSTANT
+    assert log_evidence(line.fitted(least=0.0)) == pytest.approx(expected, abs=1e-4)
+    assert abs(log_evidence(line.fitted(least=0.0)) - log_evidence(line.fitted())) > 1e-3
+
+
+def test_a_bound_far_below_changes_nothing() -> None:
+    line = Line.drawn(3)
+    assert log_evidence(line.fitted(least=-40.0)) == pytest.approx(log_evidence(line.fitted()))
+
+
+@given(st.floats(0.0, 1e8), st.floats(0.0, 1e8))
+def test_temperature_is_at_least_one_and_within_both_of_its_limits(gap: float, remaining: float) -> None:
+    found = temperature_of(gap, remaining)
+    assert found >= 1.0
+    assert found == 1.0 or found <= gap / FORM_ERROR
+    assert found == 1.0 or found <= remaining / PATTERNS
+    assert temperature_of(2 * gap, 2 * remaining) >= found
+
+
+def test_a_model_that_leaves_nothing_needs_no_tempering_and_a_small_gap_allows_none() -> None:
+    assert temperature_of(1e6, 0.0) == 1.0
+    assert temperature_of(FORM_ERROR / 2, 1e9) == 1.0
+    assert temperature_of(1e5, 1e9) == pytest.approx(1e5 / FORM_ERROR)
+    assert temperature_of(1e9, 500.0) == pytest.approx(500.0 / PATTERNS)

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from html import escape
 
 from nicegui import ui
 
 from api.page.controls import button
+from api.page.current import current_run
 from api.page.frame import Frame
 from api.page.markup import show
 from api.runs.prompts import Prompt
 from api.runs.state import Phase, RigState
+from store.runs import Run, RunState, get_run
 
-RESUMABLE = ("stopped", "failed")
-ENDED = {"finished": "is finished", "stopped": "is stopped", "failed": "has failed"}
+ENDED = {
+    RunState.CREATED: "is not begun",
+    RunState.RUNNING: "was cut off",
+    RunState.FINISHED: "is finished",
+    RunState.STOPPED: "is stopped",
+    RunState.FAILED: "has failed",
+}
+"""How a run stands that is not carried out; one that the store believes to be running lost its computer."""
+RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
-def steering(frame: Frame, *, holds: bool = True) -> None:
-    """A row that follows the rig: what the operator is to do, and how to hold and go on."""
+def steering(frame: Frame, query: Mapping[str, str]) -> None:
+    """A row that follows the rig: what the operator is to do, how to hold and go on; of the run that the view shows."""
     runs = frame.services.runs
     if runs is None:
         show("<p>This service drives no rig; it shows what was measured.</p>")
@@ -27,15 +37,19 @@ def steering(frame: Frame, *, holds: bool = True) -> None:
     shown: list[tuple[RigState, Prompt | None]] = []
 
     async def refresh() -> None:
-        now = [(without_counts(runs.state), runs.prompt)]
+        state, prompt = runs.state, runs.prompt
+        now = [(without_counts(state), prompt)]
         if now == shown:
             return  # a button that is made anew with every point can hardly be pressed
+        run = await frame.read(lambda: _latest(frame, query)) if state.phase is Phase.IDLE else None
         shown[:] = now
         row.clear()
         with row:
-            show(prompt_text(runs.state, runs.prompt))
+            show(f'<p class="big" id="prompt">{escape(prompt_text(state, prompt, run))}</p>')
+            if prompt is not None and not prompt.waits:
+                show("<p>The trigger waits for your blow.</p>")
             with ui.element("div").classes("row-of"):
-                _buttons(frame, runs.state, runs.prompt, holds)
+                _buttons(frame, state, prompt, run)
 
     frame.refreshes.append(refresh)
 
@@ -45,38 +59,49 @@ def without_counts(state: RigState) -> RigState:
     return replace(state, blows=0, sines=0)
 
 
-def prompt_text(state: RigState, prompt: Prompt | None) -> str:
-    """What the operator is to do, as large as it is important."""
+def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
+    """What the operator is to do, or how the run that was carried out last stands."""
     if state.phase is Phase.IDLE:
-        ended = f"Run {state.run_id} {ENDED[state.ended_as]}" if state.ended_as else "Nothing is carried out"
-        why = f": {escape(state.reason)}" if state.reason else ""
-        return f'<p class="big" id="prompt">{escape(ended)}{why}.</p>'
+        if run is None:
+            return "Nothing is carried out."
+        return f"Run {run.id} {ENDED[run.state]}{f': {run.reason}' if run.reason else ''}."
     if state.phase is Phase.PAUSED:
-        return '<p class="big" id="prompt">On hold. The actuator is held, nothing is armed.</p>'
+        return "On hold. The actuator is held, nothing is armed."
     if prompt is None:
-        return f'<p class="big" id="prompt">{escape(state.activity or "Starting")} …</p>'
-    after = "" if prompt.waits else "<p>The trigger waits for your blow.</p>"
-    return f'<p class="big" id="prompt">{escape(prompt.text[:1].upper() + prompt.text[1:])}</p>{after}'
+        return f"{state.activity or 'starting'} …"
+    return prompt.text[:1].upper() + prompt.text[1:]
 
 
-def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, holds: bool) -> None:
-    run_id = state.run_id
+def _latest(frame: Frame, query: Mapping[str, str]) -> Run | None:
+    run_id = current_run(frame.services, query)
     if run_id is None:
-        show('<a class="act main" href="/page/measure">Measure something</a>')
-        return
+        return None
+    with frame.services.catalogue.reading() as session:
+        return get_run(session, run_id)
+
+
+def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | None) -> None:
     if state.phase is Phase.IDLE:
-        if state.ended_as in RESUMABLE and not state.interlocks:
-            button(f"Resume run {run_id}", lambda: resume(frame, run_id), main=True, key="r")
-        show(f'<a class="act" href="/page/results?run={run_id}">Results of run {run_id}</a>')
+        if run is not None:
+            _after(frame, state, run)
         show('<a class="act" href="/page/measure">Measure something</a>')
         return
+    run_id = state.run_id
+    assert run_id is not None, "whatever is carried out has a number"
     if prompt is not None and prompt.waits:
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
     if state.phase is Phase.PAUSED:
         button("Go on", lambda: resume(frame, run_id), main=True, key="r")
-    elif holds and state.phase is Phase.RUNNING:
+    elif state.phase is Phase.RUNNING:
         button("Hold", lambda: _pause(frame, run_id), key="h")
+
+
+def _after(frame: Frame, state: RigState, run: Run) -> None:
+    """What can be done with a run that is not carried out."""
+    if run.state in RESUMABLE and run.sequence and not state.interlocks:
+        button(f"Resume run {run.id}", lambda: resume(frame, run.id), main=True, key="r")
+    show(f'<a class="act" href="/page/results?run={run.id}">Results of run {run.id}</a>')
 
 
 async def resume(frame: Frame, run_id: int) -> None:

@@ -18,7 +18,7 @@ from api.runs.state import Phase, RigState
 from api.service.context import Services
 from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.runs import Run, list_runs
+from store.runs import Run, RunState, list_runs
 from store.sine_records import list_sine_records
 
 
@@ -134,7 +134,7 @@ def _now(state: RigState | None, seconds_left: float | None) -> str:
     if seconds_left is not None:
         parts.append(f'<p>Time left at this pace: <b id="time-left">{duration(seconds_left)}</b></p>')
     if state.ended_as is not None:
-        parts.append(f'<p id="ended">It {ENDED[state.ended_as]}{_because(state.reason)}.</p>')
+        parts.append(f'<p id="ended">It {ENDED[RunState(state.ended_as)]}{_because(state.reason)}.</p>')
     return "".join(parts)
 
 

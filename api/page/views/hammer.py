@@ -23,7 +23,7 @@ from store.blows import Blow
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run that the address names, or of the one that is carried out or was last."""
-    steering(frame)
+    steering(frame, query)
     drawing = show("")
     verdict = show("").props('aria-live="polite"')
     with ui.element("div").classes("cards"):

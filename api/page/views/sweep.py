@@ -20,7 +20,7 @@ from api.runs.state import Phase, RigState
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run and the mounting that the address names, or of what is carried out or was last."""
-    steering(frame)
+    steering(frame, query)
     progress = show("")
     choice = show("")
     with ui.element("div").classes("cards"):

@@ -87,8 +87,8 @@ def serving(folder: Path) -> Iterator[Service]:
     service = Service(folder, port)
     with Catalogue.open(service.database) as catalogue, catalogue.writing() as session:
         service.key = add_key(session, "technician", Scope)[1]
-    service.start()
     try:
+        service.start()
         yield service
     finally:
         service.stop()

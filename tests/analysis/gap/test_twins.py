@@ -1,0 +1,98 @@
+"""What cannot be told apart is named, and so is the cheapest check that would."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from analysis.gap.catalogue import effect_ids
+from analysis.gap.effect import Effect
+from analysis.gap.effects.density import Density
+from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.sensor_gain import SensorGain
+from analysis.gap.effects.temperature_shift import TemperatureShift
+from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.search import Model
+from analysis.gap.twins import CHECKS, next_experiment, twins
+from analysis.gap.verdict import UNKNOWN, Weighed
+from analysis.inverse.levenberg_marquardt import Linearised
+
+
+def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed:
+    """An explanation whose parameters are each `score` standard deviations large and well known."""
+    shared = tuple(parameter for effect in effects for parameter in effect.parameters)
+    simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()))
+    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=1))
+    normal = 1e4 * np.eye(len(shared))
+    fit = Fit(likelihood, np.full(len(shared), score), Linearised(0.0, np.zeros(len(shared)), normal), True)
+    ids = tuple(sorted(each.id for each in effects))
+    return Weighed(ids, Model(tuple(effects), fit), float(np.log(probability)), probability)
+
+
+def test_an_explanation_nearly_as_probable_is_a_twin() -> None:
+    found = [weighed(0.6, YoungsModulus()), weighed(0.3, Density()), weighed(0.01, FrameCompliance())]
+    assert twins(found) == (("youngs_modulus", "density"),)
+
+
+def test_a_clear_verdict_has_no_twin_and_neither_has_none() -> None:
+    assert twins([weighed(0.98, YoungsModulus()), weighed(0.01, Density())]) == ()
+    assert twins([weighed(0.6), weighed(0.4, Density())]) == ()
+
+
+def test_the_unknown_is_nobody_s_twin() -> None:
+    unknown = Weighed(UNKNOWN, weighed(0.4, Density()).model, -1.0, 0.4)
+    assert twins([weighed(0.6, YoungsModulus()), unknown]) == ()
+    assert twins([unknown, weighed(0.3, YoungsModulus())]) == ()
+
+
+def test_twins_in_a_pair_stand_beside_what_both_explanations_share() -> None:
+    found = [
+        weighed(0.5, FrameCompliance(), YoungsModulus()),
+        weighed(0.3, FrameCompliance(), Density()),
+        weighed(0.2, SensorGain(), TemperatureShift()),
+    ]
+    assert twins(found) == (("youngs_modulus", "density"),)
+
+
+def test_no_gap_asks_for_nothing() -> None:
+    assert next_experiment("none", [weighed(0.9)], ()).startswith("nothing is asked for")
+
+
+def test_an_unknown_cause_asks_to_look_at_the_map() -> None:
+    found = next_experiment("unknown", [weighed(0.9, Density())], ())
+    assert "look at the bench where the map shows the gap" in found
+
+
+def test_twins_ask_for_the_first_check_that_tells_them_apart() -> None:
+    found = [weighed(0.6, YoungsModulus()), weighed(0.3, Density())]
+    sentence = next_experiment("explained", found, twins(found))
+    assert sentence == (
+        "weigh the accelerometer, the caps and the bar: expected to tell youngs_modulus from density "
+        "by 20 standard deviations"
+    )
+
+
+@pytest.mark.parametrize(("score", "deviations"), [(1.0, 20), (0.5, 10)])
+def test_a_verdict_alone_is_to_be_confirmed_in_proportion_to_its_size(score: float, deviations: int) -> None:
+    sentence = next_experiment("explained", [weighed(0.98, FrameCompliance(), score=score)], ())
+    assert sentence == (
+        f"take a blank test of the tester: expected to confirm frame_compliance by {deviations} standard deviations"
+    )
+
+
+def test_where_the_cheap_check_does_not_settle_it_the_nearest_is_taken() -> None:
+    found = [weighed(0.6, YoungsModulus(), score=0.2), weighed(0.3, Density())]
+    sentence = next_experiment("explained", found, twins(found))
+    assert sentence.startswith("weigh the accelerometer, the caps and the bar")
+    assert sentence.endswith("by 4 standard deviations")
+
+
+def test_every_effect_has_a_check() -> None:
+    checked = {name for _, tells, _ in CHECKS for name in tells}
+    assert checked <= set(effect_ids())
+    assert set(effect_ids()) <= checked
+    assert all(0 < share < 1 for _, _, share in CHECKS)

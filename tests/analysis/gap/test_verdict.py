@@ -1,0 +1,138 @@
+"""Which explanation wins, from models whose evidence is known: no rig is simulated here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.gap.effect import Effect
+from analysis.gap.effects.accelerometer_mass import AccelerometerMass
+from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.highpass_corner import HighpassCorner
+from analysis.gap.effects.transducer_lag import TransducerLag
+from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.search import Model
+from analysis.gap.structure import Misfit
+from analysis.gap.verdict import FREEDOM, UNKNOWN, weigh
+from analysis.inverse.levenberg_marquardt import Linearised
+
+DATA = 1000
+
+
+@dataclass(frozen=True)
+class Stated(Model):
+    """A model with a misfit that is stated and not computed."""
+
+    stated: float = 0.0
+
+    @property
+    def misfit(self) -> Misfit:
+        return Misfit(self.stated, 0.0)
+
+
+def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 10.0) -> Model:
+    """Its effects `score` standard deviations from none, and known to a hundredth of their range."""
+    shared = tuple(parameter for effect in effects for parameter in effect.parameters)
+    scores = np.full(len(shared), score)
+    simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()), effects=effects)
+    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=DATA))
+    normal = np.eye(len(shared)) * 1e4
+    at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
+    return Stated(effects, Fit(likelihood, scores, at, True), left)
+
+
+def test_probabilities_sum_to_one_and_fall() -> None:
+    none = model((), 3000.0, 2000.0)
+    tried = [
+        model((AccelerometerMass(),), 1500.0, 300.0),
+        model((FrameCompliance(),), 1000.0),
+        model((FrameCompliance(), TransducerLag()), 999.0),
+    ]
+    weighed = weigh(none, tried)
+    assert sum(each.probability for each in weighed) == pytest.approx(1.0)
+    assert [each.score for each in weighed] == sorted((each.score for each in weighed), reverse=True)
+    assert {each.effects for each in weighed} == {
+        (),
+        ("accelerometer_mass",),
+        ("frame_compliance",),
+        ("frame_compliance", "transducer_lag"),
+        UNKNOWN,
+    }
+
+
+@given(st.lists(st.floats(500.0, 5000.0), min_size=3, max_size=3), st.floats(0.0, 4000.0))
+def test_probabilities_sum_to_one_whatever_the_models(costs: list[float], left: float) -> None:
+    effects = (AccelerometerMass(),), (FrameCompliance(),), (FrameCompliance(), TransducerLag())
+    tried = [model(of, cost, left) for of, cost in zip(effects, costs, strict=True)]
+    weighed = weigh(model((), 5000.0, 4000.0), tried)
+    assert sum(each.probability for each in weighed) == pytest.approx(1.0)
+    assert all(0 <= each.probability <= 1 for each in weighed)
+
+
+def test_an_effect_that_explains_all_wins() -> None:
+    none = model((), 4000.0, 3000.0)
+    best, *others = weigh(none, [model((FrameCompliance(),), 1000.0), model((AccelerometerMass(),), 2000.0, 1000.0)])
+    assert best.effects == ("frame_compliance",)
+    assert best.probability > 0.95
+    assert others[0].probability < 0.05
+
+
+def test_without_a_gap_there_is_no_effect() -> None:
+    none = model((), 1000.0)
+    weighed = weigh(none, [model((FrameCompliance(),), 999.0, score=0.1)])
+    assert weighed[0].effects == ()
+    assert weighed[0].probability > 0.9
+
+
+def test_a_trace_within_tolerance_is_no_explanation() -> None:
+    """Its model fits far better, yet by no more of the effect than every bench has: that speaks for none."""
+    none = model((), 1040.0)
+    weighed = weigh(none, [model((TransducerLag(),), 1000.0, score=0.02)])
+    assert weighed[0].effects == ()
+    more = weigh(none, [model((TransducerLag(),), 1000.0, score=1.0)])
+    assert more[0].effects == ("transducer_lag",)
+
+
+def test_a_trace_in_a_pair_speaks_for_the_other_alone() -> None:
+    none = model((), 4000.0, 3000.0)
+    both = model((FrameCompliance(), TransducerLag()), 990.0)
+    both.fit.scores[1] = 0.02
+    weighed = weigh(none, [model((FrameCompliance(),), 1020.0), both])
+    assert weighed[0].effects == ("frame_compliance",)
+
+
+def test_the_unknown_wins_where_every_model_fits_badly() -> None:
+    none = model((), 9000.0, 8000.0)
+    tried = [model((FrameCompliance(),), 8000.0, 7000.0), model((AccelerometerMass(),), 8200.0, 7200.0)]
+    weighed = weigh(none, tried)
+    assert weighed[0].effects == UNKNOWN
+    assert weighed[0].model.ids == ("frame_compliance",)
+
+
+def test_the_unknown_pays_for_its_freedom() -> None:
+    none = model((), 4000.0, 3000.0)
+    weighed = {each.effects: each for each in weigh(none, [model((FrameCompliance(),), 1000.0)])}
+    paid = weighed["frame_compliance",].score - weighed[UNKNOWN].score
+    assert paid == pytest.approx(FREEDOM - np.log(31 * 0.1 / 0.5))
+
+
+def test_rival_laws_of_an_effect_count_as_one_by_their_mean() -> None:
+    none = model((), 4000.0, 3000.0)
+    law = model((HighpassCorner(),), 1000.0)
+    once = {each.effects: each.score for each in weigh(none, [law])}
+    rivals = weigh(none, [law, model((HighpassCorner(),), 1000.0), model((HighpassCorner(),), 2500.0)])
+    averaged = {each.effects: each.score for each in rivals}
+    assert averaged["highpass_corner",] - once["highpass_corner",] == pytest.approx(np.log(2 / 3), abs=1e-6)
+    assert len(rivals) == 3
+
+
+def test_one_effect_goes_before_two_that_explain_as_much() -> None:
+    none = model((), 4000.0, 3000.0)
+    pair = model((AccelerometerMass(), TransducerLag()), 1000.0)
+    assert weigh(none, [pair, model((FrameCompliance(),), 1000.0)])[0].effects == ("frame_compliance",)

@@ -1,7 +1,7 @@
 """How far a model is from data that it did not see.
 
-Each point struck is left out of the fit in turn, with all its rows in all sets, and predicted as if its blows had
-fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step of the
+One row of each hammer set is left out of the fit at a time, another point in every set, and predicted as if its blows
+had fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step of the
 linearised fit: what a row had told of the unknowns is taken back from the normal equations. Where it does not, that
 step would lead far astray, and the rest is fitted anew.
 """
@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.dof import Direction, Dof
+from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fit import FINAL, Fit, fit
 from analysis.gap.measurement import HammerSet
 from analysis.inverse.levenberg_marquardt import inverse
 
+APART = 3
+"""Rows between those that are left out of one set and of the next."""
 FOLDS = 8
 """Of the tester's points."""
 RESAMPLED = 400
@@ -106,28 +108,45 @@ def floor_percent(found: Fit) -> float:
     return 100 * float(np.sqrt(differing / measured))
 
 
+Fold = dict[int, int]
+"""The row of each hammer set that is left out."""
+
+
 def _rows(found: Fit) -> list[_Sums]:
-    """Every point struck, left out with its rows in all sets."""
+    """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
     predicted_without = _by_a_step(found) if found.per_datum < HOLDS else _fitted_anew
     sums = []
-    for dof in sorted({dof for each in sets for dof in each.inputs}, key=str):
-        for number, accelerance in predicted_without(found, dof).items():
-            each = sets[number]
-            row = each.inputs.index(dof)
+    for fold in _folds(sets):
+        for number, accelerance in predicted_without(found, fold).items():
+            each, row = sets[number], fold[number]
             sums.append(_sums(each.accelerance[row], accelerance, each.deviation[row]))
     return sums
 
 
-def _by_a_step(found: Fit) -> Callable[[Fit, Dof], dict[int, Complex]]:
-    """What a function of the fit and a point has to say: (lines,) of each set without that point, by a linear step."""
+def _folds(sets: Sequence[HammerSet]) -> list[Fold]:
+    """Each leaves another point out of every set, so that the others still know it."""
+    most = max((len(each.inputs) for each in sets), default=0)
+    folds = [
+        {
+            number: (turn + APART * number) % most
+            for number, each in enumerate(sets)
+            if (turn + APART * number) % most < len(each.inputs)
+        }
+        for turn in range(most)
+    ]
+    return [fold for fold in folds if fold]
+
+
+def _by_a_step(found: Fit) -> Callable[[Fit, Fold], dict[int, Complex]]:
+    """What a function of the fit and a fold has to say: (lines,) of each set's row without it, by a linear step."""
     likelihood = found.likelihood
-    sets, tolerances = likelihood.measurement.sets, likelihood.measurement.tolerances
+    tolerances = likelihood.measurement.tolerances
     predicted, shared = likelihood.predict(found.scores), len(likelihood.simulation.shared)
 
-    def without(found: Fit, dof: Dof) -> dict[int, Complex]:
-        left_out = [each for each in found.blocks if each.row >= 0 and sets[each.set_number].inputs[each.row] == dof]
-        normal, descent = found.at.normal.copy(), np.zeros(len(found.scores))
+    def without(found: Fit, fold: Fold) -> dict[int, Complex]:
+        left_out = [each for each in found.blocks if each.row >= 0 and fold.get(each.set_number) == each.row]
+        normal, descent = found.at.normal.copy(), found.at.descent.copy()
         for block in left_out:
             normal[np.ix_(block.unknowns, block.unknowns)] -= block.normal
             descent[block.unknowns] -= block.descent
@@ -146,11 +165,11 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Dof], dict[int, Complex]]:
     return without
 
 
-def _fitted_anew(found: Fit, dof: Dof) -> dict[int, Complex]:
-    """(lines,) of each set that has the point, predicted by a fit to all the others."""
+def _fitted_anew(found: Fit, fold: Fold) -> dict[int, Complex]:
+    """(lines,) of each set's row, predicted by a fit to all the others."""
     likelihood = found.likelihood
     simulation, measurement = likelihood.simulation, likelihood.measurement
-    keep = [np.array([point != dof for point in each.inputs]) for each in measurement.sets]
+    keep = [np.arange(len(each.inputs)) != fold.get(number, -1) for number, each in enumerate(measurement.sets)]
     shared, sets = len(simulation.shared), len(measurement.sets)
     rest = replace(measurement, sets=tuple(each.rows(rows) for each, rows in zip(measurement.sets, keep, strict=True)))
     baseline = replace(simulation.baseline, measurement=rest)
@@ -159,11 +178,7 @@ def _fitted_anew(found: Fit, dof: Dof) -> dict[int, Complex]:
     scores = np.zeros(likelihood.unknowns)
     scores[: shared + sets] = again.scores[: shared + sets]
     accelerances = likelihood.predict(scores, derivatives=False).accelerances
-    return {
-        number: accelerances[number][each.inputs.index(dof)]
-        for number, each in enumerate(measurement.sets)
-        if dof in each.inputs
-    }
+    return {number: accelerances[number][row] for number, row in fold.items()}
 
 
 def _points(found: Fit) -> list[_Sums]:
@@ -180,7 +195,7 @@ def _points(found: Fit) -> list[_Sums]:
         out = rank % FOLDS == fold
         if not np.any(out):
             continue
-        normal, descent = found.at.normal.copy(), np.zeros(len(found.scores))
+        normal, descent = found.at.normal.copy(), found.at.descent.copy()
         normal[:shared, :shared] -= np.real(columns[:, out].conj() @ columns[:, out].T)
         descent[:shared] -= np.real(columns[:, out].conj() @ left[out])
         step = (inverse(normal) @ descent)[:shared]

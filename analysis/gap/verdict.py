@@ -20,6 +20,8 @@ PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
 SINGLES = 31
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
+MOST_OF_A_TRACE = 4.0
+"""Times that, beyond which an effect is none: what a Gaussian about the fit says so far off is worth nothing."""
 FREEDOM = 12.0
 """What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
 UNKNOWN = ("unknown",)
@@ -95,6 +97,8 @@ def _prior(ids: tuple[str, ...]) -> float:
 def _as_trace(model: Model, effect: int, temperature: float) -> float:
     """Change of evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
     parameters = model.effects[effect].parameters
+    if np.max(np.abs(model.fit.scores[list(model.places(effect))])) > MOST_OF_A_TRACE * TOLERANCE:
+        return float("-inf")
     places = [
         place
         for place, parameter in zip(model.places(effect), parameters, strict=True)

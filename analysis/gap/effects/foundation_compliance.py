@@ -37,7 +37,7 @@ class FoundationCompliance(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return (
             Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
-            Parameter("k_f", "N/m", 1.5e7, 1.0, positive=True),
+            Parameter("k_f", "N/m", 1.5e7, 1.0, positive=True, starts=(0.0, 2.5)),
             Parameter("eta", "1", 0.05, 0.7, positive=True),
         )
 

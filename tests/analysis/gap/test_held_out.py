@@ -1,0 +1,113 @@
+"""Gaps on data that a fit did not see, and the floor that no model can go below."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.bar import bar_of
+from analysis.gap.baseline import baseline_of
+from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
+from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, floor_percent, held_out
+from analysis.gap.measurement import Measurement
+from analysis.gap.simulation import Simulation
+from tests.analysis.gap.conftest import Made
+
+
+def fitted(measurement: Measurement) -> Fit:
+    simulation = Simulation(baseline_of(measurement), bar_of(measurement.drawing))
+    return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
+
+
+@pytest.fixture(scope="module")
+def found(made: Made) -> Fit:
+    measurement = made()
+    thinned = tuple(each.lines(np.arange(0, each.frequency.size, 2)) for each in measurement.sets)
+    return fitted(replace(measurement, sets=thinned))
+
+
+def test_leaving_a_row_out_by_a_step_is_fitting_without_it(found: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("analysis.gap.held_out.ANEW_GAIN", 1e-3)
+    sets = found.likelihood.measurement.sets
+    stepped = _by_a_step(found)
+    for fold in _folds(sets)[::2]:
+        step, anew = stepped(found, fold), _fitted_anew(found, fold)
+        assert step.keys() == anew.keys() == fold.keys()
+        for number, row in fold.items():
+            left = sets[number].accelerance[row]
+            apart = np.linalg.norm(step[number] - anew[number])
+            assert 0 < apart < 0.05 * np.linalg.norm(left - anew[number])
+
+
+def test_every_row_of_every_set_is_left_out_once_and_its_point_stays_in_another_set(found: Fit) -> None:
+    sets = found.likelihood.measurement.sets
+    folds = _folds(sets)
+    left_out = [place for fold in folds for place in fold.items()]
+    assert sorted(left_out) == [(number, row) for number, each in enumerate(sets) for row in range(len(each.inputs))]
+    for fold in folds:
+        points = [sets[number].inputs[row] for number, row in fold.items()]
+        assert len(set(points)) == len(points)
+
+
+def test_a_model_that_holds_predicts_unseen_rows_as_well_as_tolerances_allow(found: Fit) -> None:
+    gap = held_out(found)
+    assert gap.inverse is not None
+    assert gap.direct is not None
+    assert gap.overall is gap.inverse
+    assert gap.direct.sigma == pytest.approx(1.0, abs=0.25)
+    assert gap.inverse.percent < 3 * floor_percent(found)
+    low, high = gap.ci90_percent
+    assert low < gap.inverse.percent < high
+
+
+def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
+    measurement = found.likelihood.measurement
+    once = held_out(found)
+    first = measurement.sets[0]
+    accelerance = first.accelerance.copy()
+    accelerance[2] *= 1.3
+    sets = (replace(first, accelerance=accelerance), *measurement.sets[1:])
+    worse = held_out(fitted(replace(measurement, sets=sets)))
+    assert worse.overall.percent > once.overall.percent + 1
+    assert worse.overall.sigma > 2 * once.overall.sigma
+
+
+def with_tolerances(found: Fit, **tolerances: float) -> Fit:
+    simulation = found.likelihood.simulation
+    measurement = found.likelihood.measurement
+    changed = replace(measurement, tolerances=replace(measurement.tolerances, **tolerances))
+    baseline = replace(simulation.baseline, measurement=changed)
+    return replace(found, likelihood=Likelihood(replace(simulation, baseline=baseline)))
+
+
+def test_the_floor_grows_with_what_is_not_known(found: Fit) -> None:
+    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    once = floor_percent(found)
+    assert 0 < silent < once
+    assert once < floor_percent(with_tolerances(found, sensor_gain=0.02))
+    assert once < floor_percent(with_tolerances(found, impact_position=4e-3))
+
+
+def test_the_floor_without_tolerances_is_noise_and_a_gain_is_one_percent_for_one(found: Fit) -> None:
+    measurement = found.likelihood.measurement
+    noise = sum(float(np.sum(2 * each.deviation**2)) for each in measurement.sets)
+    size = sum(float(np.sum(np.abs(each.accelerance) ** 2)) for each in measurement.sets)
+    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    assert silent == pytest.approx(100 * np.sqrt(noise / size), rel=0.02)
+    gain = floor_percent(with_tolerances(found, sensor_gain=0.05, impact_position=0.0))
+    assert gain == pytest.approx(5.0, rel=0.25)  # the rms of 48 draws
+
+
+def test_the_tester_alone_is_left_out_in_eighths(found: Fit) -> None:
+    measurement = replace(found.likelihood.measurement, sets=())
+    alone = fitted(measurement)
+    gap = held_out(alone)
+    assert gap.inverse is None
+    assert gap.overall is gap.direct
+    assert gap.overall.sigma == pytest.approx(1.0, abs=0.25)
+    points, tolerances = measurement.points, measurement.tolerances
+    assert points is not None
+    noise = np.sum(2 * points.deviation**2) / np.sum(np.abs(points.stiffness) ** 2)
+    assert floor_percent(alone) == pytest.approx(100 * np.sqrt(noise + tolerances.tester_gain**2))

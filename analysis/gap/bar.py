@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from analysis.dof import Direction
+from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Drawing
 from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam, Mesh, assemble
@@ -73,6 +74,8 @@ def bar_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> 
     free = assemble(drawing.beam, mesh)
     ratios = np.zeros(free.squared_frequency.size)
     given = np.asarray(drawing.damping_ratios, dtype=float)
+    if np.any(given < 0):
+        raise AnalysisError(f"damping ratios of the free bar are {given.tolist()}; none may be negative")
     if given.size:
         ratios[RIGID_MODES:] = given[-1]
         ratios[RIGID_MODES : RIGID_MODES + given.size] = given[: ratios.size - RIGID_MODES]

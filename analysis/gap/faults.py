@@ -86,10 +86,9 @@ def _put_right(each: HammerSet, expected: Complex, name: str) -> tuple[HammerSet
 
 def _correlation(measured: Complex, expected: Complex) -> Real:
     """(rows, rows) of measured rows with expected ones, each line counting by the root of its size."""
-    flat = [
-        rows / np.sqrt(np.abs(rows) * np.median(np.abs(rows), axis=1, keepdims=True)) for rows in (measured, expected)
-    ]
-    unit = [rows / np.linalg.norm(rows, axis=1, keepdims=True) for rows in flat]
+    tiny = float(np.finfo(float).tiny)
+    flat = [rows / np.sqrt(np.maximum(np.abs(rows), tiny)) for rows in (measured, expected)]
+    unit = [rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), tiny) for rows in flat]
     return np.asarray(np.real(unit[0] @ unit[1].conj().T))
 
 

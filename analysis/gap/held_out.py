@@ -28,7 +28,7 @@ LEVEL = 90.0
 DRAWS = 24
 HOLDS = 1.5
 """Chi-square per datum up to which a step of the linearised fit does for leaving out."""
-ANEW_GAIN, ANEW_STEPS = 30.0, 4
+ANEW_GAIN, ANEW_STEPS = 3.0, 4
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ from analysis.gap.structure import energy_of, series
 BANDS = 20
 LOWEST_BAND = 20.0
 """Hz; all below is one band."""
+FEW = 5
+"""Lines of a row in a band, below which a misfit cannot be told from noise."""
 NAMED = 8
 """Places that are named, the largest first."""
 SIGNIFICANT = 4.0
@@ -108,7 +110,9 @@ def map_of(
     rows: Sequence[tuple[Complex, Complex, Real, Real]],
 ) -> GapMap:
     """A map of rows, each of (lines,) measured, simulated, standard deviation per part, and frequency in Hz."""
-    edges = band_edges(np.concatenate([frequency for *_, frequency in rows]))
+    edges = band_edges(
+        np.concatenate([frequency for *_, frequency in rows]), min(frequency.size for *_, frequency in rows)
+    )
     energy, significance, in_phase = np.zeros((3, len(rows), edges.size - 1))
     for row, (measured, simulated, deviation, frequency) in enumerate(rows):
         left = (measured - simulated) / deviation
@@ -133,11 +137,17 @@ def places(found: Sequence[GapMap]) -> tuple[Place, ...]:
     return tuple(sorted(result, key=lambda place: -place.share)[:NAMED])
 
 
-def band_edges(frequency: Real) -> Real:
-    """(bands + 1,) Hz, evenly spread in the logarithm above the lowest band; an eighth of an octave or more."""
+def band_edges(frequency: Real, lines: int) -> Real:
+    """(bands + 1,) Hz: evenly spread in the logarithm, or with equal numbers of lines where a row has few of them.
+
+    Args:
+        frequency: (n,) of all rows, Hz.
+        lines: that the shortest row has.
+    """
     low, high = float(np.min(frequency)), float(np.max(frequency)) * (1 + 1e-9)
-    if high <= 2 * LOWEST_BAND:
-        return np.linspace(low, high, 5)
+    if lines < FEW * BANDS or high <= 2 * LOWEST_BAND:
+        bands = max(1, min(BANDS, lines // FEW))
+        return np.concatenate([np.quantile(frequency, np.arange(bands) / bands), [high]])
     start = max(low, LOWEST_BAND)
     above = np.geomspace(start, high, BANDS + 1)
     return np.concatenate([[low], above]) if low < start else above

@@ -97,13 +97,11 @@ def _prior(ids: tuple[str, ...]) -> float:
 def _as_trace(model: Model, effect: int, temperature: float) -> float:
     """Change of evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
     parameters = model.effects[effect].parameters
-    if np.max(np.abs(model.fit.scores[list(model.places(effect))])) > MOST_OF_A_TRACE * TOLERANCE:
-        return float("-inf")
     places = [
         place
         for place, parameter in zip(model.places(effect), parameters, strict=True)
         if not parameter.positive and parameter.centre == 0.0
     ]
-    if not places:
+    if not places or np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE:
         return float("-inf")
     return at_tolerance(model.fit, places, [TOLERANCE] * len(places), temperature)

@@ -99,7 +99,6 @@ def test_the_error_of_a_mesh_is_one_at_the_third_mode_and_grows_with_frequency(b
     assert stiffened.real / bar.free.squared_frequency[RIGID_MODES + 2] == pytest.approx(1.002)
 
 
-@pytest.mark.xfail(reason="negative damping ratios are taken as they are, against the docstring of bar_of")
 def test_negative_damping_is_refused(drawing: Drawing) -> None:
     with pytest.raises(AnalysisError):
         bar_of(replace(drawing, damping_ratios=(-0.01,)))

@@ -20,7 +20,6 @@ from analysis.gap.structure import misfit
 from analysis.gap.verdict import UNKNOWN, weigh
 from tests.analysis.gap.conftest import Made
 
-
 TRIED = {
     *("accelerometer_mass", "frame_compliance", "transducer_lag", "joint_mass", "temperature_shift", "beam_damping"),
     *("vertical_offset", "fixture_inertia", "sensor_gain", "channel_delay"),

@@ -17,7 +17,7 @@ from analysis.gap.catalogue import candidates
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
-from analysis.gap.held_out import HeldOut, floor_percent, held_out
+from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.search import Model, best_by_id, on, refined, search_of
@@ -118,13 +118,13 @@ HOPELESS = 500.0
 """By how much a model's log evidence may lie below that of one that leaves next to nothing, and still be refined."""
 REFINED_SINGLES = 3
 REFINED_PAIRS = 2
-RANKED = 8
+RANKED = 5
 FINE_LINES = 400
 """Of each hammer set, enough where the gap is large; a small gap is weighed on all."""
 LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model, for which some of the lines do."""
 COARSE_LINES = 128
-"""Of each hammer set, for the held-out gaps of explanations that are not the verdict."""
+"""Of each hammer set, for the held-out gaps of models that do not hold, and of those that are not the verdict."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
 TWO_SIDED = float(norm.ppf(0.95))
@@ -167,9 +167,9 @@ def diagnose(
     status = _status(none, verdict)
     after = none if status is Status.UNKNOWN else verdict.model
     found_maps = maps(none.fit)
-    before_gap = held_out(none.fit)
-    after_gap = before_gap if after is none else held_out(after.fit)
     coarse = _thinned(measurement, COARSE_LINES)
+    before_gap = _held_out(none, coarse)
+    after_gap = before_gap if after is none else _held_out(after, coarse)
     known = {id(none): before_gap, id(after): after_gap}
     ranking = tuple(
         _ranked(each, none, known.get(id(each.model)) or held_out(on(each.model, coarse).fit))
@@ -245,6 +245,11 @@ def _explained(model: Model, none: Model) -> float:
     """Share of the misfit beyond noise that is gone."""
     gap = none.misfit.certain
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
+
+
+def _held_out(model: Model, coarse: Measurement) -> HeldOut:
+    """On all lines of the contest, or on fewer where the model does not hold and every fold is a fit of its own."""
+    return held_out(model.fit if model.fit.per_datum < HOLDS else on(model, coarse).fit)
 
 
 def _listed(weighed: Sequence[Weighed]) -> list[Weighed]:

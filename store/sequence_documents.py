@@ -45,10 +45,7 @@ def get_sequence(session: Session, name: str) -> SequenceDocument:
     Raises:
         NotFoundError: nothing is kept under that name.
     """
-    row = session.scalars(select(models.SequenceDocument).filter_by(name=name)).one_or_none()
-    if row is None:
-        raise NotFoundError(f"there is no sequence {name!r}")
-    return _document(row)
+    return _document(_row(session, name))
 
 
 def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> list[SequenceDocument]:
@@ -63,11 +60,15 @@ def remove_sequence(session: Session, name: str) -> None:
     Raises:
         NotFoundError: nothing is kept under that name.
     """
+    session.delete(_row(session, name))
+    session.flush()
+
+
+def _row(session: Session, name: str) -> models.SequenceDocument:
     row = session.scalars(select(models.SequenceDocument).filter_by(name=name)).one_or_none()
     if row is None:
         raise NotFoundError(f"there is no sequence {name!r}")
-    session.delete(row)
-    session.flush()
+    return row
 
 
 def _document(row: models.SequenceDocument) -> SequenceDocument:

@@ -142,6 +142,14 @@ class Baseline:
         return np.where((points.configuration == Configuration.ANGLED)[:, None], angled, straight)
 
 
+def changed_by(name: str) -> frozenset[str]:
+    """Which parts of the bench a parameter of the baseline changes: joints, surroundings, tester."""
+    kind = name.partition("(")[0]
+    if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
+        return frozenset({"surroundings"})
+    return frozenset({"tester"}) if kind == "tester gain" else frozenset({"joints", "tester"})
+
+
 def baseline_of(measurement: Measurement) -> Baseline:
     """Priors centred on what the tester shows, or on a stiff joint where there is no tester."""
     joints = len(measurement.drawing.joints)

@@ -226,10 +226,9 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     reference = measurement.sets[0]
     shape = len(inputs), frequency.size
     asked = HammerSet(inputs, frequency, np.zeros(shape, dtype=complex), np.ones(shape), reference.peak_force)
-    baseline = replace(simulation.baseline, measurement=replace(measurement, sets=(asked,)))
     shared = len(simulation.shared)
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
-    whole = replace(simulation, baseline=baseline)
+    whole = simulation.of(replace(measurement, sets=(asked,)))
     return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
 
 

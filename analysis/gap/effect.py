@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from analysis.frequency_response import Complex
+import numpy as np
+
+from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Cylinders, Loading, Mounting, Setting
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
 Given = Mapping[str, float]
-"""Real of an effect's own parameters, by name."""
+"""Values of an effect's own parameters, by name."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,9 @@ class Effect(ABC):
         return (cls(),)
 
     @property
+    @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
         """What a candidate may have: its full plausible range."""
-        raise NotImplementedError
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         """The elastomer: in both rigs."""
@@ -61,6 +63,26 @@ class Effect(ABC):
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         """What the tester reads, (points,) N/m, of what it holds."""
         return stiffness
+
+
+@dataclass(frozen=True)
+class EffectOfEachJoint(Effect):
+    """An effect that every joint has in its own measure.
+
+    Attributes:
+        names: (joints,) of the drawing.
+    """
+
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """One, for all joints together."""
+        return (cls(tuple(joint.name for joint in measurement.drawing.joints)),)
+
+    def at_joints(self, given: Given, prefix: str) -> Real:
+        """(joints,) values of the parameters that are called by a prefix and a joint's name."""
+        return np.array([given[f"{prefix}_{name}"] for name in self.names])
 
 
 def acts_on(effect: Effect, part: str) -> bool:

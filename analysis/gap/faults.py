@@ -52,8 +52,7 @@ def _rough(measurement: Measurement) -> Simulation:
 def _expected(simulation: Simulation, each: HammerSet) -> Complex:
     """(rows, lines) of a thinned set."""
     thin = _thin(each)
-    measurement = replace(simulation.baseline.measurement, sets=(thin,))
-    own = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    own = simulation.of(replace(simulation.baseline.measurement, sets=(thin,)))
     found = fit(own, np.zeros(Likelihood(own).unknowns), ROUGH, 30.0, 6)
     return found.likelihood.predict(found.scores, derivatives=False).accelerances[0]
 

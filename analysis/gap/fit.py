@@ -332,4 +332,4 @@ def _below(simulation: Simulation, highest: float) -> Simulation:
     if not np.isfinite(highest):
         return simulation
     sets = tuple(each.lines(each.frequency <= highest) for each in measurement.sets)
-    return replace(simulation, baseline=replace(simulation.baseline, measurement=replace(measurement, sets=sets)))
+    return simulation.of(replace(measurement, sets=sets))

@@ -172,9 +172,8 @@ def _fitted_anew(found: Fit, fold: Fold) -> dict[int, Complex]:
     keep = [np.arange(len(each.inputs)) != fold.get(number, -1) for number, each in enumerate(measurement.sets)]
     shared, sets = len(simulation.shared), len(measurement.sets)
     rest = replace(measurement, sets=tuple(each.rows(rows) for each, rows in zip(measurement.sets, keep, strict=True)))
-    baseline = replace(simulation.baseline, measurement=rest)
     start = np.concatenate([found.scores[: shared + sets], found.scores[shared + sets :][np.concatenate(keep)]])
-    again = fit(replace(simulation, baseline=baseline), start, (FINAL,), ANEW_GAIN, ANEW_STEPS)
+    again = fit(simulation.of(rest), start, (FINAL,), ANEW_GAIN, ANEW_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[: shared + sets] = again.scores[: shared + sets]
     accelerances = likelihood.predict(scores, derivatives=False).accelerances

@@ -13,7 +13,6 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from analysis.frequency_response import Real
 from analysis.gap.bar import Bar, bar_of
@@ -21,6 +20,7 @@ from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.effect import Effect, acts_on
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, evaluated, fit
+from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.simulation import Simulation
 from analysis.gap.structure import Misfit, misfit
@@ -132,8 +132,7 @@ class Search:
         points = self.measurement.points
         assert points is not None
         deaf = replace(points, deviation=points.deviation + np.abs(points.stiffness))
-        simulation = none.fit.likelihood.simulation
-        alone = replace(simulation, baseline=replace(self.baseline, measurement=replace(self.measurement, points=deaf)))
+        alone = self.simulation().of(replace(self.measurement, points=deaf))
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
@@ -215,46 +214,6 @@ class Promise:
     starts: tuple[Real, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class LinearStep:
-    """A model linearised about its fit, ready to take in further columns.
-
-    Attributes:
-        known: (unknowns, data) whitened derivatives in all unknowns.
-        factor: of known known^T + 1.
-        scores: (unknowns,).
-        cost: chi-square with priors.
-    """
-
-    known: Real
-    factor: Real
-    scores: Real
-    cost: float
-
-    @classmethod
-    def about(cls, likelihood: Likelihood, scores: Real) -> LinearStep:
-        """A model about `scores` (unknowns,)."""
-        shared, left = likelihood.columns(scores, range(len(likelihood.simulation.shared)))
-        known = np.concatenate([shared, likelihood.own_columns(scores)])
-        factor = np.linalg.cholesky(known @ known.T + np.eye(len(known)))
-        return cls(known, np.asarray(factor, dtype=np.float64), scores, float(left @ left + scores @ scores))
-
-    def gain(self, columns: Real, start: Real, left: Real) -> float:
-        """By how much a step in all unknowns and further ones would lower the cost.
-
-        Args:
-            columns: (further, data) whitened derivatives.
-            start: (further,) their scores.
-            left: (data,) whitened residual there.
-        """
-        solved = solve_triangular(self.factor, self.known @ columns.T, lower=True)
-        known = solve_triangular(self.factor, self.known @ left - self.scores, lower=True)
-        reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
-        along = columns @ left - start - solved.T @ known
-        lowered = known @ known + along @ np.linalg.solve(reduced, along)
-        return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
-
-
 def _plausible(found: Fit) -> Likelihood:
     """The likelihood of a fit with noise inflated until its misfit could be noise."""
     likelihood = found.likelihood
@@ -274,15 +233,13 @@ def search_of(measurement: Measurement, candidates: tuple[Effect, ...], lines: i
 
 def on(model: Model, measurement: Measurement) -> Model:
     """A model looked at with other lines of the same sets, at the parameters that it has."""
-    simulation = model.fit.likelihood.simulation
-    other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
 
 
 def refined(model: Model, measurement: Measurement) -> Model:
     """A model fitted to other lines of the same sets, from where it is."""
-    simulation = model.fit.likelihood.simulation
-    other = replace(simulation, baseline=replace(simulation.baseline, measurement=measurement))
+    other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
 
 

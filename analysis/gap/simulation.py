@@ -16,11 +16,11 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bar import Bar
-from analysis.gap.baseline import Baseline
+from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import BeamRig
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.measurement import Configuration, TesterPoints
+from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
 STEP = 1e-4
@@ -67,6 +67,10 @@ class Simulation:
     baseline: Baseline
     bar: Bar
     effects: tuple[Effect, ...] = ()
+
+    def of(self, measurement: Measurement) -> Simulation:
+        """The same model, priors included, of another measurement on the same drawing."""
+        return replace(self, baseline=replace(self.baseline, measurement=measurement))
 
     @cached_property
     def shared(self) -> tuple[Parameter, ...]:
@@ -117,7 +121,7 @@ class Simulation:
     @cached_property
     def _touched(self) -> tuple[frozenset[str], ...]:
         """For each shared parameter, which parts of the bench it changes: joints, surroundings, tester."""
-        found = [touched_by(name) for name in self._names[0]]
+        found = [changed_by(name) for name in self._names[0]]
         for effect in self.effects:
             parts = frozenset(part for hook, parts in TOUCHES.items() if acts_on(effect, hook) for part in parts)
             found += [parts] * len(effect.parameters)
@@ -267,11 +271,3 @@ def beside(scores: Real, place: int) -> tuple[list[float], list[float]]:
     above[place] += STEP
     below[place] -= STEP
     return above, below
-
-
-def touched_by(name: str) -> frozenset[str]:
-    """Which parts of the bench a parameter of the baseline changes."""
-    kind = name.partition("(")[0]
-    if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
-        return frozenset({"surroundings"})
-    return frozenset({"tester"}) if kind == "tester gain" else frozenset({"joints", "tester"})

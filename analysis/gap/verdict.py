@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from analysis.gap.catalogue import effect_ids
 from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
 from analysis.gap.search import Model
 
 PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
-SINGLES = 31
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
 MOST_OF_A_TRACE = 4.0
@@ -89,9 +89,10 @@ def _averaged(evidence: Sequence[float]) -> float:
 def _prior(ids: tuple[str, ...]) -> float:
     if not ids:
         return float(np.log(PRIOR["none"]))
+    singles = len(effect_ids())
     if len(ids) == 1:
-        return float(np.log(PRIOR["single"] / SINGLES))
-    return float(np.log(PRIOR["pair"] / (SINGLES * (SINGLES - 1) / 2)))
+        return float(np.log(PRIOR["single"] / singles))
+    return float(np.log(PRIOR["pair"] / (singles * (singles - 1) / 2)))
 
 
 def _as_trace(model: Model, effect: int, temperature: float) -> float:

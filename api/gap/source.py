@@ -11,9 +11,9 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.gap import measurement as gap
 from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours
-from analysis.structure.beam import Beam
 from api.identification.measurement import Measurement
 from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.identification.structure import beam_of
 from api.progress import Progress, silent
 from store.bundle import Bundle
 from store.bundle_setup import Article
@@ -108,18 +108,10 @@ def gap_measurement(
 
 def drawing_of(article: Article) -> gap.Drawing:
     """The bench as drawn."""
-    beam = article.beam
     return gap.Drawing(
-        beam=Beam(
-            length=beam.length,
-            height=beam.height,
-            width=beam.width,
-            youngs_modulus=beam.youngs_modulus,
-            poisson_ratio=beam.poisson_ratio,
-            density=beam.density,
-        ),
+        beam=beam_of(article),
         node_positions=np.array(article.node_positions),
-        damping_ratios=tuple(beam.free_damping_ratios),
+        damping_ratios=tuple(article.beam.free_damping_ratios),
         joints=tuple(
             gap.DrawnJoint(
                 name=joint.name,

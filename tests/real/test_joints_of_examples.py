@@ -18,10 +18,11 @@ from analysis.inverse.identification import PAPER_DOFS, identify_joints
 from analysis.inverse.joint_estimate import JointEstimate
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
-from analysis.inverse.tolerances import Tolerances
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
-from analysis.structure.beam import Beam, Mesh, assemble
+from analysis.structure.beam import Mesh, assemble
+from api.identification.inverse import tolerances_of
+from api.identification.structure import beam_of
 from store.bundle import read_bundle
 
 
@@ -38,21 +39,11 @@ def example(shared: Path, request: pytest.FixtureRequest) -> Example:
     """Bundles with nothing but tolerances between bench and drawing; what is wrong in `frame` concerns the tester."""
     bundle = read_bundle(shared / "examples" / request.param)
     setup, first = bundle.setup, bundle.inverse[0]
-    stated = setup.tolerances
-    tolerances = Tolerances(
-        sensor_gain=stated.sensor_gain,
-        youngs_modulus=stated.youngs_modulus,
-        density=stated.density,
-        sensor_position=stated.node_position,
-        joint_position=stated.node_position,
-        blow_position=stated.impact_position,
-        inclination=np.radians(stated.inclination_deg),
-    )
-    given = setup.beam
+    tolerances = tolerances_of(setup)
     free = assemble(
-        Beam(given.length, given.height, given.width, given.youngs_modulus, given.poisson_ratio, given.density),
+        beam_of(setup),
         Mesh.through(setup.node_positions, elements_between=16),
-        damping_ratios=given.free_damping_ratios,
+        damping_ratios=setup.beam.free_damping_ratios,
     )
     accelerance = first.accelerance.astype(np.complex128)
     assert first.coherence is not None

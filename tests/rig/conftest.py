@@ -14,9 +14,11 @@ from daq.channels import Channel, ChannelKind
 from rig import tester
 from rig.instruments import Instruments
 from rig.registers import State
+from rig.sequence import Sequence, sequence_from
 from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from tests.rig.person import Person
 
 CALIBRATED = date(2026, 3, 2)
 CHANNELS = (
@@ -118,3 +120,15 @@ def instruments(whole_laboratory: Laboratory) -> Instruments:
 def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
         yield opened
+
+
+@pytest.fixture
+def person(whole_laboratory: Laboratory) -> Person:
+    """Who strikes and mounts."""
+    return Person(whole_laboratory)
+
+
+@pytest.fixture
+def sequence(document: dict[str, Any]) -> Sequence:
+    """Four blows and two sine points."""
+    return sequence_from(document)

@@ -23,7 +23,6 @@ from rig.operator import (
     BlowAccepted,
     BlowRefused,
     Event,
-    Operator,
     RunContinued,
     SinePointMeasured,
     SpecimenMounted,
@@ -47,35 +46,9 @@ from tests.bench.bench_resume import (
     sine_difference,
     sine_errors,
 )
+from tests.rig.person import Person
 
 Observe = Callable[[Event], None]
-
-
-class Person(Operator):
-    """Strikes and mounts at once."""
-
-    def __init__(self, laboratory: Laboratory) -> None:
-        self.laboratory = laboratory
-        self.deeds: list[str] = []
-
-    def strike(self, point: Dof, blow: int) -> None:
-        self.deeds.append(f"{point} {blow}")
-        self.laboratory.bench.strike(point.node, point.direction.value, what="clean")
-
-    def mount(self, specimen: str, configuration: str) -> None:
-        self.deeds.append(f"{specimen} {configuration}")
-        self.laboratory.bench.mount(specimen, configuration)
-
-
-@pytest.fixture
-def person(whole_laboratory: Laboratory) -> Person:
-    return Person(whole_laboratory)
-
-
-@pytest.fixture
-def sequence(document: dict[str, Any]) -> Sequence:
-    """Four blows and two sine points."""
-    return sequence_from(document)
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from sqlalchemy import func, select, text
 
-from analysis.dof import Dof
 from daq.errors import ChannelError, InstrumentAbsentError
 from rig.errors import RigError
 from rig.hammer import PointGivenUpError
@@ -18,7 +17,6 @@ from rig.instruments import Instruments
 from rig.operator import (
     BlowAccepted,
     Event,
-    Operator,
     PointFinished,
     RunStarted,
     SinePointMeasured,
@@ -35,42 +33,7 @@ from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from store.models import Base
 from store.runs import Run, RunState, list_runs
-
-
-class Person(Operator):
-    """Strikes and mounts; `before` is called before each deed and may break something, or leave."""
-
-    def __init__(self, laboratory: Laboratory) -> None:
-        self.laboratory = laboratory
-        self.before: Callable[[str, int], None] = lambda deed, count: None
-        self.what = "clean"
-        self.counts = {"strike": 0, "mount": 0}
-
-    def strike(self, point: Dof, blow: int) -> None:
-        self._count("strike")
-        self.laboratory.bench.strike(point.node, point.direction.value, what=self.what)
-
-    def mount(self, specimen: str, configuration: str) -> None:
-        self._count("mount")
-        self.laboratory.bench.mount(specimen, configuration)
-
-    def _count(self, deed: str) -> None:
-        self.counts[deed] += 1
-        self.before(deed, self.counts[deed])
-
-    def at(self, deed: str, count: int, act: Callable[[], None]) -> None:
-        """Let `act` happen before the `count`-th `deed`."""
-        self.before = lambda done, number: act() if (done, number) == (deed, count) else None
-
-
-@pytest.fixture
-def person(whole_laboratory: Laboratory) -> Person:
-    return Person(whole_laboratory)
-
-
-@pytest.fixture
-def sequence(document: dict[str, Any]) -> Sequence:
-    return sequence_from(document)
+from tests.rig.person import Person
 
 
 @pytest.fixture

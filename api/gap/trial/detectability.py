@@ -70,8 +70,7 @@ class Detectability:
             model = _extended(search, model, effect)
         if model.fit.at.cost < PLAIN**2:
             return refined(model, noiseless).fit.at.cost
-        simulation = model.fit.likelihood.simulation
-        whole = replace(simulation, baseline=replace(simulation.baseline, measurement=noiseless))
+        whole = model.fit.likelihood.simulation.of(noiseless)
         return Likelihood(whole).cost(model.fit.scores)
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from api.page.charts import comparison as charts
 from api.page.controls import chart
 from api.page.markup import Cell, show, table
-from api.page.results.section import Section, analyses_of, show_origin
+from api.page.results.section import Section, newest_of, show_origin
 from api.page.words import interval
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, list_comparisons
-from store.errors import NotFoundError
 from store.runs import Run
 
 MARKS = {"agree": "✓ agree", "differ": "✗ differ"}
@@ -18,11 +17,9 @@ Found = tuple[Analysis, list[Comparison]]
 
 
 def _read(catalogue: Catalogue, run: Run) -> Found:
-    analyses = analyses_of(catalogue, run, AnalysisKind.COMPARISONS)
-    if not analyses:
-        raise NotFoundError(f"run {run.id} has no comparison")
+    newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
     with catalogue.reading() as session:
-        return analyses[0], list_comparisons(session, analyses[0].id)
+        return newest, list_comparisons(session, newest.id)
 
 
 def _draw(_run: Run, found: Found) -> None:

@@ -10,6 +10,7 @@ from api.page.markup import Link, details, show, terms
 from api.page.words import moment
 from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
+from store.errors import NotFoundError
 from store.runs import Run
 
 Found = TypeVar("Found")
@@ -36,6 +37,18 @@ def analyses_of(catalogue: Catalogue, run: Run, kind: str) -> list[Analysis]:
     """The analyses of a kind of a run, newest first."""
     with catalogue.reading() as session:
         return list_analyses(session, run.id, kind)
+
+
+def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
+    """The newest analysis of a kind of a run.
+
+    Raises:
+        NotFoundError: the run has no `what`.
+    """
+    analyses = analyses_of(catalogue, run, kind)
+    if not analyses:
+        raise NotFoundError(f"run {run.id} has no {what}")
+    return analyses[0]
 
 
 def show_origin(analysis: Analysis) -> None:

@@ -10,11 +10,10 @@ from nicegui import ui
 from api.page.charts import sines
 from api.page.controls import chart
 from api.page.markup import paragraph, show
-from api.page.results.section import Section, analyses_of, show_origin
+from api.page.results.section import Section, newest_of, show_origin
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
-from store.errors import NotFoundError
 from store.runs import Run
 
 HALF_WIDTH = 1.96  # standard errors of a 95 % interval
@@ -22,11 +21,9 @@ Found = tuple[Analysis, list[DynamicStiffness]]
 
 
 def _read(catalogue: Catalogue, run: Run) -> Found:
-    analyses = analyses_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS)
-    if not analyses:
-        raise NotFoundError(f"run {run.id} has no dynamic stiffness")
+    newest = newest_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS, "dynamic stiffness")
     with catalogue.reading() as session:
-        return analyses[0], list_dynamic_stiffness(session, analyses[0].id)
+        return newest, list_dynamic_stiffness(session, newest.id)
 
 
 def _draw(_run: Run, found: Found) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -72,7 +73,7 @@ class Strike:
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
+class Effect(ABC):
     """Something that the paper's model leaves out.  A kind of effect overrides `draw` and the few hooks it touches.
 
     Attributes:
@@ -90,9 +91,9 @@ class Effect:
     """Whether the joints change from row to row of a set."""
 
     @classmethod
+    @abstractmethod
     def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Self:
         """One of `size` (above 0, up to 1) of its plausible range on `article`."""
-        raise NotImplementedError(f"{cls.__name__} does not say how it is drawn")
 
     def number(self, name: str) -> float:
         """The value of a parameter that is a number."""

@@ -121,7 +121,7 @@ def test_every_set_and_the_tester_have_a_map_and_misfit_shows_in_that_of_its_set
             measured[4] *= 1.05
         sets.append(replace(each, accelerance=measured))
     measurement = replace(empty, sets=tuple(sets))
-    likelihood = Likelihood(replace(simulation, baseline=replace(simulation.baseline, measurement=measurement)))
+    likelihood = Likelihood(simulation.of(measurement))
     found = maps(evaluated(likelihood, scores))
     assert [each.rig for each in found] == ["inverse", "inverse", "direct"]
     assert [len(each.rows) for each in found] == [6, 6, 18]

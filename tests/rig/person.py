@@ -1,0 +1,37 @@
+"""Whoever strikes and mounts in the tests of whole sequences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from analysis.dof import Dof
+from rig.operator import Operator
+from simlab.laboratory import Laboratory
+
+
+class Person(Operator):
+    """Strikes and mounts at once; `before` is called before each deed and may break something, or leave."""
+
+    def __init__(self, laboratory: Laboratory) -> None:
+        self.laboratory = laboratory
+        self.before: Callable[[str, int], None] = lambda deed, count: None
+        self.what = "clean"
+        self.counts = {"strike": 0, "mount": 0}
+        self.deeds: list[str] = []
+
+    def strike(self, point: Dof, blow: int) -> None:
+        self._note("strike", f"{point} {blow}")
+        self.laboratory.bench.strike(point.node, point.direction.value, what=self.what)
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        self._note("mount", f"{specimen} {configuration}")
+        self.laboratory.bench.mount(specimen, configuration)
+
+    def _note(self, deed: str, which: str) -> None:
+        self.counts[deed] += 1
+        self.deeds.append(which)
+        self.before(deed, self.counts[deed])
+
+    def at(self, deed: str, count: int, act: Callable[[], None]) -> None:
+        """Let `act` happen before the `count`-th `deed`."""
+        self.before = lambda done, number: act() if (done, number) == (deed, count) else None

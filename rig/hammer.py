@@ -66,11 +66,13 @@ class PointSoFar:
         accepted: blows that count.
         refused: blows that do not.
         last_blow: number of the last one; the next gets the number after it.
+        together: the blows side by side, among which the next ones are judged; None where there are no records.
     """
 
     accepted: int = 0
     refused: int = 0
     last_blow: int = 0
+    together: PointBlows | None = None
 
 
 @dataclass(frozen=True)
@@ -187,14 +189,14 @@ class _Session:
         Raises:
             PointGivenUpError: too many in a row did not.
         """
-        refused, blow = already.refused, already.last_blow
-        together = PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
-        accepted = already.accepted
+        accepted, refused, blow = already.accepted, already.refused, already.last_blow
+        together = already.together or PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
+        others = accepted - together.accepted
         in_a_row = 0
         while self.lacks(point, accepted):
             blow += 1
             reason = self._refusal(point, blow, accepted, together)
-            accepted = already.accepted + together.accepted
+            accepted = others + together.accepted
             if reason is None:
                 in_a_row = 0
                 continue
@@ -205,7 +207,7 @@ class _Session:
                     f"{self.settings.blows} accepted; the last: {reason}"
                 )
         self.observer(PointFinished(point, accepted, refused))
-        return PointSoFar(accepted, refused, blow)
+        return PointSoFar(accepted, refused, blow, together)
 
     def _refusal(self, point: Dof, blow: int, accepted: int, together: PointBlows) -> str | None:
         """Take one blow; the reason why it does not count, None where it does."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from analysis.dof import Dof
 from rig.errors import RigError
 from rig.hammer import PointSoFar
+from rig.point_blows import PointBlows
 from rig.sequence import HammerStep, Sequence, SineStep, Step
 from rig.steps import sweep_plan
 from rig.sweep import SweepPlan
@@ -48,7 +49,7 @@ class Measured:
     def left_of(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
         """The steps that are not done, each with its set number, or the order number of its first sine point, or 0.
 
-        A wait or a soak serves the step after it, and is done again where that has something left.
+        A wait, a soak or a prompt serves the step after it, and is done again where that has something left.
         """
         left = list[tuple[Step, int]]()
         set_number = len(sequence.hammer_steps) + 1
@@ -71,9 +72,12 @@ class Measured:
 def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
     """What is stored of `run`, which carries out `sequence`.
 
+    The accepted blows of a point are judged beside each other once more: what an interrupted session thought of them
+    went with it, and one that the others contradict does not count.
+
     Raises:
         ResumeError: what is stored is not what the sequence asks for.
-        StoreError: the catalogue cannot be read.
+        StoreError: the catalogue cannot be read, or a blow's record is damaged.
     """
     with catalogue.reading() as session:
         blows, records = list_blows(session, run.id), list_sine_records(session, run.id)
@@ -81,16 +85,29 @@ def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
     points = dict[tuple[int, Dof], list[Blow]]()
     for blow in blows:
         points.setdefault((blow.set_number, Dof.parse(str(blow.point))), []).append(blow)
+    steps = dict(enumerate(sequence.hammer_steps, 1))
+    if unknown := sorted({blow.set_number for blow in blows} - set(steps)):
+        raise ResumeError(f"run {run.id} holds blows of set {unknown[0]}, its sequence has {len(steps)} hammer steps")
     return Measured(
-        {place: _so_far(struck) for place, struck in points.items()},
+        {place: _so_far(catalogue, struck, steps[place[0]]) for place, struck in points.items()},
         frozenset(record.order_number for record in records),
         max((record.elapsed for record in records), default=0.0),
     )
 
 
-def _so_far(struck: list[Blow]) -> PointSoFar:
-    accepted = sum(blow.accepted for blow in struck)
-    return PointSoFar(accepted, len(struck) - accepted, max(blow.number for blow in struck))
+def _so_far(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointSoFar:
+    together = _together(catalogue, [blow for blow in struck if blow.accepted], step)
+    accepted = 0 if together is None else together.accepted
+    return PointSoFar(accepted, len(struck) - accepted, max(blow.number for blow in struck), together)
+
+
+def _together(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
+    """The accepted blows of a point side by side; one without a record, which this rig never stores, does not count."""
+    records = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
+    if not records:
+        return None
+    blows = [(number, found.value(step.hammer), found.value(step.accelerometer)) for number, found in records]
+    return PointBlows.of(step.highest_frequency, blows, records[0][1].sample_rate)
 
 
 def _check_order(run: Run, records: list[SineRecord], plans: list[SweepPlan]) -> None:

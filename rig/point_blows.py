@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -41,6 +43,20 @@ class PointBlows:
     _numbers: list[int] = field(default_factory=list)
     _suspects: dict[int, BlowReason] = field(default_factory=dict)
     _refused: set[int] = field(default_factory=set)
+
+    @classmethod
+    def of(cls, highest: float, blows: Iterable[tuple[int, Real, Real]], sample_rate: float) -> Self:
+        """Blows that counted when they were struck, judged anew beside each other.
+
+        Args:
+            highest: see above.
+            blows: number, force (samples,) in N and acceleration (samples,) in m/s^2 of each, one or more.
+            sample_rate: in Hz.
+        """
+        numbers, force, acceleration = map(list, zip(*blows, strict=True))
+        found = cls(highest, force, acceleration, numbers)
+        found._suspects = found._judged(sample_rate)
+        return found
 
     @property
     def accepted(self) -> int:

@@ -134,6 +134,34 @@ def test_a_seed_is_drawn_once_and_kept_by_the_run(
     assert sequence_from(newest(catalogue).sequence) == stored
 
 
+@pytest.mark.parametrize("stopped_after", [2, 4])
+def test_a_blow_beside_its_point_counts_no_more_after_an_interruption_than_without(
+    stopped_after: int,
+    document: dict[str, Any],
+    instruments: Instruments,
+    catalogue: Catalogue,
+    whole_laboratory: Laboratory,
+    person: Person,
+) -> None:
+    """Two blows cannot tell it, the third does; the session that goes on knows what the interrupted one knew."""
+
+    class Astray(Person):
+        def strike(self, point: Dof, blow: int) -> None:
+            super().strike(Dof.parse("8y") if blow == 1 else point, blow)
+
+    document["steps"][0] |= {"points": ["5y"], "blows": 4}
+    sequence = sequence_from(document)
+    number = stop_after(BlowAccepted, stopped_after, sequence, instruments, catalogue, Astray(whole_laboratory))
+    events = list[Event]()
+    resume_run(number, instruments, catalogue, person, events.append)
+    with catalogue.reading() as session:
+        blows = list_blows(session, number)
+    assert [blow.number for blow in blows] == [1, 2, 3, 4, 5]
+    (continued,) = [event for event in events if isinstance(event, RunContinued)]
+    assert continued.blows == (2 if stopped_after == 2 else 3)
+    assert newest(catalogue).state is RunState.FINISHED
+
+
 def test_blow_numbers_go_on_after_refused_blows(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, whole_laboratory: Laboratory, person: Person
 ) -> None:

@@ -49,17 +49,24 @@ class TerminalOperator(Operator):
         Raises:
             ApiError: there is nobody to ask.
         """
+        self._confirm(f"mount {mounting(specimen, configuration)}", "step back, then press Enter")
+
+    def see_to(self, text: str) -> None:
+        """Ask for something that takes hands, and wait until it is done.
+
+        Raises:
+            ApiError: there is nobody to ask.
+        """
+        self._confirm(text, "then press Enter")
+
+    def _confirm(self, deed: str, then: str) -> None:
         if not sys.stdin.isatty():
-            raise ApiError(
-                f"mount {mounting(specimen, configuration)}: there is no terminal to confirm it on; "
-                "run the sequence from a terminal"
-            )
-        question = f"mount {mounting(specimen, configuration)}, step back, then press Enter "
+            raise ApiError(f"{deed}: there is no terminal to confirm it on; run the sequence from a terminal")
         try:
             with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
-                self._console.input(question, markup=False)
+                self._console.input(f"{deed}, {then} ", markup=False)
         except EOFError as error:
-            raise ApiError(f"mount {mounting(specimen, configuration)}: the terminal was closed") from error
+            raise ApiError(f"{deed}: the terminal was closed") from error
 
 
 class SequenceProgress:

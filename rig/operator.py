@@ -35,6 +35,10 @@ class Operator(Protocol):
         ("supported"); nobody is asked where a run has no suspended beam.
         """
 
+    def see_to(self, text: str) -> None:  # noqa: ARG002 - whoever waits for somebody overrides it
+        """Do what `text` asks for; return when it is done. At once, unless somebody is waited for."""
+        return
+
 
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 """How the beam is mounted."""
@@ -102,6 +106,13 @@ class RunContinued(Event):
     run_id: int
     blows: int
     sine_points: int
+
+
+@dataclass(frozen=True)
+class PromptStarted(Event):
+    """The operator is asked for something that takes hands, `text`; the sequence waits until it is done."""
+
+    text: str
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,28 @@ from rig.control import RunControl, RunStoppedError
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.measured import Measured, ResumeError, measured_of
-from rig.operator import BEAM, HammerStarted, Observer, Operator, RunContinued, RunStarted, unobserved
+from rig.operator import (
+    BEAM,
+    HammerStarted,
+    Observer,
+    Operator,
+    PromptStarted,
+    RunContinued,
+    RunStarted,
+    unobserved,
+)
 from rig.recording import BlowRecorder, SineRecorder
-from rig.sequence import BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
+from rig.sequence import (
+    BlankStep,
+    HammerStep,
+    PromptStep,
+    Sequence,
+    SineStep,
+    SoakStep,
+    Step,
+    SweepStep,
+    sequence_from,
+)
 from rig.steps import (
     channel_names,
     channels_of,
@@ -200,6 +219,9 @@ class _Work:
             case SoakStep():
                 with self.instruments.acquisition() as (_, thermometer):
                     soak(soak_settings(step), thermometer, self.observer, self.control)
+            case PromptStep():
+                self.observer(PromptStarted(step.text))
+                self.control.carry_out(lambda: self.operator.see_to(step.text), self.observer)
             case _:
                 wait(step.seconds, self.observer, self.control)
 

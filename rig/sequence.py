@@ -232,7 +232,14 @@ class SoakStep(_Document):
         return self
 
 
-Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep, Field(discriminator="step")]
+class PromptStep(_Document):
+    """Ask the operator for something that takes hands, and wait until it is done."""
+
+    step: Literal["prompt"]
+    text: str = Field(min_length=1, max_length=500, description="what the operator is asked to do, as a command")
+
+
+Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep | PromptStep, Field(discriminator="step")]
 SineStep = SweepStep | BlankStep
 
 

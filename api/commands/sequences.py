@@ -13,28 +13,17 @@ import typer
 from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, out, progress_console
 from api.interrupts import INTERRUPTED, stopping_on_interrupt
 from api.operator import SequenceProgress, TerminalOperator
+from api.sequence_words import step_words
 from api.settings import load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.run import resume_run, run_sequence
-from rig.sequence import (
-    BlankStep,
-    HammerStep,
-    Sequence,
-    SoakStep,
-    SweepStep,
-    WaitStep,
-    load_sequence,
-    sequence_from,
-)
-from rig.steps import check_plan, sweep_plan
-from rig.sweep_order import Order
+from rig.sequence import Sequence, SweepStep, load_sequence, sequence_from
+from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.runs import get_run
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
-SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
-
 
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
@@ -142,55 +131,9 @@ def list_steps(sequence: Sequence) -> None:
     check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
-        match step:
-            case HammerStep():
-                out.print(f"{number}. {_hammer_line(step)}")
-            case SweepStep():
-                out.print(f"{number}. {_sweep_line(step)}")
-                out.print(f"   {_limits_line(limits)}")
-            case BlankStep():
-                out.print(f"{number}. {_blank_line(step)}")
-            case WaitStep():
-                out.print(f"{number}. wait: {step.seconds:g} s")
-            case SoakStep():
-                about = "" if step.celsius is None else f" about {step.celsius:g} C"
-                out.print(
-                    f"{number}. soak: {step.seconds:g} s within {step.band_celsius:g} K{about}, at most "
-                    f"{step.limit_seconds:g} s"
-                )
-
-
-def _hammer_line(step: HammerStep) -> str:
-    blows = len(step.points) * step.blows
-    where = " on the suspended beam" if step.beam == SUSPENDED else ""
-    return (
-        f"hammer{where}: {step.blows} blows at each of {', '.join(step.points)} "
-        f"({blows} blows, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
-    )
-
-
-def _sweep_line(step: SweepStep) -> str:
-    plan = sweep_plan(step)
-    seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
-    seconds *= len(plan.specimens) * len(plan.configurations)
-    amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)
-    order = "in sequence"
-    if step.order is not Order.SEQUENTIAL:
-        order = f"shuffled: {step.order}, seed {'drawn at the start' if step.seed is None else step.seed}"
-    return (
-        f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
-        f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
-        f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
-        f"(records alone {seconds / 60:.0f} min)"
-    )
-
-
-def _blank_line(step: BlankStep) -> str:
-    stiffness = "rigid" if step.stiffness is None else f"{step.stiffness:g} N/m"
-    return (
-        f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
-        f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p"
-    )
+        out.print(f"{number}. {step_words(step)}", markup=False)
+        if isinstance(step, SweepStep):
+            out.print(f"   {_limits_line(limits)}")
 
 
 def _limits_line(limits: TesterLimits) -> str:

@@ -19,7 +19,7 @@ class Prompt:
 
     Attributes:
         number: to answer it with.
-        kind: go, strike, mount.
+        kind: go, strike, mount, see to.
         text: a sentence to show.
         waits: whether the run waits for the answer; a blow that is struck is noticed without.
     """
@@ -104,6 +104,15 @@ class PromptingOperator(Operator):
             self._ask("mount", f"mount {mounting(specimen, configuration)}, and step back", waits=True)
         if self._hands is not None:
             self._hands.mount(specimen, configuration)
+
+    def see_to(self, text: str) -> None:
+        """Ask for something that takes hands, and wait until it is done.
+
+        Raises:
+            RunStoppedError: the run is to stop.
+        """
+        if not self._automatic:
+            self._ask("see to", text, waits=True)
 
     def _ask(self, kind: str, text: str, *, waits: bool) -> None:
         with self._changed:

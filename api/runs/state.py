@@ -12,6 +12,7 @@ from rig.operator import (
     InterlockReset,
     InterlockTripped,
     PointStarted,
+    PromptStarted,
     RunContinued,
     RunPaused,
     RunResumed,
@@ -92,6 +93,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"measuring {mounting(specimen, configuration)}")
         case SinePointMeasured():
             return replace(state, sines=state.sines + 1)
+        case PromptStarted():
+            return replace(state, activity="waiting for the operator")
         case WaitStarted(seconds):
             return replace(state, activity=f"waiting for {seconds:g} s")
         case SoakStarted(band, seconds):

@@ -147,12 +147,12 @@ def test_the_documented_sequence_is_one() -> None:
     blocks = DOCUMENT.read_text("utf-8").split("```yaml\n")[1:]
     example = blocks[0].split("```")[0]
     sequence = sequence_from(yaml.safe_load(example))
-    assert {step.step for step in sequence.steps} == {"hammer", "sweep", "wait", "soak", "blank"}
+    assert {step.step for step in sequence.steps} == {"hammer", "sweep", "wait", "soak", "blank", "prompt"}
 
 
 def test_every_field_of_a_step_is_documented() -> None:
     text = DOCUMENT.read_text("utf-8")
-    for name in ("HammerStep", "SweepStep", "WaitStep", "SoakStep", "Frequencies"):
+    for name in ("HammerStep", "SweepStep", "WaitStep", "SoakStep", "PromptStep", "Frequencies"):
         for key in Sequence.model_json_schema()["$defs"][name]["properties"]:
             assert f"`{key}`" in text, f"{name}.{key}"
 

@@ -1,0 +1,62 @@
+"""The steps of a sequence in words; terminal and page say the same."""
+
+from __future__ import annotations
+
+from rig.operator import SUSPENDED
+from rig.sequence import BlankStep, HammerStep, PromptStep, SoakStep, Step, SweepStep
+from rig.steps import sweep_plan
+from rig.sweep_order import Order
+
+SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
+
+
+def step_words(step: Step) -> str:
+    """What a step does and about how long it takes, in a line."""
+    match step:
+        case HammerStep():
+            return _hammer_line(step)
+        case SweepStep():
+            return _sweep_line(step)
+        case BlankStep():
+            return _blank_line(step)
+        case PromptStep():
+            return f"by hand: {step.text}"
+        case SoakStep():
+            about = "" if step.celsius is None else f" about {step.celsius:g} C"
+            band = f"{step.seconds:g} s within {step.band_celsius:g} K{about}"
+            return f"soak: {band}, at most {step.limit_seconds:g} s"
+        case _:
+            return f"wait: {step.seconds:g} s"
+
+
+def _hammer_line(step: HammerStep) -> str:
+    blows = len(step.points) * step.blows
+    where = " on the suspended beam" if step.beam == SUSPENDED else ""
+    return (
+        f"hammer{where}: {step.blows} blows at each of {', '.join(step.points)} "
+        f"({blows} blows of about {step.peak_force:g} N, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
+    )
+
+
+def _sweep_line(step: SweepStep) -> str:
+    plan = sweep_plan(step)
+    seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
+    seconds *= len(plan.specimens) * len(plan.configurations)
+    amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)
+    order = "in sequence"
+    if step.order is not Order.SEQUENTIAL:
+        order = f"shuffled: {step.order}, seed {'drawn at the start' if step.seed is None else step.seed}"
+    return (
+        f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
+        f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
+        f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
+        f"(records alone {seconds / 60:.0f} min)"
+    )
+
+
+def _blank_line(step: BlankStep) -> str:
+    stiffness = "rigid" if step.stiffness is None else f"{step.stiffness:g} N/m"
+    return (
+        f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
+        f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p"
+    )

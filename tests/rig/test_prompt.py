@@ -1,0 +1,74 @@
+"""What takes hands is asked of the operator, in its place among the steps, and the sequence waits until it is done."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from analysis.dof import Dof
+from rig.control import RunControl, RunStoppedError
+from rig.hammer import PointSoFar
+from rig.instruments import Instruments
+from rig.measured import Measured
+from rig.operator import Event, PromptStarted
+from rig.run import run_sequence
+from rig.sequence import SequenceError, sequence_from
+from store.catalogue import Catalogue
+from tests.rig.person import Person
+
+TURN = "turn the accelerometer by 90 degrees"
+
+
+class Handy(Person):
+    """Sees to what is asked for."""
+
+    def see_to(self, text: str) -> None:
+        self.deeds.append(text)
+
+
+@pytest.fixture
+def prompted(document: dict[str, Any]) -> dict[str, Any]:
+    """Two blows at 5y before the accelerometer is turned and two afterwards."""
+    hammer = document["steps"][0] | {"points": ["5y"], "blows": 2}
+    return document | {"steps": [hammer, {"step": "prompt", "text": TURN}, hammer]}
+
+
+def test_a_prompt_is_asked_after_the_step_before_it_and_before_the_step_after_it(
+    prompted: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
+) -> None:
+    handy, events = Handy(person.laboratory), list[Event]()
+    run_sequence(sequence_from(prompted), instruments, catalogue, handy, events.append)
+    assert handy.deeds == ["5y 1", "5y 2", TURN, "5y 1", "5y 2"]
+    assert [event for event in events if isinstance(event, PromptStarted)] == [PromptStarted(TURN)]
+
+
+def test_a_run_that_is_stopped_while_it_asks_does_not_strike_on(
+    prompted: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
+) -> None:
+    control = RunControl()
+
+    class Leaving(Handy):
+        def see_to(self, text: str) -> None:
+            super().see_to(text)
+            control.stop()
+
+    leaving = Leaving(person.laboratory)
+    with pytest.raises(RunStoppedError):
+        run_sequence(sequence_from(prompted), instruments, catalogue, leaving, control=control)
+    assert leaving.deeds == ["5y 1", "5y 2", TURN]
+
+
+@pytest.mark.parametrize(("second_set", "left"), [(1, ["prompt", "hammer"]), (2, [])])
+def test_a_prompt_is_asked_again_where_the_step_after_it_has_something_left(
+    prompted: dict[str, Any], second_set: int, left: list[str]
+) -> None:
+    point = Dof.parse("5y")
+    measured = Measured({(1, point): PointSoFar(2, 0, 2), (2, point): PointSoFar(second_set, 0, second_set)})
+    assert [step.step for step, _ in measured.left_of(sequence_from(prompted))] == left
+
+
+def test_a_prompt_that_says_nothing_is_refused(prompted: dict[str, Any]) -> None:
+    prompted["steps"][1]["text"] = ""
+    with pytest.raises(SequenceError, match="text"):
+        sequence_from(prompted)

@@ -39,12 +39,12 @@ class Bar:
             found[direction] = spline, spline.derivative()
         return found
 
-    def motion(self, direction: Direction, position: float) -> Real:
-        """(N,) of the modes in `direction` at `position`, m from the left end."""
+    def motion(self, direction: Direction, position: float | Real) -> Real:
+        """(..., N) of the modes in `direction` at `position` (...,), m from the left end."""
         return np.asarray(self._splines[direction][0](position))
 
-    def slope(self, direction: Direction, position: float) -> Real:
-        """(N,) its derivative in the position, 1/m."""
+    def slope(self, direction: Direction, position: float | Real) -> Real:
+        """(..., N) its derivative in the position, 1/m."""
         return np.asarray(self._splines[direction][1](position))
 
     @cached_property

@@ -7,7 +7,7 @@ of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +19,8 @@ from analysis.gap.bar import Bar
 from analysis.gap.bench import BeamBench
 
 JOINT_WAYS = (Direction.X, Direction.Y, Direction.ROTATION)
+BAR = ("modulus", "density", "loss", "mesh", "pole")
+"""Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
 Changes = Mapping[str, Complex | Real]
 """By name of a field of `BeamBench`, derivatives in one parameter."""
 
@@ -85,32 +87,32 @@ class Answer:
 
         A leaning blow that strikes above the axis turns the section as well.
         """
-        bar, half = self.rig.bar, self.bench.strike_height
-        value, place, lean = [], [], []
-        for dof, offset, angle in zip(self.rig.inputs, self.blow_offset, self.bench.lean, strict=True):
-            x = float(self.rig.node_positions[dof.node - 1]) + (offset if dof.direction is Direction.Y else 0.0)
-            straight = bar.motion(dof.direction, x)
-            if dof.direction is Direction.Y:
-                across = bar.motion(Direction.X, x) - half * bar.motion(Direction.ROTATION, x)
-                slope = bar.slope(Direction.Y, x)
-            else:
-                across, slope = bar.motion(Direction.Y, x), np.zeros_like(straight)
-            value.append(np.cos(angle) * straight + np.sin(angle) * across)
-            place.append(np.cos(angle) * slope)
-            lean.append(np.cos(angle) * across - np.sin(angle) * straight)
-        return np.array(value), np.array(place), np.array(lean)
+        rig, bar, half = self.rig, self.rig.bar, self.bench.strike_height
+        transverse = np.array([dof.direction is Direction.Y for dof in rig.inputs])
+        marks = rig.node_positions[[dof.node - 1 for dof in rig.inputs]]
+        x = marks + np.where(transverse, self.blow_offset, 0.0)
+        along, up, turn = (bar.motion(way, x) for way in JOINT_WAYS)
+        transverse, cosine, sine = (
+            transverse[:, None],
+            np.cos(self.bench.lean)[:, None],
+            np.sin(self.bench.lean)[:, None],
+        )
+        straight = np.where(transverse, up, along)
+        across = np.where(transverse, along - half * turn, up)
+        slope = np.where(transverse, bar.slope(Direction.Y, x), 0.0)
+        return cosine * straight + sine * across, cosine * slope, cosine * across - sine * straight
 
     @cached_property
     def _attached(self) -> tuple[Real, Real]:
         """(attached, N) the modes at joints (x, y, rotation each) and accelerometer (x, y), and at joints' slopes."""
-        bar, bench = self.rig.bar, self.bench
-        places = [float(place) for place in bench.joint_position]
-        values = [bar.motion(way, place) for place in places for way in JOINT_WAYS]
-        slopes = [bar.slope(way, place) for place in places for way in JOINT_WAYS]
-        sensor = bench.sensor_position
-        values += [bar.motion(way, sensor) for way in JOINT_WAYS[:2]]
-        slopes += [bar.slope(way, sensor) for way in JOINT_WAYS[:2]]
-        return np.array(values), np.array(slopes)
+        bar, sensor = self.rig.bar, self.bench.sensor_position
+
+        def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
+            at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_WAYS], axis=1)
+            at_sensor = [modes(way, sensor) for way in JOINT_WAYS[:2]]
+            return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(at_sensor)])
+
+        return at_all(bar.motion), at_all(bar.slope)
 
     @cached_property
     def _stiffness(self) -> Complex:
@@ -221,13 +223,30 @@ class Answer:
         joints = self.bench.joints.shape[1]
         return np.array([self._to_read * self._moved(range(3 * j, 3 * j + 3)).T for j in range(joints)])
 
-    def _along(self, load: Complex) -> Complex:
-        """(rows, lines) sum over free modes of `load` (N, lines) times the motion under each blow, by reciprocity."""
+    def _along(self, weight: Real) -> Complex:
+        """(rows, lines) sum over free modes of their motion under the sensor's force times that under each blow, with
+        (N,) weights, as read; by reciprocity."""
         attached, _ = self._attached
-        field = self._compliance * load
-        return np.asarray(
-            _times(self._ends[3:], field) - np.einsum("al,lar->rl", _times(attached, field), self._force[:, :, 3:])
-        )
+        field = self._compliance * self._field * weight[:, None]
+        found = _times(self._ends[3:], field) - np.einsum("al,lar->rl", _times(attached, field), self._force[:, :, 3:])
+        return np.asarray(self._to_read * found)
+
+    @cached_property
+    def _by_bar(self) -> dict[str, Complex]:
+        """(rows, lines) derivative of minus the accelerance, for fields that change the free modes' stiffness."""
+        bench, bar = self.bench, self.rig.bar
+        e, r, elastic = bench.modulus, bench.density, 1 + 1j * bench.loss
+        free = bar.free.squared_frequency
+        mass, rate = self._along(np.ones_like(free)), self._along(bar.damping_rate)
+        meshed = self._along(bar.mesh_share * free)
+        stiffness = self._along(free) + bench.mesh * meshed
+        return {
+            "modulus": np.sqrt(r / e) / 2 * bench.pole * rate + elastic * stiffness,
+            "density": bench.pole**2 * mass + np.sqrt(e / r) / 2 * bench.pole * rate,
+            "loss": 1j * e * stiffness,
+            "mesh": e * elastic * meshed,
+            "pole": 2 * r * bench.pole * mass + np.sqrt(e * r) * rate,
+        }
 
     def derivative(self, changes: Changes) -> Complex:
         """(rows, lines) derivative of the accelerance, from those of the bench's fields in one parameter."""
@@ -243,9 +262,9 @@ class Answer:
         if "sensor_mass" in changes:
             both = np.einsum("lp,lpr->rl", sensor[:, -2:], blows[:, -2:])
             total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * both
-        modal = self._modal_change(changes)
-        if modal is not None:
-            total -= self._to_read * self._along(self._field * modal)
+        for name in BAR:
+            if name in changes:
+                total -= changes[name] * self._by_bar[name]
         if "pole" in changes:
             total += changes["pole"] * (2 / bench.pole * self.accelerance + self._by_pole)
         if "sensor_position" in changes:
@@ -271,22 +290,6 @@ class Answer:
         mass = np.array([*joints, *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
         both = np.einsum("lp,p,lpr->rl", self._motion[:, :, 0], mass, self._motion[:, :, 3:])
         return np.asarray(-self._to_read * 2 * self.bench.pole * both)
-
-    def _modal_change(self, changes: Changes) -> Complex | None:
-        """(N, lines) change of the free modes' dynamic stiffness, or None where there is none."""
-        bench, free = self.bench, self.rig.bar.free.squared_frequency[:, None]
-        e, r, loss = bench.modulus, bench.density, bench.loss
-        meshed = (1 + bench.mesh * self.rig.bar.mesh_share[:, None]) * free
-        rate = np.outer(self.rig.bar.damping_rate, bench.pole)
-        parts = {
-            "modulus": np.sqrt(r / e) / 2 * rate + (1 + 1j * loss) * meshed,
-            "density": bench.pole**2 + np.sqrt(e / r) / 2 * rate,
-            "loss": 1j * e * meshed,
-            "mesh": e * (1 + 1j * loss) * self.rig.bar.mesh_share[:, None] * free,
-            "pole": 2 * r * bench.pole + np.sqrt(e * r) * self.rig.bar.damping_rate[:, None],
-        }
-        found = [changes[name] * part for name, part in parts.items() if name in changes]
-        return np.asarray(sum(found[1:], start=found[0])) if found else None
 
 
 def _times(rows: Real, fields: Complex) -> Complex:

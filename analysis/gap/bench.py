@@ -154,18 +154,11 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
 
     A stiffness spread over a length l turns with k22 l^2 / 12 besides.
     """
-    a, b, c = (each.T for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
-    cosine, sine = np.cos(mounting.inclination), np.sin(mounting.inclination)
-    e = mounting.eccentricity
-    found = np.zeros((*a.shape, 3, 3), dtype=complex)
-    for p, q, of_a, of_b in (
-        (0, 0, cosine**2, sine**2),
-        (0, 1, cosine * sine, -cosine * sine),
-        (1, 1, sine**2, cosine**2),
-        (0, 2, -e * cosine**2, -e * sine**2),
-        (1, 2, -e * cosine * sine, e * cosine * sine),
-        (2, 2, (e * cosine) ** 2, (e * sine) ** 2),
-    ):
-        found[:, :, p, q] = found[:, :, q, p] = np.sum(of_a, axis=1) * a + np.sum(of_b, axis=1) * b
-    found[:, :, 2, 2] += 2 * c + found[:, :, 1, 1] * mounting.length**2 / 12
-    return found
+    a, b, c = (each.T[:, :, None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
+    cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity
+    along = np.stack([cosine, sine, -e * cosine], axis=-1)
+    across = np.stack([-sine, cosine, e * sine], axis=-1)
+    found = a * (along[..., :, None] * along[..., None, :]).sum(axis=1)
+    found = found + b * (across[..., :, None] * across[..., None, :]).sum(axis=1)
+    found[:, :, 2, 2] += 2 * c[:, :, 0, 0] + found[:, :, 1, 1] * mounting.length**2 / 12
+    return np.asarray(found)

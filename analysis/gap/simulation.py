@@ -2,7 +2,7 @@
 
 Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
 its gain and the place of its blows. What the bench makes of accelerances, with its sharp resonances, is differentiated
-by hand in `beam_rig`; what parameters make of the bench is smooth, and a difference good to nine digits does for it.
+by hand in `beam_rig`; what parameters make of the bench is smooth, and a difference good to five digits does for it.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
-STEP = 1e-4
-"""Either way, in standard deviations of the prior: truncation and rounding are then both near 1e-9."""
+STEP = 1e-7
+"""In standard deviations of the prior: truncation and rounding are then both below 1e-5 of a derivative."""
 TOUCHES = {
     "cylinders": ("joints", "tester"),
     "mounting": ("joints", "surroundings", "tester"),
@@ -33,6 +33,7 @@ TOUCHES = {
     "tester": ("tester",),
 }
 """Which parts of the bench the methods of an effect change."""
+SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name != "joints")
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,10 +199,10 @@ class Simulation:
         accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * len(measurement.sets) for _ in range(3))
         for group in self._groups:
             offsets = np.concatenate([blows[number] for number in group.numbers])
-            at = self.surroundings(scores.tolist(), group.setting)
-            at = replace(at, joints=self.joints(scores.tolist(), group.setting, at.pole))
+            around = self.surroundings(scores.tolist(), group.setting)
+            at = replace(around, joints=self.joints(scores.tolist(), group.setting, around.pole))
             answer = group.rig.answer(at, offsets)
-            changes = (self._change(group.setting, scores, place, at.pole) for place in wanted)
+            changes = (self._change(group.setting, scores, place, at) for place in wanted)
             slopes = [answer.derivative(change) for change in changes]
             columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
             for number, rows in zip(group.numbers, group.rows, strict=True):
@@ -214,7 +215,7 @@ class Simulation:
         stiffness, by_score = np.zeros(0, dtype=complex), [np.zeros(0, dtype=complex)] * len(wanted)
         if points is not None:
             stiffness = self.tester(scores.tolist(), points)
-            by_score = [self._tester_slope(scores, place, points) for place in wanted]
+            by_score = [self._tester_slope(scores, place, points, stiffness) for place in wanted]
         return Prediction(
             tuple(accelerances),
             tuple(by_shared),
@@ -223,28 +224,26 @@ class Simulation:
             np.array(by_score).reshape(len(wanted), stiffness.size),
         )
 
-    def _tester_slope(self, scores: Real, place: int, points: TesterPoints) -> Complex:
+    def _tester_slope(self, scores: Real, place: int, points: TesterPoints, stiffness: Complex) -> Complex:
         if "tester" not in self._touched[place]:
             return np.zeros(points.order.size, dtype=complex)
-        above, below = (self.tester(at, points) for at in beside(scores, place))
-        return np.asarray((above - below) / (2 * STEP))
+        return np.asarray((self.tester(beside(scores, place), points) - stiffness) / STEP)
 
-    def _change(self, setting: Setting, scores: Real, place: int, pole: Complex) -> dict[str, Complex | Real]:
+    def _change(self, setting: Setting, scores: Real, place: int, at: BeamBench) -> dict[str, Complex | Real]:
         """Derivatives in one parameter of those fields of the bench that it changes."""
-        above, below = beside(scores, place)
-        change = dict[str, Complex | Real]()
-        poles = pole, pole
+        moved = beside(scores, place)
+        change, pole = dict[str, Complex | Real](), at.pole
         if "surroundings" in self._touched[place]:
-            benches = self.surroundings(above, setting), self.surroundings(below, setting)
-            poles = benches[0].pole, benches[1].pole
-            for field in fields(BeamBench):
-                difference = np.asarray(getattr(benches[0], field.name) - getattr(benches[1], field.name))
-                if np.any(difference):
-                    change[field.name] = difference / (2 * STEP)
+            bench = self.surroundings(moved, setting)
+            pole = bench.pole
+            for field in SURROUNDINGS:
+                difference = np.asarray(getattr(bench, field) - getattr(at, field))
+                if difference.any():
+                    change[field] = difference / STEP
         if "joints" in self._touched[place] or "pole" in change:
-            difference = self.joints(above, setting, poles[0]) - self.joints(below, setting, poles[1])
-            if np.any(difference):
-                change["joints"] = difference / (2 * STEP)
+            difference = self.joints(moved, setting, pole) - at.joints
+            if difference.any():
+                change["joints"] = difference / STEP
         return change
 
 
@@ -265,9 +264,8 @@ class Group:
     rows: tuple[slice, ...]
 
 
-def beside(scores: Real, place: int) -> tuple[list[float], list[float]]:
-    """Scores a step above and a step below in one of them."""
-    above, below = scores.tolist(), scores.tolist()
-    above[place] += STEP
-    below[place] -= STEP
-    return above, below
+def beside(scores: Real, place: int) -> list[float]:
+    """Scores a step above in one of them."""
+    moved: list[float] = scores.tolist()
+    moved[place] += STEP
+    return moved

@@ -21,6 +21,8 @@ FALL = Parameter("fall", "1", 0.5, 0.8)
 """Power of frequency with which that amplitude falls above the first modes."""
 FIRST_MODES = 80.0
 """Hz; below, a beam on joints moves as the blow drives it, and above ever less."""
+SAME = 1e-6
+"""Share by which levels, and amplitudes, differ that are one."""
 SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
 
 
@@ -116,14 +118,14 @@ class AmplitudeTable(Effect):
         found = np.zeros((3, loading.frequency.size))
         if loading.tester:
             for x in self.amplitudes:
-                here = np.isclose(loading.amplitude, x)
+                here = np.abs(loading.amplitude - x) < SAME * x
                 names = [f"{part}_{way}_{x * 2e3:g}mm" for way in ("straight", "sheared", "angled")]
                 straight, sheared, angled = (given[name] for name in names)
                 ways = np.array([[sheared], [straight], [straight]])
                 found = found + here * np.where(loading.angled, angled, ways)
             return found
         for level in self.levels:
-            if np.isclose(loading.level, level):
+            if abs(loading.level - level) < SAME * level:
                 shear, compression = (given[f"{part}_{way}_{100 * level:g}N"] for way in ("shear", "compression"))
                 found = found + np.array([[shear], [compression], [compression]])
         leaning = given["lean" if part == "storage" else "lean_of_loss"]

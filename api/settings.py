@@ -49,6 +49,11 @@ class Settings(BaseSettings):
     tester_url: str = Field(default="tcp://127.0.0.1:502", description='"tcp://host:port" or "rtu:///dev/ttyS0"')
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
     channels: tuple[ChannelSettings, ...] = Field(default=(), description="the channel table")
+    rig: str = Field(
+        default="rig",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$",
+        description="name of the rig; each rig on one database needs one of its own",
+    )
 
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')

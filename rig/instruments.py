@@ -28,6 +28,7 @@ class Instruments:
         thermometer_url: serial port or pyserial URL.
         channels: the channel table.
         limits: what the rig may ask of the tester.
+        rig: the rig's name; limits and the lock of whoever drives go by it.
     """
 
     daq_address: str
@@ -35,6 +36,7 @@ class Instruments:
     thermometer_url: str
     channels: tuple[Channel, ...]
     limits: TesterLimits = field(default_factory=TesterLimits)
+    rig: str = "rig"
 
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.

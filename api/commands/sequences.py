@@ -16,10 +16,12 @@ from api.operator import SequenceProgress, TerminalOperator
 from api.sequence_words import step_words
 from api.settings import load_settings
 from rig.control import RunControl, RunStoppedError
+from rig.kept_limits import with_kept_limits
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
+from store.rig_lock import driving_alone
 from store.runs import get_run
 
 BUILT_IN = "paper"
@@ -63,7 +65,12 @@ def run(
     settings = load_settings()
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
-    with open_catalogue(settings) as catalogue, SequenceProgress(document, progress_console) as progress:
+    with (
+        open_catalogue(settings) as catalogue,
+        driving_alone(catalogue, settings.rig),
+        SequenceProgress(document, progress_console) as progress,
+    ):
+        instruments = with_kept_limits(instruments, catalogue)
         _watched(
             progress,
             lambda control: run_sequence(document, instruments, catalogue, operator, progress, control, reset=reset),
@@ -78,7 +85,8 @@ def resume(
     settings = load_settings()
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
-    with open_catalogue(settings) as catalogue:
+    with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
+        instruments = with_kept_limits(instruments, catalogue)
         with catalogue.reading() as session:
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None

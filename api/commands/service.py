@@ -24,6 +24,7 @@ from api.settings import Settings, load_settings
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
 from store.keys import count_keys
+from store.rig_lock import driving_alone
 
 LOOPBACK = "127.0.0.1"
 SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers
@@ -50,13 +51,12 @@ def serve(
         _laboratory(load_settings(), simulated, seed, speed) as (settings, hands),
         open_catalogue(settings) as catalogue,
         _listening(host, port) as listener,
+        _driving(catalogue, settings, hands) as runs,
     ):
         loopback = is_loopback(host)
         if not loopback:
             _refuse_without_keys(catalogue, host)
-        services = Services(
-            catalogue, _runs(catalogue, settings, hands), loopback, JobQueue(catalogue, _executor(settings))
-        )  # fmt: skip
+        services = Services(catalogue, runs, loopback, JobQueue(catalogue, _executor(settings)))
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
@@ -88,9 +88,14 @@ def _laboratory(
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.hand)
 
 
-def _runs(catalogue: Catalogue, settings: Settings, hands: Hands | None) -> RunManager | None:
-    """The run manager; none where no channel is configured, and the service only reads."""
-    return RunManager(catalogue, instruments_of(settings), hands) if settings.channels else None
+@contextmanager
+def _driving(catalogue: Catalogue, settings: Settings, hands: Hands | None) -> Iterator[RunManager | None]:
+    """The run manager of the one service that drives the rig; none where no channel is configured, which only reads."""
+    if not settings.channels:
+        yield None
+        return
+    with driving_alone(catalogue, settings.rig):
+        yield RunManager(catalogue, instruments_of(settings), hands)
 
 
 def _executor(settings: Settings) -> Executor:

@@ -64,6 +64,7 @@ def instruments_of(settings: Settings) -> Instruments:
             )
             for row in settings.channels
         ),
+        rig=settings.rig,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from api.errors import EXPECTED, ConflictError
 from api.runs.events import BlowWithdrawn, RunEnded, RunStopping
@@ -19,6 +19,7 @@ from api.runs.prompts import Hands, Prompt, PromptingOperator
 from api.runs.state import RigState, after, starting
 from rig.control import RunControl, RunStoppedError
 from rig.instruments import Instruments
+from rig.kept_limits import keep_limits, with_kept_limits
 from rig.operator import Event, RunContinued, RunStarted
 from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
@@ -65,7 +66,7 @@ class RunManager:
         self.journal = Journal()
         self.lease = ControlLease(self.journal)
         self._catalogue = catalogue
-        self._instruments = instruments
+        self._instruments = with_kept_limits(instruments, catalogue)
         self._hands = hands
         self._lock = threading.RLock()
         self._active: _Active | None = None
@@ -88,10 +89,14 @@ class RunManager:
         """The rig's instruments, with the limits in force."""
         return self._instruments
 
-    def set_limits(self, limits: TesterLimits) -> None:
-        """Let runs that begin from now on keep to `limits`; the tester keeps to its own whatever these are."""
+    def set_limits(self, limits: TesterLimits, who: str) -> None:
+        """Let runs that begin from now on keep to `limits`; the tester keeps to its own whatever these are.
+
+        Raises:
+            StoreError: they cannot be stored; the former ones stay in force.
+        """
         with self._lock:
-            self._instruments = replace(self._instruments, limits=limits)
+            self._instruments = keep_limits(self._instruments, self._catalogue, limits, who)
 
     def plan(self, sequence: Sequence, who: str) -> int:
         """Store a run that `start` carries out; its number.

@@ -27,7 +27,7 @@ from store.models.results import (
     Mode,
     ModeSet,
 )
-from store.models.service import ApiKey, AuditEntry, Diagnosis, Job, Request, SequenceDocument
+from store.models.service import ApiKey, AuditEntry, Diagnosis, Job, Request, RigLimits, SequenceDocument
 
 __all__ = [
     "Analysis",
@@ -53,6 +53,7 @@ __all__ = [
     "ModeSet",
     "Point",
     "Request",
+    "RigLimits",
     "Run",
     "RunEvent",
     "RunInstrument",

@@ -59,6 +59,17 @@ class SequenceDocument(Recorded, Base):
     changed_at: Mapped[datetime]
 
 
+class RigLimits(Recorded, Base):
+    """Somebody set the limits of a rig; the newest row of a rig is in force, and none is ever changed."""
+
+    __tablename__ = "rig_limits"
+    __table_args__ = (Index(None, "rig", "id"),)
+
+    rig: Mapped[str]
+    who: Mapped[str]
+    limits: Mapped[dict[str, Any]]
+
+
 class Job(Recorded, Base):
     """Work that takes its time; whoever holds `lease_token` until `leased_until` does it."""
 

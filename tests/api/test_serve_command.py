@@ -16,6 +16,12 @@ import httpx
 import pytest
 
 from api.commands.service import is_loopback
+from rig.instruments import Instruments
+from rig.kept_limits import keep_limits
+from rig.tester_limits import TesterLimits
+from store.catalogue import Catalogue
+from store.rig_lock import driving_alone
+from store.runs import list_runs
 
 Command = Callable[..., CompletedProcess[str]]
 
@@ -61,6 +67,36 @@ def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
     with serving(tmp_path, "--simulated", "--speed", "100") as address:
         assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
         assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
+
+
+@pytest.mark.usefixtures("operator")
+def test_a_second_program_that_would_drive_the_rig_is_refused_until_the_first_has_ended(
+    jointlab: Command, sequence: Callable[..., Path], tmp_path: Path
+) -> None:
+    """Whoever presses STOP has to reach whatever moves the machine."""
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        with driving_alone(catalogue, "rig"):
+            for command in (("serve", "--port", 0), ("run", sequence()), ("resume", 1)):
+                refused = jointlab(*command)
+                assert refused.returncode == 3, command
+                (line,) = refused.stderr.splitlines()
+                assert line.startswith("jointlab: 'rig' is driven by "), line
+        with catalogue.reading() as session:
+            assert list_runs(session) == []
+    done = jointlab("run", sequence(hammer={"points": ["5y"]}))
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.usefixtures("operator")
+def test_limits_that_were_set_bind_the_command_line_too(
+    jointlab: Command, sequence: Callable[..., Path], tmp_path: Path
+) -> None:
+    ordinary = Instruments("local", "tcp://127.0.0.1:9", "", ())
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        keep_limits(ordinary, catalogue, TesterLimits(amplitude_pp=5e-5), "an engineer")
+    refused = jointlab("run", sequence())
+    assert refused.returncode != 0
+    assert "is outside the rig's limits of 0 to 5e-05 m" in refused.stderr
 
 
 def test_a_port_in_use_is_said_in_one_line(jointlab: Command) -> None:

@@ -35,6 +35,7 @@ from store.keys import Scope, add_key
 from store.models import Base
 from store.modes import ModeSet, add_modes
 from store.requests import begin_request
+from store.rig_limits import keep_rig_limits
 from store.runs import RunState, finish_run, start_run
 from store.sequence_documents import keep_sequence
 from store.sine_records import SineRecord, add_sine_record
@@ -345,4 +346,5 @@ def _add_requests(session: Session) -> None:
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
     keep_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    keep_rig_limits(session, "rig", {"force": 2e3}, "bench")
     add_job(session, "identify", {"run": 1}, "bench")

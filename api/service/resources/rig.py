@@ -169,12 +169,12 @@ def limits(_who: Reader, rig: Rig) -> Limits:
 
 
 @router.put("/limits", response_model=Limits, responses=problems(401, 403, 409, 412))
-def set_limits(_who: Engineer, act: Once, rig: Rig, wanted: Limits, if_match: IfMatch = None) -> Response:
-    """Set the rig's limits for runs that begin from now on, until the service ends."""
+def set_limits(who: Engineer, act: Once, rig: Rig, wanted: Limits, if_match: IfMatch = None) -> Response:
+    """Set the rig's limits for runs that begin from now on, also when the service is started anew."""
 
     def change() -> Limits:
         check_unchanged(if_match, tag_of(Limits.of(rig).model_dump_json().encode()))
-        rig.set_limits(TesterLimits(**wanted.model_dump()))
+        rig.set_limits(TesterLimits(**wanted.model_dump()), who.name)
         return Limits.of(rig)
 
     return act.once("set limits", "rig", change, **wanted.model_dump())

@@ -69,7 +69,7 @@ INDICES = (
 
 def upgrade() -> None:
     """Create the tables, the views and the indices."""
-    _recorded(
+    recorded(
         WITHDRAWALS,
         sa.Column("blow_id", sa.Integer(), sa.ForeignKey("blows.id", name="fk_blow_withdrawals_blow_id"),
                   nullable=False),
@@ -77,7 +77,7 @@ def upgrade() -> None:
         sa.Column("who", sa.String(), nullable=False),
         sa.UniqueConstraint("blow_id", name="uq_blow_withdrawals_blow_id"),
     )  # fmt: skip
-    _recorded(
+    recorded(
         "api_keys",
         sa.Column("name", sa.String(), nullable=False),
         sa.Column("digest", sa.String(), nullable=False),
@@ -86,7 +86,7 @@ def upgrade() -> None:
         sa.Column("revoked_at", sa.DateTime(timezone=True)),
         sa.UniqueConstraint("digest", name="uq_api_keys_digest"),
     )
-    _recorded(
+    recorded(
         AUDIT,
         sa.Column("who", sa.String(), nullable=False),
         sa.Column("action", sa.String(), nullable=False),
@@ -95,7 +95,7 @@ def upgrade() -> None:
         sa.Column("details", sa.JSON(), nullable=False),
     )
     op.create_index("ix_audit_entries_action_id", AUDIT, ["action", "id"])
-    _recorded(
+    recorded(
         "requests",
         sa.Column("who", sa.String(), nullable=False),
         sa.Column("idempotency_key", sa.String(), nullable=False),
@@ -104,7 +104,7 @@ def upgrade() -> None:
         sa.Column("body", sa.String()),
         sa.UniqueConstraint("who", "idempotency_key", name="uq_requests_who_idempotency_key"),
     )
-    _recorded(
+    recorded(
         "sequence_documents",
         sa.Column("name", sa.String(), nullable=False),
         sa.Column("document", sa.JSON(), nullable=False),
@@ -112,7 +112,7 @@ def upgrade() -> None:
         sa.UniqueConstraint("name", name="uq_sequence_documents_name"),
     )
     _jobs()
-    _recorded(
+    recorded(
         "diagnoses",
         sa.Column("analysis_id", sa.Integer(), sa.ForeignKey("analyses.id", name="fk_diagnoses_analysis_id"),
                   nullable=False),
@@ -127,7 +127,7 @@ def upgrade() -> None:
     _replace_views(VIEWS)
     _replace(OLD_INDICES, INDICES)
     for table in (AUDIT, WITHDRAWALS):
-        _never_change(table)
+        never_change(table)
 
 
 def downgrade() -> None:
@@ -153,7 +153,7 @@ def _replace(old: tuple[Index, ...], new: tuple[Index, ...]) -> None:
 
 
 def _jobs() -> None:
-    _recorded(
+    recorded(
         "jobs",
         sa.Column("kind", sa.String(), nullable=False),
         sa.Column("state", sa.String(), nullable=False),
@@ -176,7 +176,8 @@ def _jobs() -> None:
     op.create_index("ix_jobs_kind_id", "jobs", ["kind", "id"])
 
 
-def _recorded(table: str, *columns: Any) -> None:
+def recorded(table: str, *columns: Any) -> None:
+    """Create a table with the columns that every one has."""
     op.create_table(
         table,
         sa.Column("id", sa.Integer(), primary_key=True),
@@ -186,7 +187,7 @@ def _recorded(table: str, *columns: Any) -> None:
     )
 
 
-def _never_change(table: str) -> None:
+def never_change(table: str) -> None:
     """Let nobody change or delete what was written."""
     if op.get_bind().dialect.name == "postgresql":
         op.execute(

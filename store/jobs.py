@@ -1,7 +1,9 @@
 """Jobs: the truth about work that takes its time is in SQL, whoever does it.
 
-A job is taken with a token and a lease, which its worker renews with every heartbeat. Where the worker dies, the lease
-runs out, the job is queued again, and the token of the dead worker opens nothing: there is exactly one result.
+A job is taken with a token and a lease, which its worker renews with every heartbeat. Where the worker dies, heartbeats
+stay away for longer than a lease, the job is queued again, and the token of the dead worker opens nothing: there is
+exactly one result. Whoever waits for heartbeats measures that by a clock of their own (`api.jobs.silence`): the times
+here are those of the worker's computer, which may be set, or go wrong.
 """
 
 from __future__ import annotations
@@ -69,6 +71,15 @@ class Job:
     total: int
     result: dict[str, Any] | None
     error: str | None
+
+
+@dataclass(frozen=True)
+class SignOfLife:
+    """A heartbeat of the worker who holds `token`, at a time of the worker's own clock."""
+
+    job_id: int
+    token: str
+    at: datetime | None
 
 
 def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: str) -> Job:
@@ -177,17 +188,10 @@ def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
         _lose(row, why)
 
 
-def requeue_lost_jobs(session: Session) -> list[int]:
-    """Queue jobs again whose lease has run out; their numbers.
-
-    A lease that ends later than one could have been given is of before the clock was set back, and counts as run out.
-    """
-    now = datetime.now(UTC)
-    running = session.scalars(select(models.Job).filter_by(state=JobState.RUNNING)).all()
-    lost = [row for row in running if row.leased_until is None or not now <= row.leased_until <= now + 2 * LEASE]
-    for row in lost:
-        _lose(row, "its worker gave no sign of life")
-    return [row.id for row in lost]
+def signs_of_life(session: Session) -> list[SignOfLife]:
+    """The latest one of every job that is being worked on."""
+    running = session.scalars(select(models.Job).filter_by(state=JobState.RUNNING).order_by(models.Job.id))
+    return [SignOfLife(row.id, row.lease_token or "", row.heartbeat_at) for row in running]
 
 
 def cancel_job(session: Session, job_id: int) -> Job:

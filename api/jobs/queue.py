@@ -9,9 +9,10 @@ from typing import Any
 
 from api.jobs.executors import Executor, Lost
 from api.jobs.kinds import kind_named
+from api.jobs.silence import Silence
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.jobs import Job, JobState, add_job, cancel_job, list_jobs, lose_job, requeue_lost_jobs, take_job
+from store.jobs import Job, JobState, add_job, cancel_job, list_jobs, lose_job, signs_of_life, take_job
 
 POLL = 0.25  # s
 LOOK = 5.0  # s between looks for workers that give no sign of life
@@ -31,6 +32,7 @@ class JobQueue:
         self._wake = threading.Event()
         self._closed = False
         self._looked = -LOOK
+        self._silence = Silence()
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
         self._thread.start()
 
@@ -82,8 +84,9 @@ class JobQueue:
         self._lose(self._executor.lost())
         if time.monotonic() - self._looked > LOOK:
             self._looked = time.monotonic()
-            with self._catalogue.writing() as session:
-                requeue_lost_jobs(session)
+            with self._catalogue.reading() as session:
+                silent = self._silence.lasting(signs_of_life(session))
+            self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in silent])
         while not self._closed and self._executor.has_room() and self._is_waiting():
             with self._catalogue.writing() as session:
                 taken = take_job(session)

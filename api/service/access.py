@@ -6,7 +6,6 @@ A service on the loopback address of a computer on which no key was ever made is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Request
@@ -59,7 +58,7 @@ def authenticate(context: Services, secret: str | None, host: str | None) -> Cal
         raise AccessError(401, "this key is not known here; jointlab key create makes one")
     if key.revoked_at is not None:
         raise AccessError(401, f"key {key.id} ({key.name}) was revoked at {key.revoked_at:%Y-%m-%d %H:%M} UTC")
-    if not key.is_valid(datetime.now(UTC)):
+    if not key.is_valid(context.now()):
         raise AccessError(401, f"key {key.id} ({key.name}) ended at {key.expires_at:%Y-%m-%d %H:%M} UTC")
     return Caller(f"key {key.id} ({key.name})", key.scopes)
 

@@ -5,7 +5,9 @@ What STOP depends on are coroutines: they wait for no thread.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -13,6 +15,7 @@ from fastapi import Depends, Request
 from api.errors import ConflictError
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
+from api.service.steady_time import SteadyTime
 from store.catalogue import Catalogue
 
 
@@ -25,12 +28,14 @@ class Services:
         runs: drives the rig; None where this service only reads.
         loopback: whether nobody outside this computer can reach the service.
         jobs: does what takes its time; None where this service asks for nothing of that kind.
+        now: the time by which keys end.
     """
 
     catalogue: Catalogue
     runs: RunManager | None = None
     loopback: bool = True
     jobs: JobQueue | None = None
+    now: Callable[[], datetime] = field(default_factory=SteadyTime)
 
 
 async def services(request: Request) -> Services:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
 
 import pytest
-from sqlalchemy import update
 
-from store import models
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.jobs import (
-    LEASE,
     MOST_ATTEMPTS,
     Job,
     JobState,
     LeaseLostError,
+    SignOfLife,
     add_job,
     cancel_job,
     fail_job,
@@ -25,7 +22,7 @@ from store.jobs import (
     list_jobs,
     lose_job,
     renew_lease,
-    requeue_lost_jobs,
+    signs_of_life,
     take_job,
 )
 
@@ -93,18 +90,22 @@ def test_the_result_of_a_lost_worker_does_not_count(
     assert now_is(catalogue, job).result == {"by": "the second"}
 
 
-@pytest.mark.parametrize("shift", [-timedelta(seconds=1), 3 * LEASE])
-def test_a_job_whose_lease_cannot_be_right_is_queued_again(
-    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]], shift: timedelta
+def test_every_job_that_is_worked_on_has_a_latest_sign_of_life(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
 ) -> None:
-    """It has run out, or was given before the clock was set back."""
-    take()
+    with catalogue.reading() as session:
+        assert signs_of_life(session) == []
+    taken, token = take()
     with catalogue.writing() as session:
-        assert requeue_lost_jobs(session) == []
-        session.execute(update(models.Job).values(leased_until=datetime.now(UTC) + shift))
+        assert signs_of_life(session) == [SignOfLife(job.id, token, taken.heartbeat_at)]
+        renew_lease(session, job.id, token, None, 0, 0)
     with catalogue.writing() as session:
-        assert requeue_lost_jobs(session) == [job.id]
-    assert now_is(catalogue, job).state is JobState.QUEUED
+        (sign,) = signs_of_life(session)
+        assert sign.at is not None
+        assert taken.heartbeat_at is not None
+        assert sign.at > taken.heartbeat_at
+        finish_job(session, job.id, token, {})
+        assert signs_of_life(session) == []
 
 
 def test_a_job_that_kills_its_workers_is_given_up(

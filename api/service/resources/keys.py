@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Response
@@ -73,7 +73,7 @@ def create(_who: Admin, act: Once, context: Context, wanted: NewKey) -> Response
             key, secret = add_key(session, wanted.name, wanted.scopes, wanted.expires_at)
         return MadeKey(**KeyDocument.of(key).model_dump(), secret=secret)
 
-    if wanted.expires_at is not None and wanted.expires_at <= datetime.now(UTC):
+    if wanted.expires_at is not None and wanted.expires_at <= context.now():
         raise ApiError(f"a key that ends at {wanted.expires_at} would open nothing; give a later time")
     return act.once("create key", "keys", make, 201, secret="secret", **wanted.model_dump(mode="json"))
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 from scipy.stats import norm
@@ -17,6 +18,7 @@ from analysis.gap.catalogue import candidates
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
+from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import HammerSet, Measurement
@@ -131,7 +133,10 @@ TWO_SIDED = float(norm.ppf(0.95))
 
 
 def diagnose(
-    measurement: Measurement, without: frozenset[str] = frozenset(), progress: Progress | None = None
+    measurement: Measurement,
+    without: frozenset[str] = frozenset(),
+    progress: Progress | None = None,
+    hands: Hands = one_by_one,
 ) -> Diagnosis:
     """Diagnose the gap of a measurement.
 
@@ -139,6 +144,7 @@ def diagnose(
         measurement: of both rigs, or of one.
         without: ids of effects that the catalogue is to do without.
         progress: told how far the work is.
+        hands: that do what can be done side by side.
 
     Raises:
         AnalysisError: the measurement cannot be simulated.
@@ -147,7 +153,7 @@ def diagnose(
     tell = progress or _silent
     tell("looking for faults of the measurement", 0.0)
     measurement, faults = examined(measurement)
-    search = search_of(measurement, candidates(measurement, without))
+    search = search_of(measurement, candidates(measurement, without), hands=hands)
     tell("fitting the paper's model", 0.05)
     none = search.without_effects()
     tell("trying single effects", 0.15)
@@ -160,7 +166,8 @@ def diagnose(
     chosen = _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)
     best = max((each.log_evidence for each in chosen), default=0.0)
     clean = any(each.clean for each in chosen)
-    contest = [(on if clean and each.log_evidence < best - HOPELESS else refined)(each, fine) for each in chosen]
+    hopeless = [clean and each.log_evidence < best - HOPELESS for each in chosen]
+    contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
     verdict = weighed[0]
@@ -168,13 +175,12 @@ def diagnose(
     after = none if status is Status.UNKNOWN else verdict.model
     found_maps = maps(none.fit)
     coarse = _thinned(measurement, COARSE_LINES)
-    before_gap = _held_out(none, coarse)
-    after_gap = before_gap if after is none else _held_out(after, coarse)
-    known = {id(none): before_gap, id(after): after_gap}
-    ranking = tuple(
-        _ranked(each, none, known.get(id(each.model)) or held_out(on(each.model, coarse).fit))
-        for each in _listed(weighed)
-    )
+    listed = _listed(weighed)
+    models = {id(each.model): on(each.model, coarse) for each in listed if each.effects != UNKNOWN}
+    models |= {id(each): _held(each, coarse) for each in (none, after)}
+    gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
+    before_gap, after_gap = gaps[id(none)], gaps[id(after)]
+    ranking = tuple(_ranked(each, none, gaps.get(id(each.model))) for each in listed)
     alike = twins(weighed)
     result = Diagnosis(
         status=status,
@@ -246,9 +252,19 @@ def _explained(model: Model, none: Model) -> float:
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
 
 
-def _held_out(model: Model, coarse: Measurement) -> HeldOut:
+def _held(model: Model, coarse: Measurement) -> Model:
     """On all lines of the contest, or on fewer where the model does not hold and every fold is a fit of its own."""
-    return held_out(model.fit if model.fit.per_datum < HOLDS else on(model, coarse).fit)
+    return model if model.fit.per_datum < HOLDS else on(model, coarse)
+
+
+def _held_out(model: Model) -> HeldOut:
+    return held_out(model.fit)
+
+
+def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:
+    """A model on the lines of the contest, fitted to them unless it is hopeless."""
+    model, hopeless = chosen
+    return on(model, fine) if hopeless else refined(model, fine)
 
 
 def _listed(weighed: Sequence[Weighed]) -> list[Weighed]:
@@ -256,7 +272,7 @@ def _listed(weighed: Sequence[Weighed]) -> list[Weighed]:
     return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
 
 
-def _ranked(each: Weighed, none: Model, gap: HeldOut) -> Ranked:
+def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:
     unknown = each.effects == UNKNOWN
     return Ranked(
         effects=each.effects,

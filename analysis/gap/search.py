@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 
 import numpy as np
@@ -19,7 +19,8 @@ from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.effect import Effect, acts_on
 from analysis.gap.evidence import log_evidence
-from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, evaluated, fit
+from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, Stage, evaluated, fit
+from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.simulation import Simulation
@@ -42,6 +43,8 @@ CLEAN = 1.2
 FITTED_SINGLES = 7
 AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model leaves next to nothing."""
+AT_ONCE = 2
+"""Effects that are fitted before the next are decided on."""
 LAWS = 3
 """Of an effect that are fitted: those that promise most."""
 FITTED_SEEDS = 2
@@ -95,11 +98,13 @@ class Search:
         measurement: at the lines that the search looks at.
         candidates: variants of laws that are tried.
         bar: of the drawing.
+        hands: that do what can be done side by side.
     """
 
     measurement: Measurement
     candidates: tuple[Effect, ...]
     bar: Bar
+    hands: Hands = one_by_one
     baseline: Baseline = field(init=False)
 
     def __post_init__(self) -> None:
@@ -157,52 +162,47 @@ class Search:
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that promise something on top of a model, the best first."""
         likelihood = _plausible(on.fit)
-        scores, shared = on.fit.scores, len(likelihood.simulation.shared)
-        step = LinearStep.about(likelihood, scores)
-        found = []
-        for candidate in candidates:
-            extended = Likelihood(self.simulation((*on.effects, candidate)), likelihood.inflation, likelihood.inflation)
-            own = range(shared, shared + len(candidate.parameters))
-            tried = []
-            for start in starts(candidate):
-                with np.errstate(all="ignore"):
-                    columns, left = extended.columns(inserted(scores, shared, start), own)
-                if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
-                    tried.append((step.gain(columns, start, left), start))
-            tried.sort(key=lambda each: -each[0])
-            if tried:
-                found.append(Promise(candidate, tried[0][0], tuple(start for _, start in tried)))
+        step = LinearStep.about(likelihood, on.fit.scores)
+        extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
+        tried = self.hands(partial(_promise, likelihood, step), extended)
+        found = [promise for promise in tried if promise is not None]
         # a law far from linear promises little in one step: it comes along with its rivals
         promising = {each.effect.id for each in found if each.gain > PROMISING}
         return sorted((each for each in found if each.effect.id in promising), key=lambda each: -each.gain)
 
     def fitted(self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS) -> list[Model]:
         """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws."""
-        found, remaining = list[Model](), count
-        for name in dict.fromkeys(promise.effect.id for promise in ranked):
-            if remaining == 0:
-                break
-            own = [promise for promise in ranked if promise.effect.id == name][:laws]
-            models = [self._fitted(on, promise, laws) for promise in own]
+        found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
+        while remaining:
+            names, remaining = remaining[:AT_ONCE], remaining[AT_ONCE:]
+            own = [[promise for promise in ranked if promise.effect.id == name][:laws] for name in names]
+            models = self._fitted(on, [promise for promises in own for promise in promises], laws)
             found += models
-            remaining -= 1
             if any(model.clean for model in models):
-                remaining = min(remaining, AFTER_CLEAN)
+                remaining = remaining[:AFTER_CLEAN]
         return sorted(found, key=lambda model: -model.log_evidence)
 
-    def _fitted(self, on: Model, promise: Promise, tries: int) -> Model:
-        candidate = promise.effect
-        simulation, shared = self.simulation((*on.effects, candidate)), len(on.fit.likelihood.simulation.shared)
-        elastic = acts_on(candidate, "cylinders")
+    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int) -> list[Model]:
+        """Each promise fitted from its best starts."""
+        tasks = [task for promise in promises for task in self._tasks(on, promise, tries)]
+        fits = list(self.hands(_carried_out, tasks))
+        found = []
+        for promise in promises:
+            own = [fit for task, fit in zip(tasks, fits, strict=True) if task.promise is promise]
+            found.append(Model((*on.effects, promise.effect), min(own, key=lambda each: each.at.cost)))
+        return found
+
+    def _tasks(self, on: Model, promise: Promise, tries: int) -> list[_Task]:
+        simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
+        elastic = acts_on(promise.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
         schedule = FROM_TESTER if by_tester else CLOSE
         # a model that does not hold drives its unknowns where no bench is: no place to start from
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
-        fits = [
-            fit(simulation, inserted(known, shared, start), schedule, ENOUGH, MOST_STEPS)
+        return [
+            _Task(promise, simulation, inserted(known, shared, start), schedule)
             for start in promise.starts[: 1 if elastic else tries]
         ]
-        return Model((*on.effects, candidate), min(fits, key=lambda each: each.at.cost))
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +212,34 @@ class Promise:
     effect: Effect
     gain: float
     starts: tuple[Real, ...]
+
+
+def _promise(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
+    """What the last effect of a simulation promises on top of what a step was taken from; None where it cannot be."""
+    candidate, shared = extended.effects[-1], len(likelihood.simulation.shared)
+    whole = Likelihood(extended, likelihood.inflation, likelihood.inflation)
+    own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
+    for start in starts(candidate):
+        with np.errstate(all="ignore"):
+            columns, left = whole.columns(inserted(step.scores, shared, start), own)
+        if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
+            tried.append((step.gain(columns, start, left), start))
+    tried.sort(key=lambda each: -each[0])
+    return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """A fit that is to be done."""
+
+    promise: Promise
+    simulation: Simulation
+    start: Real
+    schedule: tuple[Stage, ...]
+
+
+def _carried_out(task: _Task) -> Fit:
+    return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS)
 
 
 def _plausible(found: Fit) -> Likelihood:
@@ -224,11 +252,13 @@ def _plausible(found: Fit) -> Likelihood:
     return likelihood
 
 
-def search_of(measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES) -> Search:
+def search_of(
+    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, hands: Hands = one_by_one
+) -> Search:
     """A search that looks at some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
-    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing))
+    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing), hands)
 
 
 def on(model: Model, measurement: Measurement) -> Model:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from api.gap.hands import one_thread_each
 from api.gap.source import subject_of_bundle
 from api.gap.trial.detectability import Detectability
 from api.gap.trial.folder import TrialFolder, read, write
@@ -32,7 +32,6 @@ Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
 """Work under way, and what is done with what comes of it."""
 AHEAD = 4
 """Judgements that are asked for at once."""
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -185,6 +184,5 @@ def _pool(workers: int) -> Executor:
     """
     if multiprocessing.current_process().daemon:
         return ThreadPoolExecutor(1)
-    for name in THREADS:
-        os.environ.setdefault(name, "1")  # before a worker loads numpy
+    one_thread_each()
     return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))

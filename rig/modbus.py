@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 import math
 import select
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,6 +23,7 @@ from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOEx
 from pymodbus.pdu import ModbusPDU
 
 from rig.errors import RigError
+from rig.turns import Turns
 
 DEFAULT_PORT = 502
 DEFAULT_BAUD_RATE = 19_200
@@ -88,7 +88,7 @@ class ModbusLink:
         self.timeout = timeout
         self._device_id = device_id
         self._client = _client(url, timeout)
-        self._lock = threading.RLock()
+        self._turns = Turns()
         # every failure is raised from here; pymodbus would log it a second time
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
@@ -128,22 +128,25 @@ class ModbusLink:
 
     def close(self) -> None:
         """Close the connection."""
-        with self._lock:
-            self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+        with self._turns:
+            self._hang_up()
+
+    def _hang_up(self) -> None:
+        self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
     def _ask(self, what: str, request: Callable[[], _Response], by: float) -> _Response:
         with self._turn(what, by):
             try:
                 response = request()
             except (ConnectionException, OSError) as error:
-                self.close()
+                self._hang_up()
                 raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
             except ModbusIOException as error:
                 # closed, so that a late reply is not taken for the answer to the next request
-                self.close()
+                self._hang_up()
                 raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
             except (ModbusException, ValueError, IndexError) as error:
-                self.close()
+                self._hang_up()
                 raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
@@ -154,15 +157,14 @@ class ModbusLink:
     @contextmanager
     def _turn(self, what: str, by: float) -> Iterator[None]:
         """Wait for other threads' requests, as long as leaves time for a reply."""
-        patience = -1.0 if by == math.inf else max(by - self.timeout - time.monotonic(), 0.0)
-        if not self._lock.acquire(timeout=patience):
+        if not self._turns.take(by - self.timeout - time.monotonic()):
             raise ModbusUnreachableError(
                 f"{self.url}: not asked to {what}, other requests still wait for their replies"
             )
         try:
             yield
         finally:
-            self._lock.release()
+            self._turns.give_back()
 
 
 class _TcpClient(ModbusTcpClient):

@@ -7,7 +7,6 @@ and what is in force is read back afterwards, so that nothing else passes for it
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import TypeVar, cast
@@ -30,6 +29,7 @@ from rig.registers import (
     name_of,
 )
 from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedError, names_of, status_from
+from rig.turns import Turns
 
 ATTEMPTS = 3  # at the transactions of one call
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
@@ -66,7 +66,7 @@ class TesterWire:
     def __init__(self, link: ModbusLink) -> None:
         self.url = link.url
         self._link = link
-        self._lock = threading.RLock()
+        self._turns = Turns()
         self._sequence = 0
         self._in_force = {0}  # more than one after a command that failed: it may have been applied
 
@@ -102,7 +102,7 @@ class TesterWire:
         Raises:
             RigError: it does not answer.
         """
-        with self._lock:
+        with self._turns:
             status = self.status()
             return status, status.sequence in self._in_force
 
@@ -138,7 +138,7 @@ class TesterWire:
             ModbusProtocolError: something else is in force afterwards.
         """
         patience = _Patience(self._link.timeout)
-        if not self._lock.acquire(timeout=patience.by - time.monotonic()):
+        if not self._turns.take(patience.by - time.monotonic()):
             raise ModbusUnreachableError(f"{self.url}: {code.name} was not sent, another command still waits")
         try:
             may_go()
@@ -160,7 +160,7 @@ class TesterWire:
             self._verify(code, asked, patience)
             self._in_force = {self._sequence}
         finally:
-            self._lock.release()
+            self._turns.give_back()
 
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
         """The error that says that `interlocks` stopped the actuator."""

@@ -22,8 +22,9 @@ from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.next_experiment import next_experiment
 from analysis.gap.search import Model, best_by_id, on, refined, search_of
-from analysis.gap.twins import next_experiment, twins
+from analysis.gap.twins import twins
 from analysis.gap.verdict import UNKNOWN, Weighed, weigh
 
 

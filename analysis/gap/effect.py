@@ -33,6 +33,8 @@ class Effect(ABC):
     """A few words for people."""
     law: ClassVar[str] = "the only one"
     """Name of the law, where rival laws share an id."""
+    interpolates: ClassVar[bool] = True
+    """Whether it says anything at amplitudes at which nothing was measured."""
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:

@@ -90,6 +90,7 @@ class AmplitudeTable(Effect):
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
     law = "table"
+    interpolates = False
     amplitudes: tuple[float, ...] = ()
     levels: tuple[float, ...] = ()
 

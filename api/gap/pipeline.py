@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import Diagnosis, diagnose
 from api.errors import ApiError
+from api.gap.curves import asking_for_rows, curves_of, divided
 from api.gap.document import diagnosis_document
 from api.gap.source import Subject, subject_of_bundle, subject_of_run
 from api.progress import Advance, Progress, silent
@@ -27,7 +28,7 @@ class Diagnosed:
     Attributes:
         subject: what was diagnosed.
         found: the diagnosis.
-        document: the same as JSON.
+        document: the same as JSON, with the curves of `api.gap.curves`.
     """
 
     subject: Subject
@@ -53,9 +54,14 @@ def diagnosed(subject: Subject, without: Iterable[str] = (), progress: Progress 
             raise ApiError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance:
         show = _by_share(advance)
-        found = diagnose(subject.measurement, left_out, show)
+        found = diagnose(asking_for_rows(subject.measurement), left_out, show)
         show("done", 1.0)
-    return Diagnosed(subject, found, {"title": subject.title} | diagnosis_document(found))
+    rows = None
+    if found.predicted is not None:
+        asked, rows = divided(found.predicted, len(subject.measurement.predict))
+        found = replace(found, predicted=asked)
+    document = diagnosis_document(found) | {"curves": curves_of(subject.measurement, rows)}
+    return Diagnosed(subject, found, {"title": subject.title} | document)
 
 
 def diagnose_bundle(path: Path, without: Iterable[str] = (), progress: Progress = silent) -> Diagnosed:

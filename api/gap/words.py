@@ -15,6 +15,11 @@ MAP_WARNING = (
     "the joint's doing, the sensor's or the bar's. What names a cause is that the simulation with it fits both rigs."
 )
 
+CURVES_NOTE = (
+    "The model has seen these data, so these gaps are not the ones above. Those with the largest gap come first. "
+    "Before is the paper's model without any effect, after the verdict's."
+)
+
 
 def percent(value: float | None) -> str:
     """A gap in per cent."""
@@ -79,6 +84,12 @@ def place_words(place: Mapping[str, Any]) -> str:
         where = [str(place[name]) for name in ("specimen", "configuration") if name in place]
         where += [f"{_plain(place['amplitude_pp_mm'])} mm"] if "amplitude_pp_mm" in place else []
     return ", ".join([RIGS[place["rig"]], *where])
+
+
+def curve_words(curve: Mapping[str, Any]) -> str:
+    """A row or series with its gap before and after, such as beam rig, blow at 1x, level 1: 41.2 % to 2.9 %."""
+    before, after = (percent(curve["gap"][moment]["percent"]) for moment in ("before", "after"))
+    return f"{place_words(curve)}: {before} to {after}"
 
 
 def band_words(place: Mapping[str, Any]) -> str:

@@ -109,6 +109,7 @@ def _inner(cell: Cell) -> str:
         case Unknown(text, why):
             return f"{escape(text)}<br><small>{escape(why)}</small>"
         case Bar(share, text):
-            return f'<span class="bar" style="width:{9 * min(max(share, 0.0), 1.0):.2f}rem"></span> {escape(text)}'
+            filled = f'<span class="bar" style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span>'
+            return f'<span class="track">{filled}</span> {escape(text)}'
         case _:
             return escape(cell)

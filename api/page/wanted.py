@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from api.errors import ApiError
+from api.page.again import sequence_again
 from api.service.context import Services
 from api.service.resources.sequences import BUILT_IN, sequence_named
 from rig.sequence import HammerStep, Sequence, SweepStep, sequence_from
-from store.runs import get_run
 from store.sequence_documents import list_sequences
 
 FIELDS = {
@@ -39,16 +39,12 @@ def base_sequence(services: Services, query: Mapping[str, str]) -> Sequence:
     Raises:
         StoreError: there is no such run or sequence.
         RigError: what is kept is no sequence.
-        ApiError: the run was not measured by a sequence.
     """
     like = query.get("like", "")
     with services.catalogue.reading() as session:
-        if not like.isdecimal():
-            return sequence_named(session, query.get("sequence") or BUILT_IN)
-        run = get_run(session, int(like))
-    if not run.sequence:
-        raise ApiError(f"run {like} was imported; there is no sequence to measure it again by")
-    return sequence_from(run.sequence, f"sequence of run {like}")
+        if like.isdecimal():
+            return sequence_again(session, int(like))
+        return sequence_named(session, query.get("sequence") or BUILT_IN)
 
 
 def choices_of(sequence: Sequence) -> dict[str, str]:
@@ -76,9 +72,9 @@ def wanted_sequence(base: Sequence, parts: str, choices: Choices) -> Sequence:
         ApiError: a choice is not written as numbers.
     """
     document: dict[str, Any] = base.model_dump(mode="json", exclude_none=True)
-    kinds = {"hammer": {"hammer"}, "sweep": {"sweep", "blank", "soak"}}.get(parts)
+    kinds = {"hammer": {"hammer", "prompt"}, "sweep": {"sweep", "blank", "soak", "prompt"}}.get(parts)
     steps = [step for step in document["steps"] if kinds is None or step["step"] in kinds]
-    if not steps:
+    if all(step["step"] == "prompt" for step in steps):
         raise ApiError(f"{base.title}: it has no {parts} step; choose another part or another sequence")
     for step in steps:
         if step["step"] == "hammer":

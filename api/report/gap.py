@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from api.gap import words
 from api.gap.record import latest_diagnosis
-from api.report.gap_figures import SIGNIFICANT, before_and_after, gap_map
+from api.report.gap_figures import SIGNIFICANT, before_and_after, curves, gap_map
 from api.report.page import write_page
 from api.report.section import Picture, Section, Table, number
 from store.catalogue import Catalogue
 
-SHOWN_PLACES, SHOWN_RANKS = 8, 8
+SHOWN_PLACES, SHOWN_RANKS, SHOWN_CURVES = 8, 8, 2
 
 
 def write_gap_report(document: Mapping[str, Any], path: Path, *, more: tuple[Section, ...] = ()) -> None:
@@ -57,11 +57,22 @@ def _verdict(document: Mapping[str, Any]) -> Section:
     if parameters:
         content.append(Table("What the effect measures", ("effect", "parameter", "value", "90 %"), tuple(parameters)))
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
+    content += _most_telling(document.get("curves", ()))
     if verdict["twins"]:
         content.append(f"{_capital(words.twins_sentence(document))}.")
     if verdict["next_experiment"]:
         content.append(f"Next experiment: {verdict['next_experiment'].rstrip('.')}.")
     return Section("The gap between simulation and measurement", tuple(content))
+
+
+def _most_telling(drawn: Sequence[Mapping[str, Any]]) -> list[str | Table | Picture]:
+    """The curves with the largest gap: one of each rig, or two of the only one."""
+    firsts = [
+        next(each for each in drawn if each["rig"] == rig) for rig in dict.fromkeys(each["rig"] for each in drawn)
+    ]
+    shown = firsts if len(firsts) > 1 else drawn[:SHOWN_CURVES]
+    pictures = [Picture(_capital(words.curve_words(each)), curves(each, words.place_words(each))) for each in shown]
+    return [words.CURVES_NOTE, *pictures] if pictures else []
 
 
 def _where(document: Mapping[str, Any]) -> Section:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,14 @@ from api.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
 SIGNIFICANT = 3.0
 """Standard deviations below which a cell stays white: noise alone would colour it now and then."""
 COLOURS = "YlOrRd"
+CURVE_AXES = {
+    "magnitude": "|A| ((m/s²)/N)",
+    "phase_deg": "phase (deg)",
+    "stiffness": "k (N/m)",
+    "loss_factor": "loss factor",
+}
+CURVE_STYLES = {"measured": ("#9a9a9a", 3.0, "-"), "before": (ORANGE, 1.2, "--"), "after": (BLUE, 1.2, "-")}
+"""Colour, width and kind of line: told apart without colour, and seen where they coincide."""
 MARKED = 0.08
 """Share of a map's whole misfit from which a cell has its share written in it."""
 
@@ -82,6 +90,41 @@ def before_and_after(gap: Mapping[str, Any]) -> str:
     axes.set_xlabel("gap on data that no fit saw (%)")
     axes.legend(frameon=False, fontsize=8, loc="lower right")
     return as_svg(picture, "Gap before and after")
+
+
+def curves(drawn: Mapping[str, Any], place: str) -> str:
+    """Measured, before and after over frequency: accelerance, closer, and phase; or k and gamma of the tester."""
+    shown = [name for name in CURVE_AXES if name in drawn]
+    band = drawn.get("close_up_hz")
+    picture, axes = figure(rows=len(shown) + (band is not None), height=2.0)
+    for name, each in zip((shown[0], *shown) if band else shown, axes, strict=True):
+        _draw_curves(each, drawn, name)
+    if band:
+        axes[0].set_yscale("log")
+        axes[1].set(xlim=band, ylabel=f"closer, {CURVE_AXES[shown[0]]}")
+        close = _within(drawn, band)
+        axes[1].set_ylim(0, 1.08 * max(max(drawn[shown[0]][moment][at] for at in close) for moment in CURVE_STYLES))
+    if "phase_deg" in shown:
+        axes[-1].set(ylim=(-190, 190), yticks=(-180, -90, 0, 90, 180))
+    axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+    axes[-1].set_xlabel("frequency (Hz)")
+    return as_svg(picture, f"Measured, before and after: {place}")
+
+
+def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:
+    """Places of the lines in a band."""
+    return [at for at, frequency in enumerate(drawn["frequency_hz"]) if band[0] <= frequency <= band[1]]
+
+
+def _draw_curves(axes: Axes, drawn: Mapping[str, Any], name: str) -> None:
+    frequency = np.array(drawn["frequency_hz"], dtype=float)
+    for moment, (colour, width, line) in CURVE_STYLES.items():
+        values = np.array(drawn[name][moment], dtype=float)
+        if name == "phase_deg":  # dots: a line would draw every jump from 180 to -180 degrees
+            axes.plot(frequency, values, ".", markersize=width + 1, color=colour)
+        else:
+            axes.plot(frequency, values, line, linewidth=width, color=colour, label=moment)
+    axes.set_ylabel(CURVE_AXES[name])
 
 
 def reliability(calibration: Mapping[str, Any]) -> str:

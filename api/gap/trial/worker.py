@@ -32,7 +32,7 @@ def answer(measured: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
             found = _diagnosed(measured, without)
     except FAILURES as error:
         return {"error": f"{type(error).__name__}: {error}", "seconds": time.perf_counter() - started}
-    document = found.document | {"seconds": round(time.perf_counter() - started, 3)}
+    document = found.document | {"curves": [], "seconds": round(time.perf_counter() - started, 3)}
     predicted = found.found.predicted
     if predicted is not None:
         document["predicted"] = {

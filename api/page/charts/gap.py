@@ -2,30 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from api.page.charts.axes import INK, Options, axis, plot
-from api.report.plots import BLUE, ORANGE
+from api.gap.words import RIGS
+from api.page.charts.axes import INK, Options, axis, dots, line, plot
+from api.report.plots import BLACK, BLUE, ORANGE
 
+SIGNIFICANT = 3.0
+"""Standard deviations below which a cell stays white: noise alone would colour it now and then."""
 SCALE = ("#f7fbff", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
 """From nothing to much; rising darkness, which every eye sees."""
 
 
+@dataclass(frozen=True)
+class Quantity:
+    """What is drawn of a curve: a title, the axis with its unit, and whether lines would draw jumps or decades."""
+
+    title: str
+    axis: str
+    log: bool = False
+    jumps: bool = False
+    scale: float = 1.0
+
+
+QUANTITIES = {
+    "magnitude": Quantity("Accelerance", "|A| ((m/s²)/N)", log=True),
+    "phase_deg": Quantity("Phase", "phase (°)", jumps=True),
+    "stiffness": Quantity("Stiffness k", "k (MN/m)", scale=1e-6),
+    "loss_factor": Quantity("Loss factor γ", "γ"),
+}
+"""By their names in a diagnosis's curves."""
+STYLES = {
+    "measured": (BLACK, 4.0, "solid", "circle", 0.4),
+    "before": (ORANGE, 2.0, "dashed", "rect", 1.0),
+    "after": (BLUE, 1.6, "solid", "triangle", 1.0),
+}
+"""Colour, width, kind of line, mark and opacity: told apart without colour, and seen where they coincide."""
+
+
+def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] | None = None) -> Options:
+    """One quantity of a curve: measured as a broad grey line, the model before dashed, and after, over frequency.
+
+    Args:
+        curve: of a diagnosis.
+        name: of `QUANTITIES`.
+        band: Hz, of a closer look, on an even scale; by default all there is.
+    """
+    quantity, frequency = QUANTITIES[name], np.array(curve["frequency_hz"], dtype=float)
+    low, high = band or (0.0, float(frequency[-1]))
+    shown = (frequency >= low) & (frequency <= high)
+    series = []
+    for moment, (colour, width, kind, mark, opacity) in STYLES.items():
+        values = quantity.scale * np.array(curve[name][moment], dtype=float)[shown]
+        if quantity.jumps:
+            style = {"itemStyle": {"opacity": opacity}, "symbol": mark}
+            series.append(dots(moment, frequency[shown], values, color=colour, symbolSize=2 + width, **style))
+        else:
+            stroke = {"width": width, "type": kind, "opacity": opacity}
+            series.append(line(moment, frequency[shown], values, color=colour, lineStyle=stroke, symbol="none"))
+    ends = {"low": -180.0, "high": 180.0} if quantity.jumps else {}
+    scale = axis(quantity.axis, log=quantity.log and band is None, **ends)
+    if quantity.jumps:
+        scale |= {"interval": 90}
+    return plot(series, axis("frequency (Hz)", low=low, high=high), scale, zoom=True)
+
+
 def gap_map(drawn: Mapping[str, Any]) -> Options:
-    """A map of misfit: rows over frequency bands, coloured by significance in standard deviations."""
-    significance = np.array(drawn["significance"], dtype=float)
-    edges = drawn["edges_hz"]
-    bands = [f"{low:.0f}–{high:.0f}" for low, high in pairwise(edges)]
-    cells = [
-        [column, row, round(float(value), 1)]
-        for row, values in enumerate(significance)
-        for column, value in enumerate(values)
-        if np.isfinite(value)
-    ]
+    """A map of misfit: rows over frequency bands, coloured by share of all misfit beyond noise that is significant."""
+    energy = np.maximum(np.array(drawn["energy"], dtype=float), 0.0)
+    certain = np.array(drawn["significance"], dtype=float) >= SIGNIFICANT
+    share = 100 * energy / max(float(energy.sum()), np.finfo(float).tiny)
+    bands = [f"{low:.0f}–{high:.0f}" for low, high in pairwise(drawn["edges_hz"])]
+    cells = [[int(column), int(row), round(float(share[row, column]), 1)] for row, column in np.argwhere(certain)]
     labels = {"color": INK, "fontSize": 13}
     return {
         "animation": False,
@@ -33,47 +86,58 @@ def gap_map(drawn: Mapping[str, Any]) -> Options:
         "tooltip": {"confine": True},
         "xAxis": {"type": "category", "data": bands, "name": "band (Hz)", "nameLocation": "middle", "nameGap": 34}
         | {"axisLabel": labels, "nameTextStyle": labels},
-        "yAxis": {"type": "category", "data": list(drawn["rows"]), "axisLabel": labels},
+        "yAxis": {"type": "category", "data": list(drawn["rows"]), "axisLabel": labels, "inverse": True},
         "visualMap": {
             "min": 0,
-            "max": max(float(np.nanmax(significance, initial=1.0)), 1.0),
+            "max": max([1.0, *(cell[2] for cell in cells)]),
             "calculable": True,
             "orient": "horizontal",
             "left": "center",
             "bottom": 4,
             "precision": 1,
-            "text": ["standard deviations beyond noise", ""],
+            "text": ["% of all misfit beyond noise", ""],
             "inRange": {"color": list(SCALE)},
         },
-        "series": [{"type": "heatmap", "name": "significance", "data": cells}],
+        "series": [{"type": "heatmap", "name": "share, %", "data": cells}],
     }
 
 
 def before_and_after(gap: Mapping[str, Any]) -> Options:
     """Gap in per cent before and after, overall and for each rig, with the interval of the after and the floor."""
     rows = {"overall": (gap["before"]["percent"], gap["after"]["percent"])}
-    rows |= {rig: (found["before"], found["after"]) for rig, found in gap.get("by_rig", {}).items()}
-    names = list(rows)
-    made = plot(
-        [
-            {"type": "bar", "name": "before", "color": ORANGE, "data": [before for before, _ in rows.values()]},
-            {"type": "bar", "name": "after", "color": BLUE, "data": [after for _, after in rows.values()]},
-        ],
-        axis("gap (%)", low=0),
-        axis("") | {"type": "category", "data": names, "inverse": True},
-    )
-    made["yAxis"]["axisLabel"].pop(":formatter")
-    made["grid"] |= {"left": 110}
+    rows |= {RIGS[rig]: (found["before"], found["after"]) for rig, found in gap.get("by_rig", {}).items()}
+    series = [_bars("before", ORANGE, [before for before, _ in rows.values()])]
+    series.append(_bars("after", BLUE, [after for _, after in rows.values()]))
     low, high = gap.get("after_ci90_percent") or (None, None)
     if low is not None and high is not None:
-        area = [[{"xAxis": low, "name": "after, 90 %"}, {"xAxis": high}]]
-        made["series"][1]["markArea"] = {"itemStyle": {"color": "#0072b233"}, "label": {"color": INK}, "data": area}
+        area = {"itemStyle": {"color": f"{BLUE}33"}, "data": [[{"xAxis": low}, {"xAxis": high}]]}
+        series.append({"type": "line", "name": "90 % interval", "data": [], "color": f"{BLUE}55", "markArea": area})
     if gap.get("floor_percent") is not None:
-        floor = {"xAxis": gap["floor_percent"], "name": "floor"}
-        made["series"][0]["markLine"] = {
+        stroke = {"color": INK, "type": "dashed", "width": 2}
+        mark = {
             "symbol": "none",
-            "lineStyle": {"color": INK, "type": "dashed", "width": 2},
-            "label": {"formatter": "floor", "color": INK, "position": "insideMiddleTop"},
-            "data": [floor],
+            "label": {"show": False},
+            "lineStyle": stroke,
+            "data": [{"xAxis": gap["floor_percent"]}],
         }
+        name = "floor: measuring again"
+        series.append({"type": "line", "name": name, "data": [], "color": INK, "lineStyle": stroke, "markLine": mark})
+    made = plot(series, axis("gap (%)", low=0), axis("") | {"type": "category", "data": list(rows), "inverse": True})
+    made["yAxis"]["axisLabel"].pop(":formatter")
+    made["grid"] |= {"left": 130, "right": 64}
     return made
+
+
+def _bars(name: str, colour: str, values: Sequence[float | None]) -> Options:
+    shown = {
+        "show": True,
+        "position": "right",
+        "color": INK,
+        "fontSize": 13,
+        ":formatter": "each => `${thin(each.value)} %`",
+    }
+    return {"type": "bar", "name": name, "color": colour, "data": [_tenths(value) for value in values], "label": shown}
+
+
+def _tenths(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.3g}")

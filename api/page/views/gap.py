@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
-from urllib.parse import quote
 
 from nicegui import ui
 
@@ -13,6 +12,7 @@ from api.gap import words
 from api.page.charts import gap as charts
 from api.page.controls import chart
 from api.page.frame import Frame
+from api.page.gap_curves import gap_curves
 from api.page.markup import Bar, Cell, Link, paragraph, show, table
 from api.page.results.section import show_origin
 from api.page.words import moment
@@ -83,6 +83,7 @@ def _draw(found: Diagnosis, analysis: Analysis) -> None:
     chart(
         "Gap before and after, on data that no fit saw", charts.before_and_after(document["gap"]), "gap", height="16rem"
     )
+    gap_curves(document.get("curves", ()))
     show("<h2>Which</h2>")
     show(_ranking(document))
     show(_parameters(document))
@@ -102,11 +103,10 @@ def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
     experiment = document["verdict"].get("next_experiment")
     if not experiment:
         return
-    address = f"/page/measure?like={analysis.runs[0]}&amp;because={quote(experiment)}"
-    show(
-        f"<p>Next experiment: {escape(experiment)}</p>"
-        f'<p><a class="act main" href="{address}">Open the sequence for it</a></p>'
-    )
+    show(f"<p>Next experiment: {escape(experiment)}.</p>")
+    if document["verdict"]["status"] != "none":  # then nothing is asked for
+        address = f"/page/measure?next={analysis.id}"
+        show(f'<p><a class="act main" href="{address}">Open the sequence for it</a></p>')
 
 
 def _ranking(document: Mapping[str, Any]) -> str:

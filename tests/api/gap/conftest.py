@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.diagnosis import Diagnosis, Estimate, Predicted, Ranked, Status
+from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked, Status
+from analysis.gap.estimate import Estimate
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
 from api.gap.document import diagnosis_document

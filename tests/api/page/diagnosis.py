@@ -70,7 +70,7 @@ def example_document() -> dict[str, Any]:
             "status": "explained",
             "effects": ["out_of_plane_bending"],
             "twins": [["cross_axis_sensitivity", "out_of_plane_bending"]],
-            "next_experiment": "turn the accelerometer by 90 degrees and strike 3y again",
+            "next_experiment": "turn the accelerometer, or use one of three axes: expected to tell them by 9 sigma",
         },
         "titles": {"out_of_plane_bending": "the bar bends out of plane", "cross_axis_sensitivity": "cross axis"},
         "maps": [
@@ -82,6 +82,7 @@ def example_document() -> dict[str, Any]:
                 "significance": [[0.1, 0.4, 1.1, 0.2], [0.3, 0.2, 0.9, 0.1], [0.8, 3.1, 25.0, 2.2]],
             }
         ],
+        "curves": [row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()],
         "faults": [],
         "trial": {
             "cases": 200,
@@ -92,6 +93,24 @@ def example_document() -> dict[str, Any]:
         },
         "seconds": 12.0,
     }
+
+
+def row(point: str, before: float, after: float) -> dict[str, Any]:
+    """Three lines of a row of the beam."""
+    values = {"measured": [1.0, 2.0, 1.5], "before": [1.1, 1.8, 1.4], "after": [1.0, 2.0, 1.5]}
+    gap = {"before": {"percent": before, "sigma": 41.0}, "after": {"percent": after, "sigma": 1.2}}
+    place = {"rig": "inverse", "input": point, "response": "3y", "level": 1, "close_up_hz": [300.0, 360.0]}
+    phases = {name: [0.0, -90.0, 170.0] for name in values}
+    return place | {"gap": gap, "frequency_hz": [100.0, 300.0, 360.0], "magnitude": values, "phase_deg": phases}
+
+
+def series() -> dict[str, Any]:
+    """Two points of a series of the tester."""
+    values = {"measured": [2.0e6, 2.2e6], "before": [2.1e6, 2.1e6], "after": [2.0e6, 2.2e6]}
+    gap = {"before": {"percent": 4.0, "sigma": 9.0}, "after": {"percent": 1.0, "sigma": 1.1}}
+    place = {"rig": "direct", "specimen": "I", "configuration": "shear", "amplitude_pp_mm": 0.1}
+    loss = {name: [0.1, 0.12] for name in values}
+    return place | {"gap": gap, "frequency_hz": [5.0, 200.0], "stiffness": values, "loss_factor": loss}
 
 
 def add_example_diagnosis(catalogue: Catalogue, run_id: int) -> int:

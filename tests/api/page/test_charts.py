@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from api.page.charts.axes import pairs, thinned
 from api.page.charts.beam import beam_drawing
-from api.page.charts.gap import before_and_after, gap_map
+from api.page.charts.gap import before_and_after, gap_map, over_each_other
 from api.page.charts.modal import moving_shape
 from api.page.charts.sines import by_amplitude, with_intervals
 from api.page.markup import Bar, Link, Unknown, filters, table
@@ -74,11 +74,34 @@ def test_a_shape_swings_once_from_end_to_end() -> None:
 def test_the_map_shows_each_cell_at_its_row_and_band() -> None:
     made = gap_map(example_document()["maps"][0])
     assert made["xAxis"]["data"] == ["0–100", "100–300", "300–360", "360–1024"]
-    assert [2, 2, 25.0] in made["series"][0]["data"]
+    assert made["series"][0]["data"] == [[1, 2, 2.0], [2, 2, 93.0]]  # 9 and 410 of 441; what may be noise is white
+    assert made["yAxis"]["data"] == ["1y", "3y", "1x"]
+
+
+def test_measured_before_and_after_are_told_apart_without_colour() -> None:
+    measured, before, after = over_each_other(example_document()["curves"][0], "magnitude")["series"]
+    assert [each["name"] for each in (measured, before, after)] == ["measured", "before", "after"]
+    assert before["data"] == [[100.0, 1.1], [300.0, 1.8], [360.0, 1.4]]
+    strokes = {(each["lineStyle"]["width"], each["lineStyle"]["type"]) for each in (measured, before, after)}
+    assert len(strokes) == 3
+
+
+def test_a_closer_look_has_its_band_and_an_even_scale() -> None:
+    made = over_each_other(example_document()["curves"][0], "magnitude", [300.0, 360.0])
+    assert made["series"][0]["data"] == [[300.0, 2.0], [360.0, 1.5]]
+    assert (made["xAxis"]["min"], made["xAxis"]["max"], made["yAxis"]["type"]) == (300.0, 360.0, "value")
+
+
+def test_stiffness_of_the_tester_is_drawn_in_meganewtons_a_metre() -> None:
+    made = over_each_other(example_document()["curves"][2], "stiffness")
+    assert made["series"][0]["data"] == [[5.0, 2.0], [200.0, 2.2]]
+    assert made["yAxis"]["name"] == "k (MN/m)"
 
 
 def test_before_and_after_have_interval_and_floor() -> None:
-    before, after = before_and_after(example_document()["gap"])["series"]
+    made = before_and_after(example_document()["gap"])
+    before, after, interval, floor = made["series"]
+    assert made["yAxis"]["data"] == ["overall", "beam rig", "elastomer tester"]
     assert (before["data"], after["data"]) == ([12.3, 11.0, 14.0], [3.1, 3.0, 3.3])
-    assert before["markLine"]["data"][0]["xAxis"] == 2.9
-    assert [end["xAxis"] for end in after["markArea"]["data"][0]] == [2.8, 3.5]
+    assert floor["markLine"]["data"][0]["xAxis"] == 2.9
+    assert [end["xAxis"] for end in interval["markArea"]["data"][0]] == [2.8, 3.5]

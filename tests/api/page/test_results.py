@@ -93,14 +93,26 @@ def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(
     expect(page.locator("#verdict")).to_have_text("explained")
     expect(page.get_by_text("the gap falls from 12.3 % to 3.1 %")).to_be_visible()
     expect(page.get_by_text("right 8 of 9 times")).to_be_visible()
+    expect(page.get_by_role("img", name="Accelerance: beam rig, blow at 3y, level 1").locator("canvas")).to_be_visible()
+    page.get_by_label("Measured, before and after at").select_option(
+        "elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %"
+    )
+    expect(page.get_by_role("img", name="Stiffness k: elastomer tester, I, shear").locator("canvas")).to_be_visible()
+    expect(page.get_by_role("img", name="Accelerance: beam rig")).to_have_count(0)
     ranking = page.get_by_role("region", name="Explanations")
     expect(ranking.get_by_role("row").nth(1)).to_contain_text("93.0 %")
     expect(page.get_by_role("region", name="Places")).to_contain_text("300 to 360 Hz")
     expect(page.get_by_role("img", name="Beam rig, level 1").locator("canvas").first).to_be_visible()
     expect(page.get_by_text("cannot tell apart")).to_be_visible()
     page.get_by_role("link", name="Open the sequence for it").click()
-    expect(page.get_by_text("turn the accelerometer by 90 degrees")).to_be_visible()
+    expect(page.get_by_text("asks for it: turn the accelerometer")).to_be_visible()
     expect(page.get_by_label("Points to strike")).to_have_value("1y 3y 4y 5y 6y 7y 8y 9y 11y 1x 11x")
+    steps = page.locator("#steps li")
+    expect(steps).to_have_count(2)
+    expect(steps.first).to_contain_text("by hand: Turn the accelerometer by 90 degrees")
+    page.get_by_label("Points to strike").fill("1y 3y")
+    page.get_by_label("Blows at each point").click()
+    expect(steps.nth(1)).to_contain_text("10 blows at each of 1y, 3y (20 blows")
 
 
 def test_filters_of_runs_stay_in_the_address(page: Page) -> None:

@@ -1,0 +1,295 @@
+"""The experiment that a diagnosis asks for next, as a sequence: what was measured before, changed as it says.
+
+What a sequence cannot do by itself, such as weighing a cap or turning a sensor, becomes a prompt to the operator before
+the step that it is for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from analysis.gap.next_experiment import FURTHER_MASS
+from rig.sequence import Sequence, sequence_from
+from rig.sweep_order import Order
+from rig.tester_limits import TesterLimits
+
+Step = dict[str, Any]
+Document = dict[str, Any]
+Plan = Callable[[Document, TesterLimits], Document]
+"""Changes a sequence document, within limits of the tester."""
+
+HAMMER, SWEEP = "hammer", "sweep"
+HARD_BLOWS = 200.0
+"""Peak force in N from which on a further hammer level lies between those that there are."""
+LONG_BLOCK = 4.0  # s, a free beam rings that long
+AMPLITUDE_UNIT = 1e-3  # m in a mm
+
+
+def next_sequence(experiment: str, base: Sequence, limits: TesterLimits) -> Sequence:
+    """The sequence for an experiment.
+
+    Args:
+        experiment: as a diagnosis says it: what to do, a colon, and what that is expected to tell.
+        base: by which was measured what the diagnosis is of.
+        limits: in force for the tester.
+
+    Raises:
+        SequenceError: what comes of it cannot be run.
+    """
+    deed = experiment.partition(":")[0].strip()
+    document: Document = base.model_dump(mode="json", exclude_none=True)
+    document |= {"steps": [step for step in document["steps"] if step["step"] != "prompt"]}
+    plan = PLANS.get(deed) or _in_general(deed)
+    title = f"{base.title}: {deed.partition(';')[0]}"
+    return sequence_from(plan(document, limits) | {"title": title}, f"sequence to {deed}")
+
+
+def _in_general(deed: str) -> Plan:
+    """The plan for what concerns no single check: a gap that nothing explains, or an effect to be put right."""
+    if "another level" in deed and "second place" in deed:
+        return _new_set_up
+    return partial(_by_hand, deed[:1].upper() + deed[1:])
+
+
+def _by_hand(text: str, document: Document, _limits: TesterLimits, *, of: tuple[str, ...] = ()) -> Document:
+    """Ask for something before the steps of some kinds are measured again; of all kinds by default."""
+    return document | {"steps": [_prompt(text), *_of(document, of)]}
+
+
+def _of(document: Document, kinds: Iterable[str]) -> list[Step]:
+    """The steps of some kinds; all steps where there are none."""
+    wanted = set(kinds)
+    return [step for step in document["steps"] if step["step"] in wanted] or list(document["steps"])
+
+
+def _prompt(text: str) -> Step:
+    return {"step": "prompt", "text": text}
+
+
+def _changed(document: Document, kind: str, change: Step) -> Document:
+    """The steps of one kind with other fields."""
+    steps = [step | change if step["step"] == kind else step for step in _of(document, (kind,))]
+    return document | {"steps": steps}
+
+
+def _at_one_temperature(document: Document, _limits: TesterLimits) -> Document:
+    """Both rigs with the thermometer where it matters, after a soak."""
+    places = {HAMMER: "the joints of the beam", SWEEP: "the cylinders in the tester"}
+    steps = list[Step]()
+    for step in _of(document, places):
+        if step["step"] in places:
+            steps += [_prompt(f"Put the thermometer beside {places[step['step']]}"), {"step": "soak"}]
+        steps.append(step)
+    return document | {"steps": steps}
+
+
+def _with_blanks(document: Document, _limits: TesterLimits) -> Document:
+    """Known pieces before the sweep: a stiff one, and none at all."""
+    sweep = _of(document, (SWEEP,))
+    pieces = [step for step in document["steps"] if step["step"] == "blank"] or [
+        {"step": "blank", "piece": "blank"},
+        {"step": "blank", "piece": "empty", "stiffness": 0.0, "amplitude_pp_mm": 0.1},
+    ]
+    return document | {"steps": [*pieces, *(step for step in sweep if step["step"] != "blank")]}
+
+
+def _with_mass(document: Document, _limits: TesterLimits) -> Document:
+    """A known mass before the sweep."""
+    mass = {"step": "blank", "piece": "mass", "stiffness": 0.0, "mass": 0.5, "amplitude_pp_mm": 0.1}
+    text = "Have a mass of 0.5 kg ready for the tester; if yours weighs something else, stop and state it in the step"
+    return document | {"steps": [_prompt(text), mass, *_of(document, (SWEEP,))]}
+
+
+def _with_long_records(document: Document, _limits: TesterLimits) -> Document:
+    """Blows with records of twice the length."""
+    steps = [
+        step | {"block_seconds": 2 * step["block_seconds"]} if step["step"] == HAMMER else step
+        for step in _of(document, (HAMMER,))
+    ]
+    return document | {"steps": steps}
+
+
+def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
+    """The sweep half way to the largest preset; where it is near that already, at half its own."""
+    highest = limits.highest_preset / AMPLITUDE_UNIT
+    preset = next((step["preset_mm"] for step in document["steps"] if step["step"] == SWEEP), 0.0)
+    another = (preset + highest) / 2 if highest - preset > 0.2 * highest else preset / 2
+    return _changed(document, SWEEP, {"preset_mm": round(another, 3)})
+
+
+def _shuffled(document: Document, _limits: TesterLimits) -> Document:
+    """The sweep with all its points in random order, a new one where it was random before."""
+    steps = [{name: step[name] for name in step if name != "seed"} for step in document["steps"]]
+    return _changed(document | {"steps": steps}, SWEEP, {"order": Order.ALL.value})
+
+
+def _suspended(document: Document, _limits: TesterLimits) -> Document:
+    """The beam in its cords, struck across."""
+    hammer = next((step for step in document["steps"] if step["step"] == HAMMER), {"step": HAMMER})
+    points = [point for point in hammer.get("points", ()) if point.endswith("y")]
+    hung = hammer | {"beam": "suspended", "block_seconds": max(LONG_BLOCK, hammer.get("block_seconds", 0.0))}
+    return document | {"steps": [hung | ({"points": points} if points else {})]}
+
+
+def _at_other_sizes(document: Document, _limits: TesterLimits) -> Document:
+    """All that was measured, a further hammer level and a further amplitude of the tester."""
+    steps = list[Step]()
+    for step in document["steps"]:
+        if step["step"] == SWEEP:
+            step |= {"amplitudes_pp_mm": sorted({*step["amplitudes_pp_mm"], _another_amplitude(step)}, reverse=True)}
+        steps.append(step)
+    struck = [place for place, step in enumerate(steps) if step["step"] == HAMMER]
+    if struck:
+        steps.insert(struck[-1] + 1, _at_another_level([steps[place] for place in struck]))
+    return document | {"steps": steps}
+
+
+def _at_another_level(struck: list[Step]) -> Step:
+    """The last hammer step at a level that there is not yet: twice the hardest, or one between."""
+    levels = sorted(step["peak_force"] for step in struck)
+    level = 2 * levels[-1] if levels[-1] < HARD_BLOWS else _in_widest_gap([levels[0] / 2, *levels])
+    return struck[-1] | {"peak_force": level, "weakest_peak": min(struck[-1]["weakest_peak"], level / 2)}
+
+
+def _another_amplitude(sweep: Step) -> float:
+    amplitudes = sorted(sweep["amplitudes_pp_mm"])
+    return _in_widest_gap(amplitudes if len(amplitudes) > 1 else [amplitudes[0] / 4, amplitudes[0]])
+
+
+def _in_widest_gap(rising: list[float]) -> float:
+    """The middle, by ratio, of the two neighbours that are farthest apart; to two digits."""
+    low, high = max(pairwise(rising), key=lambda pair: pair[1] / pair[0])
+    return float(f"{(low * high) ** 0.5:.2g}")
+
+
+def _to_a_higher_frequency(document: Document, limits: TesterLimits) -> Document:
+    """The sweep as far up as the tester may be driven at these amplitudes."""
+    steps = list[Step]()
+    for step in _of(document, (SWEEP,)):
+        if step["step"] == SWEEP:
+            span, largest = step["frequencies"], max(step["amplitudes_pp_mm"]) * AMPLITUDE_UNIT
+            last = span["last"]
+            while last + span["step"] <= limits.highest_frequency:
+                if limits.largest_amplitude_pp(last + span["step"]) < largest:
+                    break
+                last += span["step"]
+            if last == span["last"]:
+                steps.append(_prompt(f"The sweep reaches the rig's limit at {last:g} Hz; have it widened first"))
+            step |= {"frequencies": span | {"last": last}, "sample_rate": max(step["sample_rate"], 20 * last)}
+        steps.append(step)
+    return document | {"steps": steps}
+
+
+def _new_set_up(document: Document, _limits: TesterLimits) -> Document:
+    """All once more after a new set-up, with a further hammer level and the accelerometer at another place."""
+    article, struck = document["article"], [step for step in document["steps"] if step["step"] == HAMMER]
+    sensor = article["accelerometer"]
+    taken = {sensor["node"], *(joint["node"] for joint in article["joints"])}
+    across = [int(point[:-1]) for step in struck for point in step["points"] if point.endswith("y")]
+    places = [node for node in across if node not in taken]
+    text = "Take the beam off its joints, look at them, and put it back"
+    if places:
+        article |= {"accelerometer": sensor | {"node": places[-1]}}
+        text += f"; move the accelerometer to {places[-1]}{sensor['direction']}"
+    others = [step for step in document["steps"] if step["step"] != HAMMER]
+    levels = [*struck, _at_another_level(struck)] if struck else []
+    return document | {"article": article, "steps": [_prompt(text), *levels, *others]}
+
+
+def _at_half_the_force(document: Document, _limits: TesterLimits) -> Document:
+    """The softest of the hammer steps once more, with blows half as hard."""
+    softest = min(_of(document, (HAMMER,)), key=lambda step: step.get("peak_force", 0.0))
+    if softest["step"] != HAMMER:
+        return document
+    softer = {"peak_force": softest["peak_force"] / 2, "weakest_peak": softest["weakest_peak"] / 2}
+    return document | {"steps": [softest | softer]}
+
+
+def _at_half_the_amplitude(document: Document, _limits: TesterLimits) -> Document:
+    """The sweep at half its smallest amplitude."""
+    smallest = min(min(step["amplitudes_pp_mm"]) for step in _of(document, (SWEEP,)) if step["step"] == SWEEP)
+    return _changed(document, SWEEP, {"amplitudes_pp_mm": [smallest / 2]})
+
+
+def _with_accelerometer(change: Step, text: str, document: Document) -> Document:
+    """The first hammer step once more, after a change of the accelerometer that the article then states."""
+    article = document["article"]
+    article |= {"accelerometer": article["accelerometer"] | change}
+    return document | {"article": article, "steps": [_prompt(text), *_of(document, (HAMMER,))[:1]]}
+
+
+def _heavier_accelerometer(document: Document, _limits: TesterLimits) -> Document:
+    mass = document["article"]["accelerometer"].get("mass", 0.0) + FURTHER_MASS
+    text = f"Fix {1e3 * FURTHER_MASS:.0f} g more to the accelerometer; the article of this sequence states its mass so"
+    return _with_accelerometer({"mass": mass}, text, document)
+
+
+def _accelerometer_at(share: float, document: Document, _limits: TesterLimits) -> Document:
+    """The node that is nearest to a share of the beam's length, beside joints and where the sensor sat before."""
+    article = document["article"]
+    positions, sensor = article["node_positions"], article["accelerometer"]
+    taken = {sensor["node"], *(joint["node"] for joint in article["joints"])}
+    free = [node for node in range(1, len(positions) + 1) if node not in taken]
+    node = min(free, key=lambda each: abs(positions[each - 1] - share * max(positions)))
+    return _with_accelerometer({"node": node}, f"Move the accelerometer to {node}{sensor['direction']}", document)
+
+
+PLANS: Mapping[str, Plan] = {
+    "strike again at half the peak force": _at_half_the_force,
+    "repeat the tester's points at half the smallest amplitude": _at_half_the_amplitude,
+    f"strike again with {1e3 * FURTHER_MASS:.0f} g more on the accelerometer": _heavier_accelerometer,
+    "strike again with the accelerometer at the left end": partial(_accelerometer_at, 0.0),
+    "strike again with the accelerometer in the middle": partial(_accelerometer_at, 0.5),
+    "strike again with the accelerometer at the right end": partial(_accelerometer_at, 1.0),
+    "read the thermometers of both rigs": _at_one_temperature,
+    "measure the places of joints and points with a ruler": partial(
+        _by_hand,
+        "Measure the places of joints and points from the left end of the beam with a ruler, and compare them with "
+        "node_positions; mark again what is off",
+        of=(HAMMER,),
+    ),
+    "weigh the accelerometer, the caps and the bar": partial(
+        _by_hand,
+        "Weigh the accelerometer, the caps of the joints and the bar, and compare them with the article; put them back",
+        of=(HAMMER,),
+    ),
+    "measure how the cylinders lean and sit": partial(
+        _by_hand,
+        "Measure how the cylinders lean, how far they sit beside the bar's axis and where they touch; put right what "
+        "is off",
+    ),
+    "strike a known free mass": partial(
+        _by_hand,
+        "Strike a known free mass with this hammer and accelerometer, and put right the sensitivities in the channel "
+        "table if force over acceleration is not its mass",
+        of=(HAMMER,),
+    ),
+    "take a blank test of the tester": _with_blanks,
+    "test a known mass in the tester": _with_mass,
+    "take records of twice the length": _with_long_records,
+    "repeat the tester's points in random order": _shuffled,
+    "repeat the tester's points at another preset": _at_another_preset,
+    "turn the accelerometer, or use one of three axes": partial(
+        _by_hand,
+        "Turn the accelerometer by 90 degrees about its own axis, at the same place, or put one of three axes there",
+        of=(HAMMER,),
+    ),
+    "listen out of the plane": partial(
+        _by_hand, "Turn the accelerometer so that it looks out of the plane, at the same place", of=(HAMMER,)
+    ),
+    "strike with a guided hammer": partial(
+        _by_hand,
+        "Guide the hammer, as a pendulum or in a tube, so that it strikes along the axis",
+        of=(HAMMER,),
+    ),
+    "suspend the bar and measure it free": _suspended,
+    "listen at the foundation": partial(
+        _by_hand, "Move the accelerometer to the foundation beside a joint, looking the same way", of=(HAMMER,)
+    ),
+    "strike at a third level and test at a fourth amplitude": _at_other_sizes,
+    "test to a higher frequency": _to_a_higher_frequency,
+}
+"""By what the diagnosis says to do."""

@@ -1,0 +1,52 @@
+"""A row of the beam or a series of the tester, chosen from a list: measured, before and after over each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from nicegui import events, ui
+
+from api.gap import words
+from api.page.charts.gap import QUANTITIES, over_each_other
+from api.page.controls import chart
+from api.page.markup import paragraph, show
+
+
+def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
+    """Build the list and the charts of its first entry; only what is chosen is sent to the browser."""
+    if not curves:
+        paragraph("This diagnosis has no curves with it; diagnose the run again to see them.", "quiet")
+        return
+    paragraph(words.CURVES_NOTE, "quiet")
+    with ui.element("label").classes("field"):
+        show("Measured, before and after at")
+        chooser = ui.element("select").props('name="curve"')
+        with chooser:
+            for number, curve in enumerate(curves):
+                ui.html(escape(words.curve_words(curve)), sanitize=False, tag="option").props(f'value="{number}"')
+    place = ui.element("div").classes("w-full")
+
+    def draw(number: int) -> None:
+        place.clear()
+        with place:
+            _charts(curves[number])
+
+    def choose(event: events.GenericEventArguments) -> None:
+        draw(int(event.args))
+
+    chooser.on("change", choose, js_handler="(event) => emit(event.target.value)")
+    draw(0)
+
+
+def _charts(curve: Mapping[str, Any]) -> None:
+    place = words.place_words(curve)
+    first, second = [name for name in QUANTITIES if name in curve]
+    chart(f"{QUANTITIES[first].title}: {place}", over_each_other(curve, first), "gap-curves", height="24rem")
+    with ui.element("div").classes("cards"):
+        if band := curve.get("close_up_hz"):
+            title = f"Closer, from {band[0]:.0f} to {band[1]:.0f} Hz, where measured and before differ most"
+            chart(title, over_each_other(curve, first, band), "gap-close-up", height="19rem")
+        title = QUANTITIES[second].title
+        chart(f"{title}: {place}", over_each_other(curve, second), f"gap-{second.replace('_', '-')}", height="19rem")

@@ -54,14 +54,29 @@ class Bar:
         square = self.free.squared_frequency
         return np.asarray(np.minimum(square / square[RIGID_MODES + 2], 100.0))
 
-    def modal_stiffness(self, pole: Complex, modulus: float, density: float, mesh: float, loss: float) -> Complex:
-        """(N, lines) at `pole` (lines,) rad/s, for E and rho over the drawing's and an extra structural loss factor.
+    @cached_property
+    def angular_frequency(self) -> Real:
+        """(N,) of the modes, rad/s; zero of those that are rigid."""
+        found = np.sqrt(np.maximum(self.free.squared_frequency, 0.0))
+        found[:RIGID_MODES] = 0.0
+        return np.asarray(found)
 
-        E and rho scale the bar's stiffness and mass exactly, with the modal damping ratios kept.
+    def modal_stiffness(
+        self, pole: Complex, modulus: float, density: float, mesh: float, loss: Real | float, rate: Real
+    ) -> Complex:
+        """(N, lines) at `pole` (lines,) rad/s.
+
+        Args:
+            pole: (lines,).
+            modulus, density: over the drawing's. They scale the bar's stiffness and mass exactly, with the modal
+                damping ratios kept.
+            mesh: by what the mesh stiffens the third free mode, relative.
+            loss: structural loss factor, (lines,) or one for all.
+            rate: (N,) 2 zeta w of each mode as drawn.
         """
-        rate = np.sqrt(modulus * density) * self.damping_rate
-        stiffness = modulus * (1 + 1j * loss) * (1 + mesh * self.mesh_share) * self.free.squared_frequency
-        return np.asarray(density * pole**2 + np.outer(rate, pole) + stiffness[:, None])
+        elastic = modulus * (1 + mesh * self.mesh_share) * self.free.squared_frequency
+        viscous = np.outer(np.sqrt(modulus * density) * rate, pole)
+        return np.asarray(density * pole**2 + viscous + elastic[:, None] * (1 + 1j * np.asarray(loss)))
 
 
 def bar_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> Bar:

@@ -19,7 +19,7 @@ from analysis.gap.bar import Bar
 from analysis.gap.bench import BeamBench
 
 JOINT_WAYS = (Direction.X, Direction.Y, Direction.ROTATION)
-BAR = ("modulus", "density", "loss", "mesh", "pole")
+BAR = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
 """Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
 Changes = Mapping[str, Complex | Real]
 """By name of a field of `BeamBench`, derivatives in one parameter."""
@@ -133,8 +133,9 @@ class Answer:
     @cached_property
     def _compliance(self) -> Complex:
         """(N, lines) of the free modes."""
-        bench = self.bench
-        return 1 / self.rig.bar.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss)
+        bench, bar = self.bench, self.rig.bar
+        rate = bench.damping * bar.damping_rate + 2 * bench.ratio * bar.angular_frequency
+        return 1 / bar.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss, rate)
 
     def _free(self, rows: Real, columns: Real) -> Complex:
         """(lines, rows, columns) receptance of the bar without joints."""
@@ -235,17 +236,20 @@ class Answer:
     def _by_bar(self) -> dict[str, Complex]:
         """(rows, lines) derivative of minus the accelerance, for fields that change the free modes' stiffness."""
         bench, bar = self.bench, self.rig.bar
-        e, r, elastic = bench.modulus, bench.density, 1 + 1j * bench.loss
+        elastic, viscous = bench.modulus * (1 + 1j * bench.loss), np.sqrt(bench.modulus * bench.density)
         free = bar.free.squared_frequency
-        mass, rate = self._along(np.ones_like(free)), self._along(bar.damping_rate)
-        meshed = self._along(bar.mesh_share * free)
+        mass, meshed = self._along(np.ones_like(free)), self._along(bar.mesh_share * free)
         stiffness = self._along(free) + bench.mesh * meshed
+        drawn, alike = self._along(bar.damping_rate), 2 * self._along(bar.angular_frequency)
+        rate = bench.damping * drawn + bench.ratio * alike
         return {
-            "modulus": np.sqrt(r / e) / 2 * bench.pole * rate + elastic * stiffness,
-            "density": bench.pole**2 * mass + np.sqrt(e / r) / 2 * bench.pole * rate,
-            "loss": 1j * e * stiffness,
-            "mesh": e * elastic * meshed,
-            "pole": 2 * r * bench.pole * mass + np.sqrt(e * r) * rate,
+            "modulus": elastic / bench.modulus * stiffness + viscous / (2 * bench.modulus) * bench.pole * rate,
+            "density": bench.pole**2 * mass + viscous / (2 * bench.density) * bench.pole * rate,
+            "loss": 1j * bench.modulus * stiffness,
+            "damping": viscous * bench.pole * drawn,
+            "ratio": viscous * bench.pole * alike,
+            "mesh": elastic * meshed,
+            "pole": 2 * bench.density * bench.pole * mass + viscous * rate,
         }
 
     def derivative(self, changes: Changes) -> Complex:

@@ -120,7 +120,9 @@ class BeamBench:
         joints: (lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
         modulus, density: over the drawing's.
         mesh: share by which the mesh stiffens the third free mode, and others by their frequency squared.
-        loss: structural loss factor of the bar beyond its free damping.
+        loss: (lines or 1,) structural loss factor of the bar beyond its free damping.
+        damping: damping ratios of the free bar over the drawing's.
+        ratio: damping ratio of every elastic mode beyond that.
         joint_position: (joints,) m.
         sensor_position: m.
         sensor_mass: kg, beyond the known one.
@@ -137,7 +139,9 @@ class BeamBench:
     modulus: float
     density: float
     mesh: float
-    loss: float
+    loss: Real
+    damping: float
+    ratio: float
     joint_position: Real
     sensor_position: float
     sensor_mass: float

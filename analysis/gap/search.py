@@ -122,11 +122,12 @@ class Search:
     def singles(self, none: Model) -> list[Model]:
         """The most promising effects, fitted, the best first.
 
-        Where the rigs contradict each other, the paper's model lies between them and near neither; the search then
-        starts besides from what the beam says by itself.
+        Where the rigs contradict each other, the paper's model lies between them and near neither; unless an effect
+        reconciles them, the search starts besides from what the beam says by itself.
         """
         found = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
-        if none.fit.per_datum > CONTRADICTION and self.measurement.sets and self.measurement.points is not None:
+        both = bool(self.measurement.sets) and self.measurement.points is not None
+        if both and none.fit.per_datum > CONTRADICTION and not any(model.clean for model in found):
             beam = self.beam_alone(none)
             others = [each for each in self.candidates if not acts_on(each, "cylinders")]
             found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)

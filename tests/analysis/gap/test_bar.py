@@ -50,7 +50,7 @@ def test_between_nodes_a_bar_moves_as_a_finer_mesh_does(bar: Bar, drawing: Drawi
 def test_modal_stiffness_vanishes_at_the_free_poles(bar: Bar) -> None:
     square, rate = bar.free.squared_frequency[RIGID_MODES:MODES], bar.damping_rate[RIGID_MODES:MODES]
     pole = -rate / 2 + 1j * np.sqrt(square - rate**2 / 4)
-    found = bar.modal_stiffness(pole, 1.0, 1.0, 0.0, 0.0)[RIGID_MODES:MODES]
+    found = bar.modal_stiffness(pole, 1.0, 1.0, 0.0, 0.0, bar.damping_rate)[RIGID_MODES:MODES]
     assert np.allclose(np.diag(found) / square, 0.0, atol=1e-9)
 
 
@@ -64,27 +64,29 @@ def test_damping_ratios_are_those_given_and_the_last_holds_above(bar: Bar, drawi
 
 @pytest.mark.parametrize("factor", [0.97, 1.03])
 def test_one_factor_on_modulus_and_density_scales_all(bar: Bar, factor: float) -> None:
-    once = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0)
-    assert np.allclose(bar.modal_stiffness(POLE, factor, factor, 0.0, 0.0), factor * once, rtol=1e-12)
+    once = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0, bar.damping_rate)
+    assert np.allclose(bar.modal_stiffness(POLE, factor, factor, 0.0, 0.0, bar.damping_rate), factor * once, rtol=1e-12)
 
 
 def test_modulus_and_density_move_frequencies_by_their_root_and_keep_damping_ratios(bar: Bar) -> None:
     modulus, density = 1.05, 0.98
     ratio = np.sqrt(modulus / density)
-    once = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0)
-    scaled = bar.modal_stiffness(ratio * POLE, modulus, density, 0.0, 0.0)
+    once = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0, bar.damping_rate)
+    scaled = bar.modal_stiffness(ratio * POLE, modulus, density, 0.0, 0.0, bar.damping_rate)
     assert np.allclose(scaled, modulus * once, rtol=1e-9)
 
 
 def test_another_modulus_is_another_drawing(bar: Bar, drawing: Drawing) -> None:
     stiffer = bar_of(replace(drawing, beam=replace(drawing.beam, youngs_modulus=1.03 * drawing.beam.youngs_modulus)))
     elastic = slice(RIGID_MODES, MODES)
-    own = stiffer.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0)[elastic]
-    assert np.allclose(bar.modal_stiffness(POLE, 1.03, 1.0, 0.0, 0.0)[elastic], own, rtol=1e-8)
+    own = stiffer.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0, stiffer.damping_rate)[elastic]
+    assert np.allclose(bar.modal_stiffness(POLE, 1.03, 1.0, 0.0, 0.0, bar.damping_rate)[elastic], own, rtol=1e-8)
 
 
 def test_structural_loss_adds_to_the_imaginary_part_alone(bar: Bar) -> None:
-    added = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.01) - bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.0)
+    added = bar.modal_stiffness(POLE, 1.0, 1.0, 0.0, 0.01, bar.damping_rate) - bar.modal_stiffness(
+        POLE, 1.0, 1.0, 0.0, 0.0, bar.damping_rate
+    )
     expected = 0.01 * bar.free.squared_frequency[:, None] * np.ones(POLE.size)
     assert np.max(np.abs(added.real)) < 1e-9 * np.max(expected)
     assert np.allclose(added.imag, expected, rtol=1e-6, atol=1e-6)
@@ -95,7 +97,9 @@ def test_the_error_of_a_mesh_is_one_at_the_third_mode_and_grows_with_frequency(b
     assert share[RIGID_MODES + 2] == pytest.approx(1.0)
     assert np.all(np.diff(share[RIGID_MODES:]) >= 0)
     assert np.max(share) == 100.0
-    stiffened = bar.modal_stiffness(np.zeros(1, dtype=complex), 1.0, 1.0, 2e-3, 0.0)[RIGID_MODES + 2, 0]
+    stiffened = bar.modal_stiffness(np.zeros(1, dtype=complex), 1.0, 1.0, 2e-3, 0.0, bar.damping_rate)[
+        RIGID_MODES + 2, 0
+    ]
     assert stiffened.real / bar.free.squared_frequency[RIGID_MODES + 2] == pytest.approx(1.002)
 
 

@@ -158,7 +158,20 @@ class Search:
                 break
             clean = seed.clean or any(model.clean for model in found)
             found += self.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1)
+        found.sort(key=lambda model: -model.log_evidence)
+        if found and not (singles[0].clean or found[0].clean):
+            found += self.with_other_laws(found[0], singles)
         return sorted(found, key=lambda model: -model.log_evidence)
+
+    def with_other_laws(self, pair: Model, singles: Sequence[Model]) -> list[Model]:
+        """A pair whose seed follows other laws: by itself an effect may follow one that fits it less beside another."""
+        seed, second = pair.effects
+        rivals = best_by_law([model for model in singles if model.ids == (seed.id,) and model.effects != (seed,)])
+        found = list[Model]()
+        for rival in rivals[:LAWS]:
+            ranked = self.screened(rival, [each for each in self.candidates if each.id == second.id])
+            found += self.fitted(rival, ranked, 1)
+        return found
 
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that promise something on top of a model, the best first."""
@@ -279,6 +292,14 @@ def best_by_id(models: Sequence[Model]) -> list[Model]:
     found = dict[frozenset[str], Model]()
     for model in sorted(models, key=lambda each: -each.log_evidence):
         found.setdefault(frozenset(model.ids), model)
+    return list(found.values())
+
+
+def best_by_law(models: Sequence[Model]) -> list[Model]:
+    """The best model of each combination of laws, the best first."""
+    found = dict[tuple[Effect, ...], Model]()
+    for model in sorted(models, key=lambda each: -each.log_evidence):
+        found.setdefault(model.effects, model)
     return list(found.values())
 
 

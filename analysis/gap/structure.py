@@ -16,6 +16,8 @@ from analysis.gap.measurement import Indices, TesterPoints
 
 DOUBT = 3.0
 """Standard deviations within which a misfit may be chance."""
+LOUDEST = 2.0
+"""Times its stated variance that noise may be."""
 
 
 @dataclass(frozen=True)
@@ -85,23 +87,30 @@ def _of(rig: str, place: tuple[int, ...], left: Complex) -> Structure:
 
 @dataclass(frozen=True)
 class Misfit:
-    """Misfit beyond noise of both rigs together.
+    """Misfit beyond noise of both rigs together, in squared standard deviations.
 
     Attributes:
-        energy: squared standard deviations; scatters about zero where there is none.
+        energy: that neighbours agree on; scatters about zero where there is none.
         deviation: its standard deviation where there is none.
+        excess: of the sum of squares over what noise of `LOUDEST` times the variance would leave; below zero where
+            noise may explain all. Far from any fit neighbours at a sharp peak need not agree, and this then counts.
     """
 
     energy: float
     deviation: float
+    excess: float
 
     @property
     def certain(self) -> float:
-        """What of the energy is beyond doubt."""
-        return max(0.0, self.energy - DOUBT * self.deviation)
+        """What is beyond doubt."""
+        return max(0.0, self.energy - DOUBT * self.deviation, self.excess)
 
 
 def misfit(found: Fit) -> Misfit:
     """Of a fitted model."""
     parts = structures(found)
-    return Misfit(sum(each.energy for each in parts), float(np.sqrt(sum(each.deviation**2 for each in parts))))
+    return Misfit(
+        energy=sum(each.energy for each in parts),
+        deviation=float(np.sqrt(sum(each.deviation**2 for each in parts))),
+        excess=sum(each.total - LOUDEST * each.data for each in parts),
+    )

@@ -54,8 +54,9 @@ def test_few_lines_have_an_energy_with_a_deviation(size: int) -> None:
 
 
 def test_only_what_exceeds_three_deviations_is_certain() -> None:
-    assert Misfit(20.0, 10.0).certain == 0.0
-    assert Misfit(50.0, 10.0).certain == pytest.approx(20.0)
+    assert Misfit(20.0, 10.0, -5.0).certain == 0.0
+    assert Misfit(50.0, 10.0, -5.0).certain == pytest.approx(20.0)
+    assert Misfit(0.0, 10.0, 70.0).certain == 70.0
 
 
 def test_series_of_the_tester_rise_in_frequency_and_hold_every_point_once(empty: Measurement) -> None:

@@ -33,7 +33,7 @@ class Stated(Model):
 
     @property
     def misfit(self) -> Misfit:
-        return Misfit(self.stated, 0.0)
+        return Misfit(self.stated, 0.0, 0.0)
 
 
 def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 10.0) -> Model:

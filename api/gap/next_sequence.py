@@ -24,6 +24,7 @@ Plan = Callable[[Document, TesterLimits], Document]
 HAMMER, SWEEP = "hammer", "sweep"
 HARD_BLOWS = 200.0
 """Peak force in N from which on a further hammer level lies between those that there are."""
+LONGEST_PROMPT = 500
 LONG_BLOCK = 4.0  # s, a free beam rings that long
 AMPLITUDE_UNIT = 1e-3  # m in a mm
 
@@ -32,7 +33,8 @@ def next_sequence(experiment: str, base: Sequence, limits: TesterLimits) -> Sequ
     """The sequence for an experiment.
 
     Args:
-        experiment: as a diagnosis says it: what to do, a colon, and what that is expected to tell.
+        experiment: as a diagnosis says it: what to do, a colon, and what that is expected to tell; after semicolons,
+            what else is to be put right.
         base: by which was measured what the diagnosis is of.
         limits: in force for the tester.
 
@@ -40,18 +42,21 @@ def next_sequence(experiment: str, base: Sequence, limits: TesterLimits) -> Sequ
         SequenceError: what comes of it cannot be run.
     """
     deed = experiment.partition(":")[0].strip()
+    others = experiment.split("; ")[1:] if deed in PLANS else []
     document: Document = base.model_dump(mode="json", exclude_none=True)
     document |= {"steps": [step for step in document["steps"] if step["step"] != "prompt"]}
     plan = PLANS.get(deed) or _in_general(deed)
+    planned = plan(document, limits)
+    steps = [*(_prompt(other) for other in others), *planned["steps"]]
     title = f"{base.title}: {deed.partition(';')[0]}"
-    return sequence_from(plan(document, limits) | {"title": title}, f"sequence to {deed}")
+    return sequence_from(planned | {"title": title, "steps": steps}, f"sequence to {deed}")
 
 
 def _in_general(deed: str) -> Plan:
     """The plan for what concerns no single check: a gap that nothing explains, or an effect to be put right."""
     if "another level" in deed and "second place" in deed:
         return _new_set_up
-    return partial(_by_hand, deed[:1].upper() + deed[1:])
+    return partial(_by_hand, deed)
 
 
 def _by_hand(text: str, document: Document, _limits: TesterLimits, *, of: tuple[str, ...] = ()) -> Document:
@@ -66,7 +71,7 @@ def _of(document: Document, kinds: Iterable[str]) -> list[Step]:
 
 
 def _prompt(text: str) -> Step:
-    return {"step": "prompt", "text": text}
+    return {"step": "prompt", "text": f"{text[:1].upper()}{text[1:LONGEST_PROMPT]}"}
 
 
 def _changed(document: Document, kind: str, change: Step) -> Document:
@@ -239,7 +244,6 @@ def _accelerometer_at(share: float, document: Document, _limits: TesterLimits) -
 
 PLANS: Mapping[str, Plan] = {
     "strike again at half the peak force": _at_half_the_force,
-    "repeat the tester's points at half the smallest amplitude": _at_half_the_amplitude,
     f"strike again with {1e3 * FURTHER_MASS:.0f} g more on the accelerometer": _heavier_accelerometer,
     "strike again with the accelerometer at the left end": partial(_accelerometer_at, 0.0),
     "strike again with the accelerometer in the middle": partial(_accelerometer_at, 0.5),
@@ -271,6 +275,7 @@ PLANS: Mapping[str, Plan] = {
     "test a known mass in the tester": _with_mass,
     "take records of twice the length": _with_long_records,
     "repeat the tester's points in random order": _shuffled,
+    "repeat the tester's points at half the smallest amplitude": _at_half_the_amplitude,
     "repeat the tester's points at another preset": _at_another_preset,
     "turn the accelerometer, or use one of three axes": partial(
         _by_hand,

@@ -125,3 +125,14 @@ def test_prompts_of_the_experiment_before_are_not_asked_again(paper: Sequence) -
     once = next_sequence("listen out of the plane", paper, LIMITS)
     twice = next_sequence("strike with a guided hammer", once, LIMITS)
     assert [step.step for step in twice.steps] == ["prompt", "hammer"]
+
+
+def test_what_else_is_to_be_put_right_comes_first(paper: Sequence) -> None:
+    asked = "strike with a guided hammer: expected to confirm it by 9 standard deviations; earth the hammer's cable"
+    first, second, _ = next_sequence(asked, paper, LIMITS).steps
+    assert isinstance(first, PromptStep)
+    assert isinstance(second, PromptStep)
+    assert first.text == "Earth the hammer's cable"
+    assert second.text.startswith("Guide the hammer")
+    whole = next_sequence("earth the hammer's cable; shield the sensor", paper, LIMITS)
+    assert steps_of(whole, PromptStep)[0].text == "Earth the hammer's cable; shield the sensor"

@@ -17,7 +17,7 @@ from store.analyses import AnalysisKind, add_analysis, latest_analysis
 from store.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
 from store.blows import Blow, Point, add_blow, add_point, list_blows
 from store.bundle import BLOWS, SETUP, Bundle, read_bundle
-from store.bundle_setup import FORMAT, BundleSetup, setup_from
+from store.bundle_setup import FORMAT, BundleSetup, article_from, setup_from
 from store.catalogue import Catalogue
 from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
 from store.dof import Dof
@@ -28,7 +28,7 @@ from store.runs import Run, RunState, finish_run, get_run, start_run
 from store.uff import write_uff
 from store.waveform import WaveformReference
 
-IMPORTED = "imported"
+IMPORT, IMPORTED = "import", "imported"
 
 
 def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | None = None) -> int:
@@ -49,7 +49,7 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
         with catalogue.writing() as session:
             run = start_run(
                 session,
-                kind="import",
+                kind=IMPORT,
                 title=bundle.setup.title,
                 article=article or bundle.setup.title,
                 setup=bundle.setup.model_dump(mode="json", exclude={"checksums"}),
@@ -97,6 +97,22 @@ def export_bundle(
                 shutil.copytree(folder, path, dirs_exist_ok=True)
         except OSError as error:
             raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def kept_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
+    """The single blows that came with an imported bundle; none for a run that was measured here.
+
+    Raises:
+        StoreError: there is no such run, or a record is damaged.
+    """
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        if run.kind != IMPORT:
+            return ()
+        blows = list_blows(session, run_id)
+    accelerometer = article_from(run.setup).accelerometer
+    response = Dof(accelerometer.node, accelerometer.direction)
+    return tuple(_bundle_blow(catalogue, blow, blow.waveform, response) for blow in blows if blow.waveform is not None)
 
 
 def _store_results(session: Session, run_id: int, bundle: Bundle) -> None:

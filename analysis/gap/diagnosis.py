@@ -15,6 +15,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates
+from analysis.gap.estimate import Estimate
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
@@ -23,6 +24,7 @@ from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.next_experiment import next_experiment
+from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import Model, best_by_id, on, refined, search_of
 from analysis.gap.twins import twins
 from analysis.gap.verdict import UNKNOWN, Weighed, weigh
@@ -39,15 +41,6 @@ class Status(StrEnum):
     """The named effects help, and something remains."""
     UNKNOWN = "unknown"
     """There is a gap, and nothing in the catalogue explains it."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A parameter of an effect with its 90 % interval."""
-
-    value: float
-    ci90: tuple[float, float]
-    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +123,8 @@ COARSE_LINES = 128
 """Of each hammer set, for the held-out gaps of models that do not hold, and of those that are not the verdict."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
+CERTAINTY = 0.99
+"""That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
 TWO_SIDED = float(norm.ppf(0.95))
 
 
@@ -153,7 +148,8 @@ def diagnose(
     started = time.perf_counter()
     tell = progress or _silent
     tell("looking for faults of the measurement", 0.0)
-    measurement, faults = examined(measurement)
+    given, sound = measurement, examined(measurement)
+    measurement = sound.measurement
     search = search_of(measurement, candidates(measurement, without), hands=hands)
     tell("fitting the paper's model", 0.05)
     none = search.without_effects()
@@ -194,12 +190,12 @@ def diagnose(
         ranking=_normalised(ranking),
         twins=alike,
         next_experiment=next_experiment(status.value, weighed, alike),
-        faults=faults,
-        predicted=predictions(measurement, none.fit, after.fit),
+        faults=sound.faults,
+        predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
     )
     tell("done", 1.0)
-    return result
+    return with_records(result, [each for each in sound.effects if each.id not in without])
 
 
 def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, ...], tuple[str, ...]]:
@@ -208,10 +204,38 @@ def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, .
     Raises:
         AnalysisError: the measurement cannot be simulated.
     """
-    measurement, faults = examined(measurement)
-    search = search_of(measurement, ())
-    found = maps(refined(search.without_effects(), _thinned(measurement, FINE_LINES)).fit)
-    return places(found), found, faults
+    sound = examined(measurement)
+    search = search_of(sound.measurement, ())
+    found = maps(refined(search.without_effects(), _thinned(sound.measurement, FINE_LINES)).fit)
+    return places(found), found, sound.faults
+
+
+def with_records(found: Diagnosis, shown: Sequence[RecordEffect]) -> Diagnosis:
+    """A diagnosis with effects that records show by themselves, beside those of the verdict and of each explanation."""
+    if not shown:
+        return found
+    ids, unknown = tuple(each.id for each in shown), found.status is Status.UNKNOWN
+    ranking = [each if each.effects == UNKNOWN else _beside_records(each, shown) for each in found.ranking]
+    doubt = (1 - CERTAINTY) * sum(each.probability for each in found.ranking if each.effects != UNKNOWN)
+    ranking += [replace(each, probability=doubt) for each in found.ranking if not each.effects]
+    remedies = [each.remedy for each in shown]
+    return replace(
+        found,
+        status=Status.EXPLAINED if found.status is Status.NONE else found.status,
+        effects=() if unknown else (*found.effects, *ids),
+        ranking=_normalised(tuple(sorted(ranking, key=lambda each: -each.probability))),
+        next_experiment="; ".join(remedies if found.status is Status.NONE else [found.next_experiment, *remedies]),
+    )
+
+
+def _beside_records(each: Ranked, shown: Sequence[RecordEffect]) -> Ranked:
+    return replace(
+        each,
+        effects=(*each.effects, *(found.id for found in shown)),
+        laws=(*each.laws, *("found in records" for _ in shown)),
+        parameters=each.parameters | {found.id: found.parameters for found in shown},
+        probability=CERTAINTY * each.probability,
+    )
 
 
 def predictions(measurement: Measurement, before: Fit, after: Fit) -> Predicted | None:

@@ -78,6 +78,7 @@ class HammerSet:
         deviation: (rows, lines) standard deviation per real and imaginary part.
         peak_force: of a blow, N.
         temperature: degrees Celsius; nan where it was not recorded.
+        coherence: (rows, lines) 0 to 1; None where it was not recorded.
     """
 
     inputs: tuple[Dof, ...]
@@ -86,11 +87,14 @@ class HammerSet:
     deviation: Real
     peak_force: float
     temperature: float = float("nan")
+    coherence: Real | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.inputs), self.frequency.size)
         if self.accelerance.shape != expected or self.deviation.shape != expected:
             raise AnalysisError(f"accelerances and their deviation must have shape (rows, lines) = {expected}")
+        if self.coherence is not None and self.coherence.shape != expected:
+            raise AnalysisError(f"coherence must have shape (rows, lines) = {expected}, or be None")
         if not self.inputs or self.frequency.size == 0 or not np.all(self.frequency > 0):
             raise AnalysisError("a hammer set needs at least one row and lines above 0 Hz")
         if not np.all(np.isfinite(self.accelerance)) or not np.all(self.deviation > 0):
@@ -105,14 +109,40 @@ class HammerSet:
             self.deviation[:, keep],
             self.peak_force,
             self.temperature,
+            None if self.coherence is None else self.coherence[:, keep],
         )
 
     def rows(self, keep: NDArray[np.bool_]) -> HammerSet:
         """The same with some of its rows."""
         inputs = tuple(dof for dof, kept in zip(self.inputs, keep, strict=True) if kept)
         return HammerSet(
-            inputs, self.frequency, self.accelerance[keep], self.deviation[keep], self.peak_force, self.temperature
+            inputs,
+            self.frequency,
+            self.accelerance[keep],
+            self.deviation[keep],
+            self.peak_force,
+            self.temperature,
+            None if self.coherence is None else self.coherence[keep],
         )
+
+
+@dataclass(frozen=True, eq=False)
+class RawBlow:
+    """The record of one blow.
+
+    Attributes:
+        name: of the record, for people.
+        point: struck.
+        force: (samples,) N, positive when the hammer pushes.
+        acceleration: (samples,) m/s^2.
+        sample_rate: Hz.
+    """
+
+    name: str
+    point: Dof
+    force: Real
+    acceleration: Real
+    sample_rate: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +210,7 @@ class Measurement:
         tolerances: as stated.
         preset: mean displacement in the tester, m.
         predict: (response, input) pairs whose accelerances are asked for.
+        blows: records of single blows, as many as were kept.
     """
 
     drawing: Drawing
@@ -188,6 +219,7 @@ class Measurement:
     tolerances: StatedTolerances = field(default_factory=StatedTolerances)
     preset: float = 0.0
     predict: tuple[tuple[Dof, Dof], ...] = ()
+    blows: tuple[RawBlow, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.sets and self.points is None:

@@ -15,7 +15,9 @@ from api.identification.measurement import Measurement
 from api.identification.source import measurement_of_bundle, measurement_of_run
 from api.identification.structure import beam_of
 from api.progress import Progress, silent
+from store.blow_file import BundleBlow
 from store.bundle import Bundle
+from store.bundle_exchange import kept_blows
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
 from store.runs import get_run
@@ -45,7 +47,7 @@ def subject_of_bundle(bundle: Bundle) -> Subject:
     Raises:
         AnalysisError: there is nothing to diagnose, or a table contradicts itself.
     """
-    return _subject(measurement_of_bundle(bundle), bundle.setup.model_dump(mode="json"))
+    return _subject(measurement_of_bundle(bundle), bundle.setup.model_dump(mode="json"), bundle.blows)
 
 
 def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Subject:
@@ -58,14 +60,24 @@ def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silen
     measured = measurement_of_run(catalogue, run_id, progress)
     with catalogue.reading() as session:
         setup = get_run(session, run_id).setup
-    return _subject(measured, setup)
+    return _subject(measured, setup, kept_blows(catalogue, run_id))
 
 
-def _subject(measured: Measurement, setup: Mapping[str, Any]) -> Subject:
+def _subject(measured: Measurement, setup: Mapping[str, Any], blows: tuple[BundleBlow, ...]) -> Subject:
     """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
     asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
     preset_mm = setup.get("direct", {}).get("preset_mm", 0.0)
-    return Subject(measured.title, gap_measurement(measured, preset_mm, asked))
+    return Subject(measured.title, gap_measurement(measured, preset_mm, asked, tuple(map(_raw_blow, blows))))
+
+
+def _raw_blow(blow: BundleBlow) -> gap.RawBlow:
+    return gap.RawBlow(
+        name=blow.file.removesuffix(".unv"),
+        point=Dof(blow.point.node, Direction(blow.point.direction)),
+        force=blow.force,
+        acceleration=blow.acceleration,
+        sample_rate=blow.sample_rate,
+    )
 
 
 def _dof(written: tuple[int, str]) -> Dof:
@@ -74,7 +86,10 @@ def _dof(written: tuple[int, str]) -> Dof:
 
 
 def gap_measurement(
-    measured: Measurement, preset_mm: float = 0.0, predict: tuple[tuple[Dof, Dof], ...] = ()
+    measured: Measurement,
+    preset_mm: float = 0.0,
+    predict: tuple[tuple[Dof, Dof], ...] = (),
+    blows: tuple[gap.RawBlow, ...] = (),
 ) -> gap.Measurement:
     """What the diagnosis needs of a measurement.
 
@@ -82,6 +97,7 @@ def gap_measurement(
         measured: accelerances and sine points of one article.
         preset_mm: mean displacement in the tester.
         predict: responses and inputs of the accelerances that a prediction is asked for.
+        blows: records that were kept.
 
     Raises:
         AnalysisError: there is nothing to diagnose, or a table contradicts itself.
@@ -103,6 +119,7 @@ def gap_measurement(
         ),
         preset=preset_mm * 1e-3,
         predict=predict,
+        blows=blows,
     )
 
 
@@ -143,6 +160,7 @@ def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
         deviation=np.sqrt(smoothed_variance(variance, NEIGHBOURS))[:, keep],
         peak_force=stored.peak_force,
         temperature=stored.temperature_c,
+        coherence=None if responses.coherence is None else responses.coherence[:, keep],
     )
 
 

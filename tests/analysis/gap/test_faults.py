@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.gap.faults import examined
 from analysis.gap.measurement import Measurement
@@ -31,51 +32,86 @@ def spoilt(clean: Measurement, change: Callable[[Complex], None]) -> Measurement
     return replace(clean, sets=tuple(sets))
 
 
+def looked_at(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
+    found = examined(measurement)
+    return found.measurement, found.faults
+
+
 def test_a_clean_measurement_has_no_fault_and_is_left_as_it_is(clean: Measurement) -> None:
-    found, faults = examined(clean)
-    assert faults == ()
-    assert found is clean
+    found = examined(clean)
+    assert found.faults == ()
+    assert found.effects == ()
+    assert found.measurement is clean
 
 
 def test_a_measurement_without_hammer_sets_is_left_as_it_is(clean: Measurement) -> None:
     alone = replace(clean, sets=())
-    assert examined(alone) == (alone, ())
+    found = examined(alone)
+    assert found.measurement is alone
+    assert found.faults == ()
 
 
 def test_a_row_of_wrong_polarity_is_turned(clean: Measurement) -> None:
     def turn(rows: Complex) -> None:
         rows[3] *= -1
 
-    found, faults = examined(spoilt(clean, turn))
+    found, faults = looked_at(spoilt(clean, turn))
     assert faults == ("hammer set 2: row 7y has the wrong polarity; put right",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
 
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [
-        (2, 4),
-        pytest.param(0, 3, marks=pytest.mark.xfail(reason="rows of opposite ends lead the rough fit astray")),
-        pytest.param(1, 2, marks=pytest.mark.xfail(reason="neighbours that are alike stay unnoticed")),
-    ],
-)
-def test_swapped_rows_are_put_back(clean: Measurement, first: int, second: int) -> None:
+# rows apart, rows of opposite ends, neighbours that are alike, a row and one along the bar
+PAIRS = ((2, 4), (0, 3), (1, 2), (0, 5))
+
+
+@pytest.mark.parametrize(("first", "second"), PAIRS)
+def test_rows_swapped_in_one_set_are_put_back(clean: Measurement, first: int, second: int) -> None:
     def swap(rows: Complex) -> None:
         rows[[first, second]] = rows[[second, first]]
 
-    found, faults = examined(spoilt(clean, swap))
+    found, faults = looked_at(spoilt(clean, swap))
     inputs = clean.sets[SPOILT].inputs
     assert faults == (f"hammer set 2: rows {inputs[first]} and {inputs[second]} are swapped; put right",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
+    assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
+
+
+@pytest.mark.parametrize(("first", "second"), PAIRS[:3])
+def test_rows_swapped_in_every_set_are_put_back(clean: Measurement, first: int, second: int) -> None:
+    places = [first, second]
+    sets = []
+    for each in clean.sets:
+        accelerance = each.accelerance.copy()
+        accelerance[places] = accelerance[places[::-1]]
+        sets.append(replace(each, accelerance=accelerance))
+    found, (fault,) = looked_at(replace(clean, sets=tuple(sets)))
+    inputs = clean.sets[0].inputs
+    assert fault == f"hammer sets 1 and 2: rows {inputs[first]} and {inputs[second]} are swapped; put right"
+    for each, of in zip(found.sets, clean.sets, strict=True):
+        assert np.array_equal(each.accelerance, of.accelerance)
+
+
+def test_an_accelerometer_upside_down_is_turned(clean: Measurement) -> None:
+    sets = tuple(replace(each, accelerance=-each.accelerance) for each in clean.sets)
+    found, faults = looked_at(replace(clean, sets=sets))
+    assert len(faults) == len(clean.sets)
+    assert all("have the wrong polarity" in fault for fault in faults)
+    assert all(np.array_equal(a.accelerance, b.accelerance) for a, b in zip(found.sets, clean.sets, strict=True))
+
+
+def test_an_accelerometer_that_says_nothing_is_refused(clean: Measurement) -> None:
+    sets = tuple(replace(each, accelerance=0 * each.accelerance) for each in clean.sets)
+    with pytest.raises(AnalysisError, match="check the accelerometer"):
+        examined(replace(clean, sets=sets))
 
 
 def test_a_dead_row_is_left_out_of_its_set_alone(clean: Measurement) -> None:
     def die(rows: Complex) -> None:
         rows[2] *= 1e-3
 
-    found, (fault,) = examined(spoilt(clean, die))
-    assert fault.startswith("hammer set 2: row 4y is dead (it has 0.1")
+    found, (fault,) = looked_at(spoilt(clean, die))
+    assert fault.startswith("hammer set 2: row 4y is dead (it has 0.")
     assert fault.endswith("left out")
     kept = [place for place in range(len(clean.sets[SPOILT].inputs)) if place != 2]
     assert found.sets[SPOILT].inputs == tuple(clean.sets[SPOILT].inputs[place] for place in kept)
@@ -88,7 +124,7 @@ def test_faults_of_different_kinds_are_all_found(clean: Measurement) -> None:
         rows[1] *= -1
         rows[2] *= 1e-4
 
-    found, faults = examined(spoilt(clean, spoil))
+    found, faults = looked_at(spoilt(clean, spoil))
     assert len(faults) == 2
     assert np.array_equal(found.sets[SPOILT].accelerance[1], clean.sets[SPOILT].accelerance[1])
     assert len(found.sets[SPOILT].inputs) == len(clean.sets[SPOILT].inputs) - 1
@@ -98,5 +134,5 @@ def test_a_row_of_zeros_is_dead(clean: Measurement) -> None:
     def silence(rows: Complex) -> None:
         rows[2] = 0
 
-    _, (fault,) = examined(spoilt(clean, silence))
+    _, (fault,) = looked_at(spoilt(clean, silence))
     assert "row 4y is dead" in fault

@@ -1,0 +1,194 @@
+"""Mains hum: lines at 50 or 60 Hz and multiples, in the silence at the end of blows or as dips of coherence.
+
+A hum is there before the blow and after it. Once the bar has fallen silent, what stands out of the neighbouring
+frequencies exactly at the mains or a multiple, and does not die away, is hum. Where no records were kept, hum shows in
+the averages: other at every blow, it takes coherence at single lines of all rows at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from analysis.frequency_response import Real
+from analysis.gap.estimate import Estimate
+from analysis.gap.measurement import HammerSet, Measurement, RawBlow
+from analysis.gap.record_effect import RecordEffect
+
+HUM = "mains_hum"
+MAINS = (50.0, 60.0)
+"""Hz, of the world's grids."""
+MULTIPLES = 10
+SHARED = 300.0
+"""Hz, and its multiples, belong to both mains, and prove neither."""
+SILENCE = 0.5
+"""Share of a record, at its end, in which the bar is taken to be silent."""
+COMMON = 10.0
+"""Hz, of which both mains are multiples."""
+SHORTEST = 0.4
+"""s, of that silence: of less, neighbours of a tone are neighbours of the next."""
+NEIGHBOURS = np.array([*range(-9, -2), *range(3, 10)])
+"""Resolved frequencies, or lines, beside a tone that it is compared with."""
+FALSE_ALARM = 1e-7
+LEAST = 6.0
+"""Power of a tone over that of its neighbours, however many records there are."""
+LASTING = 0.5
+"""Power of a tone in the later half of the silence over that in the earlier, which a bar that rings does not have."""
+DIP = 5.0
+"""Noise at a line over that at its neighbours, as coherence has it, in all rows together."""
+ALONE = 30.0
+"""The same for a tone at the mains itself that shows no multiple."""
+BESIDE = 2
+"""Lines on either side of a tone that are left out with it."""
+
+
+@dataclass(frozen=True)
+class Hum:
+    """Tones at the mains and its multiples.
+
+    Attributes:
+        mains: Hz.
+        tones: Hz, those that stand out.
+        amplitude: of the first of them, m/s^2, with its standard deviation; None where no record tells.
+    """
+
+    mains: float
+    tones: tuple[float, ...]
+    amplitude: tuple[float, float] | None = None
+
+
+def mains_hum(measurement: Measurement) -> Hum | None:
+    """Hum in the records of blows, else in the averages; None where there is none."""
+    return _in_records(measurement.blows) or _in_averages(measurement.sets)
+
+
+def found_hum(hum: Hum) -> RecordEffect:
+    """Of the catalogue."""
+    parameters, size = {"mains": Estimate(hum.mains, (hum.mains, hum.mains), "Hz")}, "coherence dips there"
+    if hum.amplitude is not None:
+        value, deviation = hum.amplitude
+        parameters["amplitude"] = Estimate(value, (value - 1.645 * deviation, value + 1.645 * deviation), "m/s^2")
+        size = f"{value:.2g} m/s^2 at {hum.tones[0]:g} Hz"
+    tones = ", ".join(f"{tone:g}" for tone in hum.tones)
+    fault = f"mains hum on the accelerometer at {tones} Hz ({size}); these lines are left out"
+    return RecordEffect(
+        HUM, parameters, fault, "shield the accelerometer and its cable from the mains and strike again"
+    )
+
+
+def without_tones(measurement: Measurement, hum: Hum) -> Measurement:
+    """Without the lines at which the mains hums."""
+
+    def quiet(each: HammerSet) -> HammerSet:
+        spacing = float(np.median(np.diff(each.frequency))) if each.frequency.size > 1 else 0.0
+        away = np.min(np.abs(each.frequency[:, None] - np.array(hum.tones)), axis=1)
+        keep = away > (BESIDE + 0.5) * spacing
+        return each.lines(keep) if np.any(keep) else each
+
+    return replace(measurement, sets=tuple(quiet(each) for each in measurement.sets))
+
+
+def _multiples(mains: float, highest: float) -> list[float]:
+    return [mains * multiple for multiple in range(1, MULTIPLES + 1) if mains * multiple < highest]
+
+
+# --- in the silence at the end of blows ---
+
+
+@dataclass(frozen=True, eq=False)
+class _Silence:
+    """Power spectra (lines,) of the end of one record, and of the earlier and the later half of it, (m/s^2)^2."""
+
+    spacing: float
+    whole: Real
+    halves: tuple[Real, Real]
+
+    def at(self, tone: float) -> float:
+        return float(self.whole[round(tone / self.spacing)])
+
+    def beside(self, tone: float) -> float:
+        """Of noise, by the median of the neighbours, which a resonance that still rings leaves alone."""
+        near = round(tone / self.spacing) + NEIGHBOURS
+        return max(float(np.median(self.whole[near]) / np.log(2.0)), float(np.finfo(float).tiny))
+
+    def half(self, which: int, tone: float) -> float:
+        return float(self.halves[which][round(tone / self.spacing / 2)])
+
+
+def _silence(blow: RawBlow) -> _Silence | None:
+    """None where the record is too short. The length is such that the mains and its multiples are lines."""
+    periods = int(SILENCE * blow.acceleration.size / blow.sample_rate * COMMON / 2) * 2
+    samples = round(periods / COMMON * blow.sample_rate)
+    if periods < SHORTEST * COMMON:
+        return None
+    end, half = blow.acceleration[-samples:], samples // 2
+    return _Silence(COMMON / periods, _power(end), (_power(end[:half]), _power(end[half:])))
+
+
+def _power(signal: Real) -> Real:
+    """Square of the amplitude by line, seen through a Hann window."""
+    window = np.hanning(signal.size)
+    return np.asarray(np.abs(np.fft.rfft(window * (signal - np.mean(signal)))) ** 2 * (2 / np.sum(window)) ** 2)
+
+
+def _in_records(blows: Sequence[RawBlow]) -> Hum | None:
+    ends = [end for end in map(_silence, blows) if end is not None]
+    if not ends:
+        return None
+    found, highest = list[Hum](), 0.4 * min(blow.sample_rate for blow in blows)
+    by_chance = float(chi2.isf(FALSE_ALARM, 2 * len(ends))) / (2 * len(ends))
+    for mains in MAINS:
+        tones = [tone for tone in _multiples(mains, highest) if _hums(ends, tone, max(LEAST, by_chance))]
+        if mains in tones or sum(tone % SHARED > 0 for tone in tones) > 1:
+            amplitude = np.sqrt(np.mean([end.at(tones[0]) for end in ends]))
+            deviation = np.sqrt(np.mean([end.beside(tones[0]) for end in ends]) / 2 / len(ends))
+            found.append(Hum(mains, tuple(tones), (float(amplitude), float(deviation))))
+    return max(found, key=lambda each: len(each.tones), default=None)
+
+
+def _hums(ends: Sequence[_Silence], tone: float, least: float) -> bool:
+    """Whether a tone stands out of its neighbours, and lasts."""
+    stands_out = np.mean([end.at(tone) / end.beside(tone) for end in ends]) > least
+    earlier, later = (sum(end.half(which, tone) for end in ends) for which in (0, 1))
+    return bool(stands_out and later > LASTING * earlier)
+
+
+# --- in averages ---
+
+
+def _in_averages(sets: Sequence[HammerSet]) -> Hum | None:
+    noises = [(each.frequency, noise) for each in sets if (noise := _noise(each)) is not None]
+    if not noises:
+        return None
+    found, highest = list[Hum](), max(float(frequency[-1]) for frequency, _ in noises)
+    for mains in MAINS:
+        dips = {tone: _dip(noises, tone) for tone in _multiples(mains, highest)}
+        tones = tuple(tone for tone, dip in dips.items() if dip > DIP)
+        if sum(tone % SHARED > 0 for tone in tones) > 1 or dips.get(mains, 0.0) > ALONE:
+            found.append(Hum(mains, tones))
+    return max(found, key=lambda each: len(each.tones), default=None)
+
+
+def _noise(each: HammerSet) -> Real | None:
+    """(rows, lines) logarithm of (1 - g^2) / g^2 |H|^2, of noise over force; None where coherence does not tell."""
+    if each.coherence is None or each.frequency.size < 2 * NEIGHBOURS.size:
+        return None
+    known = np.clip(each.coherence, 1e-9, 1 - 1e-9)
+    return np.asarray(np.log((1 - known) / known) + 2 * np.log(np.maximum(np.abs(each.accelerance), 1e-12)))
+
+
+def _dip(noises: Sequence[tuple[Real, Real]], tone: float) -> float:
+    """Noise at the line of a tone over that at its neighbours, the geometric mean of all rows; 0 without that line."""
+    shares = list[Real]()
+    for frequency, noise in noises:
+        line = int(np.argmin(np.abs(frequency - tone)))
+        spacing = frequency[1] - frequency[0]
+        if (
+            abs(frequency[line] - tone) <= spacing / 2
+            and 0 <= line + NEIGHBOURS[0] <= line + NEIGHBOURS[-1] < frequency.size
+        ):
+            shares.append(noise[:, line] - np.median(noise[:, line + NEIGHBOURS], axis=1))
+    return float(np.exp(np.mean(np.concatenate(shares)))) if shares else 0.0

@@ -1,0 +1,87 @@
+"""What every row of accelerances should about look like, before anything is known to be right.
+
+The paper's model with the tester's cylinders is good enough to recognise a row: its shape over frequency, not its size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.frequency_response import Complex, Real
+from analysis.gap.bar import bar_of
+from analysis.gap.baseline import baseline_of
+from analysis.gap.fit import Likelihood, Stage, fit
+from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.simulation import Simulation
+
+LINES = 96
+ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester=0.3))
+"""Shares by which noise is inflated for a fit that no single row can lead far astray."""
+GAIN, STEPS = 30.0, 6
+OUT_OF_NOISE = 3.0
+"""Standard deviations from which a line counts for the shape of a row."""
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class RoughFit:
+    """A measurement beside the paper's model; everything by set.
+
+    Attributes:
+        measurement: as it is, with all lines.
+        thin: its sets with few lines.
+        expected: (rows, lines) of each of these.
+    """
+
+    measurement: Measurement
+    thin: tuple[HammerSet, ...]
+    expected: tuple[Complex, ...]
+
+    def size(self, number: int) -> Real:
+        """(rows,) rms of what was measured over that of what is expected."""
+        return size_of(self.thin[number].accelerance) / np.maximum(size_of(self.expected[number]), TINY)
+
+    def correlation(self, number: int) -> Real:
+        """(rows,) of measured rows with what is expected of them, each line counting by the root of its size."""
+        flat = [rows / np.sqrt(np.maximum(np.abs(rows), TINY)) for rows in self._pair(number)]
+        unit = [rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), TINY) for rows in flat]
+        return np.asarray(np.real(np.sum(unit[0] * unit[1].conj(), axis=1)))
+
+    def unlikeness(self, number: int) -> Real:
+        """(rows, rows) of measured rows with expected ones: 0 for equal rows, 1 for rows without relation."""
+        return _unlikeness(self.thin[number], self.expected[number])
+
+    def unlikeness_between(self, number: int, other: int) -> Real:
+        """(rows, rows) of the rows of one set with those of another."""
+        return _unlikeness(self.thin[number], self.thin[other].accelerance)
+
+    def _pair(self, number: int) -> tuple[Complex, Complex]:
+        return self.thin[number].accelerance, self.expected[number]
+
+
+def rough_fit(measurement: Measurement) -> RoughFit:
+    """A fit in which relative errors count, and no row much."""
+    thin = replace(measurement, sets=tuple(_thin(each) for each in measurement.sets))
+    simulation = Simulation(baseline_of(thin), bar_of(measurement.drawing))
+    found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
+    return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=False).accelerances)
+
+
+def size_of(rows: Complex) -> Real:
+    """(rows,) rms over lines."""
+    return np.asarray(np.sqrt(np.mean(np.abs(rows) ** 2, axis=1)))
+
+
+def _thin(each: HammerSet) -> HammerSet:
+    return each.lines(np.arange(0, each.frequency.size, max(1, each.frequency.size // LINES)))
+
+
+def _unlikeness(measured: HammerSet, other: Complex) -> Real:
+    """Mean over the lines of a measured row that stand out of noise; every line counts alike, a resonance or none."""
+    power = np.abs(measured.accelerance)[:, None] ** 2 + np.abs(other) ** 2
+    apart = np.abs(measured.accelerance[:, None] - other) ** 2 / np.maximum(power, TINY)
+    clear = np.abs(measured.accelerance) > OUT_OF_NOISE * measured.deviation
+    clear[~np.any(clear, axis=1)] = True
+    return np.asarray(np.sum(apart * clear[:, None], axis=2) / np.sum(clear, axis=1)[:, None])

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import product
 
 import numpy as np
 
@@ -23,15 +22,12 @@ from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likeliho
 from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
+from analysis.gap.screening import Promise, by_gain, inserted, plausible, promised_by_a_step, promised_by_tester
 from analysis.gap.simulation import Simulation
 from analysis.gap.structure import Misfit, misfit
 
 LINES = 128
 """Of each hammer set that the search looks at; what it finds is fitted to all of them."""
-INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
-"""Shares of |H| added to noise, of which screening takes the least that makes a model plausible."""
-PLAUSIBLE = 2.0
-"""Chi-square per datum."""
 PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
 CONTRADICTION = 20.0
@@ -47,9 +43,9 @@ AT_ONCE = 2
 """Effects that are fitted before the next are decided on."""
 LAWS = 3
 """Of an effect that are fitted: those that promise most."""
+FITTED_BY_TESTER = 3
 FITTED_SEEDS = 2
 FITTED_PAIRS = 6
-MOST_STARTS = 12
 MOST_STEPS = 10
 REFINING_STEPS = 6
 ENOUGH = 1.0
@@ -123,7 +119,7 @@ class Search:
         """The most promising effects, fitted, the best first.
 
         Where the rigs contradict each other, the paper's model lies between them and near neither; unless an effect
-        reconciles them, the search starts besides from what the beam says by itself.
+        reconciles them, the search starts besides from what the beam says by itself, and from what the tester does.
         """
         found = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
         both = bool(self.measurement.sets) and self.measurement.points is not None
@@ -131,6 +127,8 @@ class Search:
             beam = self.beam_alone(none)
             others = [each for each in self.candidates if not acts_on(each, "cylinders")]
             found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
+            if not any(model.clean for model in found):
+                found += self.fitted(beam, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def beam_alone(self, none: Model) -> Model:
@@ -175,14 +173,16 @@ class Search:
 
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that promise something on top of a model, the best first."""
-        likelihood = _plausible(on.fit)
+        likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
-        tried = self.hands(partial(_promise, likelihood, step), extended)
-        found = [promise for promise in tried if promise is not None]
-        # a law far from linear promises little in one step: it comes along with its rivals
-        promising = {each.effect.id for each in found if each.gain > PROMISING}
-        return sorted((each for each in found if each.effect.id in promising), key=lambda each: -each.gain)
+        tried = self.hands(partial(promised_by_a_step, likelihood, step), extended)
+        return by_gain([each for each in tried if each is not None], PROMISING)
+
+    def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
+        """Candidates that explain the tester by themselves, the best first."""
+        seen = [each for each in candidates if acts_on(each, "cylinders") or acts_on(each, "tester")]
+        return by_gain(list(self.hands(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING)
 
     def fitted(self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS) -> list[Model]:
         """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws."""
@@ -220,29 +220,6 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False)
-class Promise:
-    """What one linearised step says of a candidate: the gain in chi-square with priors, and its best starts."""
-
-    effect: Effect
-    gain: float
-    starts: tuple[Real, ...]
-
-
-def _promise(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
-    """What the last effect of a simulation promises on top of what a step was taken from; None where it cannot be."""
-    candidate, shared = extended.effects[-1], len(likelihood.simulation.shared)
-    whole = Likelihood(extended, likelihood.inflation, likelihood.inflation)
-    own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
-    for start in starts(candidate):
-        with np.errstate(all="ignore"):
-            columns, left = whole.columns(inserted(step.scores, shared, start), own)
-        if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
-            tried.append((step.gain(columns, start, left), start))
-    tried.sort(key=lambda each: -each[0])
-    return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
-
-
-@dataclass(frozen=True, eq=False)
 class _Task:
     """A fit that is to be done."""
 
@@ -254,16 +231,6 @@ class _Task:
 
 def _carried_out(task: _Task) -> Fit:
     return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS)
-
-
-def _plausible(found: Fit) -> Likelihood:
-    """The likelihood of a fit with noise inflated until its misfit could be noise."""
-    likelihood = found.likelihood
-    for inflation in INFLATIONS:
-        likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
-        if likelihood.cost(found.scores) < PLAUSIBLE * likelihood.data:
-            break
-    return likelihood
 
 
 def search_of(
@@ -301,17 +268,6 @@ def best_by_law(models: Sequence[Model]) -> list[Model]:
     for model in sorted(models, key=lambda each: -each.log_evidence):
         found.setdefault(model.effects, model)
     return list(found.values())
-
-
-def starts(effect: Effect) -> list[Real]:
-    """Scores from which a candidate is tried."""
-    combinations = product(*(parameter.starts for parameter in effect.parameters))
-    return [np.array(each) for each in combinations][:MOST_STARTS]
-
-
-def inserted(scores: Real, place: int, own: Real) -> Real:
-    """Scores of a model with those of a further effect among the shared."""
-    return np.concatenate([scores[:place], own, scores[place:]])
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

@@ -16,6 +16,7 @@ class CubicStiffness(Effect):
 
     id = "cubic_stiffness"
     title = "cubic stiffness"
+    law = "square of amplitude"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -24,3 +25,18 @@ class CubicStiffness(Effect):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = blow_amplitude(given, loading, component=True)
         return cylinders.scaled(1 + given["beta"] * amplitude**2, 1.0)
+
+
+@dataclass(frozen=True)
+class SaturatingStiffness(CubicStiffness):
+    """k (1 + beta x^2 / (1 + (x / x_s)^2)): the change levels off beyond an amplitude x_s."""
+
+    law = "levelling off"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, Parameter("x_s", "m", 60e-6, 0.7, positive=True))
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        square = blow_amplitude(given, loading, component=True) ** 2
+        return cylinders.scaled(1 + given["beta"] * square / (1 + square / given["x_s"] ** 2), 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex
 from analysis.gap.effect import Effect, Given
-from analysis.gap.measurement import TesterPoints
+from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
 
 
@@ -18,6 +18,7 @@ class FixtureInertia(Effect):
 
     id = "fixture_inertia"
     title = "inertia of the tester's fixture"
+    law = "one fixture"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -25,3 +26,21 @@ class FixtureInertia(Effect):
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return stiffness - given["m"] * (2 * np.pi * points.frequency) ** 2
+
+
+@dataclass(frozen=True)
+class InertiaOfEachFixture(FixtureInertia):
+    """Each configuration has a fixture of its own, and masses differ a little."""
+
+    law = "a fixture for each configuration"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, *(Parameter(name, "1", 1.0, 0.15) for name in _SHARES))
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        shares = np.array([given[name] for name in _SHARES])[points.configuration]
+        return np.asarray(stiffness - given["m"] * shares * (2 * np.pi * points.frequency) ** 2)
+
+
+_SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Configuration)

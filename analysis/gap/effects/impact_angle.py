@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
-from analysis.dof import Direction
+from analysis.dof import Direction, Dof
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given
 from analysis.gap.measurement import Measurement
@@ -26,12 +27,12 @@ class ImpactAngle(Effect):
         return (Parameter("angle_deg", "deg", 0.0, 2.7),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        leaning = np.array([dof.direction in self._leaning for dof in setting.inputs], dtype=float)
+        leaning = np.array([self.leans(dof) for dof in setting.inputs], dtype=float)
         return replace(bench, lean=bench.lean + leaning * given["angle_deg"] * np.pi / 180)
 
-    @property
-    def _leaning(self) -> tuple[Direction, ...]:
-        return (Direction.Y,)
+    def leans(self, dof: Dof) -> bool:
+        """Whether blows at a point lean."""
+        return dof.direction is Direction.Y
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class SurfaceBlows(ImpactAngle):
     height: float = 0.0
 
     @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[SurfaceBlows, ...]:
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         return (cls(measurement.drawing.beam.height / 2),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
@@ -55,6 +56,25 @@ class AllBlows(ImpactAngle):
 
     law = "all blows"
 
-    @property
-    def _leaning(self) -> tuple[Direction, ...]:
-        return (Direction.X, Direction.Y)
+    def leans(self, dof: Dof) -> bool:
+        return True
+
+
+@dataclass(frozen=True)
+class BlowsAtOnePoint(ImpactAngle):
+    """Blows lean at a point that is hard to reach.
+
+    Attributes:
+        point: which.
+    """
+
+    law = "blows at one point"
+    point: Dof | None = None
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        points = {dof for each in measurement.sets for dof in each.inputs}
+        return tuple(cls(point) for point in sorted(points, key=str))
+
+    def leans(self, dof: Dof) -> bool:
+        return dof == self.point

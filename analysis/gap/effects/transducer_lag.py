@@ -18,6 +18,7 @@ class TransducerLag(Effect):
 
     id = "transducer_lag"
     title = "lag between the tester's transducers"
+    law = "delay"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -25,3 +26,13 @@ class TransducerLag(Effect):
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return np.asarray(stiffness * np.exp(2j * np.pi * points.frequency * given["tau"]))
+
+
+@dataclass(frozen=True)
+class FilteredDisplacement(TransducerLag):
+    """Displacement passes a filter of first order that force does not pass."""
+
+    law = "filter of first order"
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return np.asarray(stiffness * (1 + 2j * np.pi * points.frequency * given["tau"]))

@@ -1,0 +1,100 @@
+"""What effects promise on top of a model before they are fitted to everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.effect import Effect
+from analysis.gap.fit import Fit, Likelihood, Stage, fit
+from analysis.gap.linear_step import LinearStep
+from analysis.gap.simulation import Simulation
+
+INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
+"""Shares of |H| added to noise, of which screening takes the least that makes a model plausible."""
+PLAUSIBLE = 2.0
+"""Chi-square per datum."""
+MOST_STARTS = 12
+IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
+"""A law is right to about a hundredth; what it leaves beyond that counts."""
+TESTER_GAIN, TESTER_STEPS = 1.0, 10
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What is expected of a candidate: the gain in chi-square with priors, and the scores to start from, best first."""
+
+    effect: Effect
+    gain: float
+    starts: tuple[Real, ...]
+
+
+def plausible(found: Fit) -> Likelihood:
+    """The likelihood of a fit with noise inflated until its misfit could be noise."""
+    likelihood = found.likelihood
+    for inflation in INFLATIONS:
+        likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
+        if likelihood.cost(found.scores) < PLAUSIBLE * likelihood.data:
+            break
+    return likelihood
+
+
+def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
+    """What one step of a linearised fit says of the last effect of a simulation; None where it cannot be.
+
+    Args:
+        likelihood: of the model without it.
+        step: from that model.
+        extended: with it.
+    """
+    candidate, shared = extended.effects[-1], len(likelihood.simulation.shared)
+    whole = Likelihood(extended, likelihood.inflation, likelihood.inflation)
+    own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
+    for start in starts(candidate):
+        with np.errstate(all="ignore"):
+            columns, left = whole.columns(inserted(step.scores, shared, start), own)
+        if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
+            tried.append((step.gain(columns, start, left), start))
+    tried.sort(key=lambda each: -each[0])
+    return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
+
+
+def promised_by_tester(extended: Simulation) -> Promise:
+    """What a fit to the tester alone says of the last effect of a simulation: quick, and far from linear if need be."""
+    alone = extended.of(replace(extended.baseline.measurement, sets=()))
+    candidate, own = extended.effects[-1], len(extended.effects[-1].parameters)
+    without = replace(alone, effects=alone.effects[:-1])
+    before, tried = _fitted(without, np.zeros(len(without.shared))), list[tuple[float, Real]]()
+    for start in starts(candidate):
+        found = _fitted(alone, np.concatenate([np.zeros(len(without.shared)), start]))
+        tried.append((before.at.cost - found.at.cost, found.scores[-own:]))
+    tried.sort(key=lambda each: -each[0])
+    return Promise(candidate, tried[0][0], tuple(scores for _, scores in tried[:1]))
+
+
+def _fitted(simulation: Simulation, start: Real) -> Fit:
+    return fit(simulation, start, IN_TESTER, TESTER_GAIN, TESTER_STEPS)
+
+
+def starts(effect: Effect) -> list[Real]:
+    """Scores from which a candidate is tried."""
+    combinations = product(*(parameter.starts for parameter in effect.parameters))
+    return [np.array(each) for each in combinations][:MOST_STARTS]
+
+
+def inserted(scores: Real, place: int, own: Real) -> Real:
+    """Scores of a model with those of a further effect among the shared."""
+    return np.concatenate([scores[:place], own, scores[place:]])
+
+
+def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
+    """Those of effects of which any law gains more than `least`, the best first.
+
+    A law far from linear promises little in one step: it comes along with its rivals.
+    """
+    promising = {each.effect.id for each in promises if each.gain > least}
+    return sorted((each for each in promises if each.effect.id in promising), key=lambda each: -each.gain)

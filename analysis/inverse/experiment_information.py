@@ -117,10 +117,11 @@ def expected(experiment: Experiment) -> Expectation:
 
     values = parameters.start(joints)
     slope = parameters.slope(values)
-    chain = block_diag(slope, np.eye(tolerance.size))
-    prior = np.concatenate([parameters.prior_deviation, tolerance])
-    normal = np.real(chain.conj().T @ products @ chain) + np.diag(1 / prior**2)
-    terms_slope = _terms_slope(slope, tolerance.size)
+    chain = block_diag(slope, np.eye(len(tolerance)))
+    prior = np.concatenate([parameters.prior_deviation, np.sqrt(np.diag(tolerance))])
+    known = block_diag(np.diag(1 / np.square(parameters.prior_deviation)), np.linalg.inv(tolerance))
+    normal = np.real(chain.conj().T @ products @ chain) + known
+    terms_slope = _terms_slope(slope, len(tolerance))
     for each in experiment.priors:
         row = _weights(each, names) @ terms_slope / each.deviation
         normal += np.outer(row, row)
@@ -133,8 +134,9 @@ def expected(experiment: Experiment) -> Expectation:
     nothing = np.zeros(len(products), dtype=complex)
     bound = term_bound(Information(products, nothing, 0.0), tolerance, unit)
     weak = weak_directions(terms_covariance, names, experiment.free_beam.beam.stiffness_unit, terms)
-    known = experiment.tolerances
-    scale = scale_direction((known.sensor_gain, known.youngs_modulus, known.density), bound, terms)
+    first = experiment.sets[0]
+    of_all = experiment.tolerances.covariance(first.response, first.inputs, len(joints))
+    scale = scale_direction(of_all[:3, :3], bound, terms)
     deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
     return Expectation(
         labels=(*parameters.labels, *labels),
@@ -148,10 +150,9 @@ def expected(experiment: Experiment) -> Expectation:
 
 
 def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
-    """Products of derivatives of all sets together, labels of the deviations and their tolerances."""
+    """Products of derivatives of all sets together, labels of the deviations and their covariance."""
     upper = HALF * len(experiment.joints)
-    parts: list[tuple[Complex, tuple[str, ...]]] = []
-    tolerances: dict[str, float] = {}
+    parts: list[tuple[Complex, Real, list[str]]] = []
     for each in experiment.sets:
         model = ResponseModel(
             experiment.free_beam,
@@ -160,21 +161,23 @@ def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Comp
             each.inputs,
             each.frequency,
         )
-        tolerance = experiment.tolerances.deviations(each.response, each.inputs, len(experiment.joints))
+        tolerance = experiment.tolerances.covariance(each.response, each.inputs, len(experiment.joints))
         shape = (len(each.inputs), each.frequency.size)
         noise = np.broadcast_to(np.asarray(each.noise, dtype=float), shape)
         likelihood = ResponseLikelihood(model, np.zeros(shape, dtype=complex), noise, parameters, tolerance)
         stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
-        response = model.condensed(likelihood.deviations(np.zeros(len(parameters.labels) + sum(tolerance > 0))))
-        labels = np.array(deviation_labels(each.response, each.inputs, parameters.names))[tolerance > 0]
-        parts.append((likelihood.information(response.on(stiffness)).products, tuple(labels.tolist())))
-        tolerances.update(zip(labels.tolist(), tolerance[tolerance > 0].tolist(), strict=True))
-    order = {label: upper + place for place, label in enumerate(tolerances)}
+        response = likelihood.as_drawn.on(stiffness)
+        labels = np.array(deviation_labels(each.response, each.inputs, parameters.names))[likelihood.active].tolist()
+        parts.append((likelihood.information(response).products, likelihood.active_tolerance, labels))
+    order = {label: place for place, label in enumerate(dict.fromkeys(each for *_, own in parts for each in own))}
     products = np.zeros((upper + len(order), upper + len(order)), dtype=complex)
-    for own, labels_of_set in parts:
-        places = [*range(upper), *(order[label] for label in labels_of_set)]
+    covariance = np.zeros((len(order), len(order)))
+    for own, own_covariance, labels in parts:
+        places = np.array([order[label] for label in labels], dtype=np.intp)
+        covariance[np.ix_(places, places)] = own_covariance
+        places = np.concatenate([np.arange(upper), upper + places])
         products[np.ix_(places, places)] += own
-    return products, tuple(tolerances), np.array(list(tolerances.values()))
+    return products, tuple(order), covariance
 
 
 def _terms_slope(slope: Complex, deviations: int) -> Real:

@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.interval import Estimate
 from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity, reciprocity
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
@@ -78,6 +79,17 @@ class JointFit:
         """(12 joints, 12 joints) of the terms of all joints, with what they have in common."""
         return _terms_covariance(self.likelihood, self.values, self.covariance)
 
+    @property
+    def exponents(self) -> dict[str, Estimate]:
+        """By joint, of the power of frequency that it follows; empty where joints were taken to be constant."""
+        deviation = np.sqrt(np.diag(self.covariance))
+        found = {}
+        for name in self.joints:
+            if (label := f"exponent of joint {name}") in self.labels:
+                place = self.labels.index(label)
+                found[name] = Estimate(float(self.values[place]), float(deviation[place]))
+        return found
+
     def sum_of(self, p: int, q: int) -> tuple[complex, float, float]:
         """Sum over all joints of k + i h at row `p`, column `q`, and the standard deviations of its parts."""
         place = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index((min(p, q), max(p, q)))
@@ -112,8 +124,8 @@ class JointFit:
         """
         fit = self.likelihood
         model = ResponseModel(fit.model.free_beam, fit.model.joint_nodes, response, tuple(inputs), frequency)
-        count = len(COMMON) + len(fit.model.joint_nodes)
-        kept = np.zeros(fit.tolerance.size, dtype=bool)
+        count = len(COMMON) + 2 * len(fit.model.joint_nodes)
+        kept = np.zeros(len(fit.tolerance), dtype=bool)
         kept[:count] = True
         if response != fit.model.response:
             kept[[0, COMMON.index("sensor position")]] = False
@@ -143,13 +155,13 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
     scale = max(1.0, float(np.mean(square)) / freedom)
 
     _, weight = likelihood.prior
-    covariance = inverse((found.at.normal - np.diag(weight)) / scale + np.diag(weight))
+    covariance = inverse((found.at.normal - weight) / scale + weight)
     upper = likelihood.upper(found.values).reshape(len(names), HALF)
     terms = np.hstack([upper.real, upper.imag])
     terms_covariance = _terms_covariance(likelihood, found.values, covariance)
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
-    bound = term_bound(information, likelihood.tolerance[likelihood.active], unit)
+    bound = term_bound(information, likelihood.active_tolerance, unit)
     observable = bound.observable(terms.ravel()).reshape(terms.shape)
 
     joints = {}
@@ -164,7 +176,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
-    common_scale = scale_direction(likelihood.tolerance[:3], bound, terms.ravel())
+    common_scale = scale_direction(likelihood.tolerance[:3, :3], bound, terms.ravel())
     return JointFit(
         joints=joints,
         labels=(*likelihood.parameters.labels, *labels.tolist()),

@@ -19,7 +19,7 @@ from analysis.inverse.tolerances import COMMON
 
 
 def term_columns(response: SupportedResponse) -> Complex:
-    """(6 joints, rows, lines) derivatives of the accelerances in the upper terms of each joint's z = k + i h.
+    """(6 joints, rows, lines) derivatives of the accelerances in the upper terms of each joint's z = k + i h at 100 Hz.
 
     The derivative in a damping h is i times that in k, for the accelerance is analytic in z.
     """
@@ -27,7 +27,7 @@ def term_columns(response: SupportedResponse) -> Complex:
     sensor, blows = u[:, :1], u[:, 1:]
     factor = -_to_accelerance(response)
     columns = np.empty((2 * len(u), *response.accelerance.shape), dtype=complex)
-    weighted = factor * sensor
+    weighted = factor * response.condensed.growth[:, None] * sensor
     for joint in range(len(u) // 3):
         for place, (p, q) in enumerate(UPPER):
             first, second = 3 * joint + p, 3 * joint + q
@@ -43,7 +43,7 @@ def deviation_columns(response: SupportedResponse, active: NDArray[np.bool_]) ->
 
     Args:
         response: at the deviations of its condensed beam.
-        active: (4 + joints + rows,) which of them are asked for, in the order of `tolerances.Deviations`.
+        active: (4 + 2 joints + rows,) which of them are asked for, in the order of `tolerances.Deviations`.
     """
     if not np.any(active):
         return np.empty((0, *response.accelerance.shape), dtype=complex)
@@ -66,12 +66,17 @@ def _columns(response: SupportedResponse, active: NDArray[np.bool_]) -> Iterator
         yield -factor * _along(response, sensor * (lam**2 + np.sqrt(e / r) * damping))
     if active[3]:
         yield factor * _along(response, np.broadcast_to(beam.end_slopes[0][:, None], sensor.shape))
-    first_row = len(COMMON) + len(model.joint_nodes)
-    for joint in np.flatnonzero(active[len(COMMON) : first_row]):
+    first_exponent = len(COMMON) + len(model.joint_nodes)
+    first_row = first_exponent + len(model.joint_nodes)
+    for joint in np.flatnonzero(active[len(COMMON) : first_exponent]):
         at = slice(3 * joint, 3 * joint + 3)
         slopes, force = beam.joint_slopes[at], response.force[at]
         at_sensor = np.einsum("jl,jsl->sl", times_fields(slopes, sensor), force[:, 1:])
         yield -factor * (at_sensor + _along(response, times_fields(slopes.T, force[:, 0])))
+    for joint in np.flatnonzero(active[first_exponent:first_row]):
+        at = slice(3 * joint, 3 * joint + 3)
+        given = np.einsum("jl,jsl->sl", response.displacement[at, 0], response.force[at, 1:])
+        yield -factor * beam.log_frequency * given
     for row in np.flatnonzero(active[first_row:]):
         column = np.zeros_like(response.accelerance)
         column[row] = factor * times_fields(beam.end_slopes[1 + row][None], sensor)[0]

@@ -50,7 +50,7 @@ class ResponseLikelihood:
         measured: (rows, lines) accelerances, (m/s^2)/N.
         deviation: (rows, lines) their standard deviation, per real and imaginary part.
         parameters: of the joints.
-        tolerance: (4 + joints + rows,) standard deviations of the bench's deviations; zero holds one at nil.
+        tolerance: (4 + 2 joints + rows, the same) prior covariance of the bench's deviations; zero holds one at nil.
     """
 
     model: ResponseModel
@@ -73,15 +73,20 @@ class ResponseLikelihood:
 
     @property
     def active(self) -> NDArray[np.bool_]:
-        """(4 + joints + rows,) which deviations of the bench are parameters."""
-        return self.tolerance > 0
+        """(4 + 2 joints + rows,) which deviations of the bench are parameters."""
+        return np.diag(self.tolerance) > 0
+
+    @property
+    def active_tolerance(self) -> Real:
+        """(active, active) prior covariance of the deviations that are parameters."""
+        return self.tolerance[np.ix_(self.active, self.active)]
 
     @cached_property
     def prior(self) -> tuple[Real, Real]:
-        """(parameters,) means, and one over the variances."""
+        """(parameters,) means, and (parameters, parameters) the inverse of the covariance."""
         mean = np.concatenate([self.parameters.prior_mean, np.zeros(int(np.sum(self.active)))])
-        deviation = np.concatenate([self.parameters.prior_deviation, self.tolerance[self.active]])
-        return mean, 1 / deviation**2
+        of_joints = np.diag(1 / np.square(self.parameters.prior_deviation))
+        return mean, block_diag(of_joints, np.linalg.inv(self.active_tolerance))
 
     @cached_property
     def as_drawn(self) -> CondensedBeam:
@@ -101,7 +106,7 @@ class ResponseLikelihood:
 
     def deviations(self, values: Real) -> Deviations:
         """Of the bench, from parameters (parameters,)."""
-        found = np.zeros(self.tolerance.size)
+        found = np.zeros(len(self.tolerance))
         found[self.active] = values[len(self.parameters.labels) :]
         return Deviations(found, len(self.model.joint_nodes))
 
@@ -111,7 +116,7 @@ class ResponseLikelihood:
         return free.on(matrices(self.upper(values)))
 
     def upper(self, values: Real) -> Complex:
-        """(6 joints,) upper terms of z of all joints where they really sit."""
+        """(6 joints,) upper terms of z of all joints where they really sit, at 100 Hz where they follow frequency."""
         own = self.parameters.upper(values[: len(self.parameters.labels)])
         return np.asarray(self._moved(self.deviations(values))[0] @ own)
 
@@ -122,7 +127,8 @@ class ResponseLikelihood:
             return float("inf")
         mean, weight = self.prior
         left = (self.measured - self.response(values).accelerance) / self.deviation
-        return float(np.vdot(left, left).real + np.sum(weight * (values - mean) ** 2))
+        off = values - mean
+        return float(np.vdot(left, left).real + off @ weight @ off)
 
     def information(self, response: SupportedResponse) -> Information:
         """Products of the whitened derivatives about `response`."""
@@ -141,7 +147,7 @@ class ResponseLikelihood:
         count = len(self.parameters.labels)
         moved, slopes = self._moved(self.deviations(values))
         found: Complex = block_diag(moved @ self.parameters.slope(values[:count]), np.eye(int(np.sum(self.active))))
-        in_places = np.zeros((self.tolerance.size, len(moved)), dtype=complex)
+        in_places = np.zeros((len(self.tolerance), len(moved)), dtype=complex)
         in_places[len(COMMON) : len(COMMON) + len(slopes)] = slopes @ self.parameters.upper(values[:count])
         found[: len(moved), count:] = in_places[self.active].T
         return found
@@ -174,7 +180,7 @@ class ResponseLikelihood:
         found, chain, (mean, weight) = self.information(self.response(values)), self.chain(values), self.prior
         off = values - mean
         return Linearised(
-            cost=found.chi_square + float(np.sum(weight * off**2)),
-            descent=np.real(chain.conj().T @ found.descent) - weight * off,
-            normal=np.real(chain.conj().T @ found.products @ chain) + np.diag(weight),
+            cost=found.chi_square + float(off @ weight @ off),
+            descent=np.real(chain.conj().T @ found.descent) - weight @ off,
+            normal=np.real(chain.conj().T @ found.products @ chain) + weight,
         )

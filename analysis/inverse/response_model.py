@@ -18,7 +18,7 @@ from scipy.linalg import block_diag
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.inverse.tolerances import Deviations
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
 from analysis.structure.beam import DIRECTIONS, FreeBeam
 from analysis.structure.beam_motion import modes_near
 
@@ -81,6 +81,7 @@ class ResponseModel:
             joints=_by_line(_receptance(compliance, at_joints, at_joints)),
             ends=_by_line(_receptance(compliance, at_joints, at_ends)),
             direct=_receptance(compliance, at_ends[:1], at_ends)[0],
+            log_frequency=np.log(self.frequency / REFERENCE_FREQUENCY),
         )
 
     def modal_stiffness(self, deviations: Deviations) -> Complex:
@@ -105,6 +106,7 @@ class CondensedBeam:
         joints: (lines, 3 joints, 3 joints) free receptance between joints, m/N.
         ends: (lines, 3 joints, 1 + rows) free receptance between joints and ends.
         direct: (1 + rows, lines) free receptance between the accelerometer and all ends.
+        log_frequency: (lines,) logarithm of the frequency over that at which joints are stated.
     """
 
     model: ResponseModel
@@ -117,20 +119,26 @@ class CondensedBeam:
     joints: Complex
     ends: Complex
     direct: Complex
+    log_frequency: Real
+
+    @property
+    def growth(self) -> Real:
+        """(3 joints, lines) what frequency makes of the stiffness at each freedom of the joints."""
+        return np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency))
 
     def on(self, dynamic_stiffness: Complex) -> SupportedResponse:
-        """Put it on joints of `dynamic_stiffness` (joints, 3, 3).
+        """Put it on joints of `dynamic_stiffness` (joints, 3, 3), where they follow frequency that at 100 Hz.
 
         Raises:
             AnalysisError: a line lies exactly on a resonance without damping.
         """
-        z = block_diag(*dynamic_stiffness)
+        z, growth = block_diag(*dynamic_stiffness), self.growth
         try:
-            moved = np.linalg.solve(np.eye(len(z)) + self.joints @ z, self.ends)
+            moved = np.linalg.solve(np.eye(len(z)) + (self.joints * growth.T[:, None]) @ z, self.ends)
         except np.linalg.LinAlgError as error:
             raise AnalysisError("a line lies on a resonance of the beam without damping") from error
         displacement = np.ascontiguousarray(np.moveaxis(moved, 0, -1))
-        force = np.tensordot(z, displacement, axes=1)
+        force = np.asarray(growth[:, None] * np.tensordot(z, displacement, axes=1), dtype=complex)
         through_joints = np.einsum("jl,jsl->sl", np.moveaxis(self.ends[:, :, 0], 0, -1), force)
         receptance = (self.direct - through_joints)[1:]
         factor = self.model.poles**2 * (1 + self.deviations.gain)

@@ -44,16 +44,17 @@ def term_bound(information: Information, tolerance: Real, unit: Real) -> TermBou
 
     Args:
         information: over upper terms of z, then active deviations.
-        tolerance: (active,) standard deviations of the latter.
+        tolerance: (active, active) covariance of the latter.
         unit: (12 joints,) of the terms.
     """
     joints = unit.size // (2 * HALF)
-    chain = block_diag(*joints * [np.hstack([np.eye(HALF), 1j * np.eye(HALF)])], np.eye(tolerance.size))
+    chain = block_diag(*joints * [np.hstack([np.eye(HALF), 1j * np.eye(HALF)])], np.eye(len(tolerance)))
     normal = np.real(chain.conj().T @ information.products @ chain)
     count = unit.size
     terms, across, others = normal[:count, :count], normal[:count, count:], normal[count:, count:]
     lost = np.zeros_like(terms)
     if tolerance.size:
-        scaled = others * np.outer(tolerance, tolerance) + np.eye(tolerance.size)
-        lost = across * tolerance @ np.linalg.solve(scaled, (across * tolerance).T)
+        root = np.linalg.cholesky(tolerance)
+        seen = across @ root
+        lost = seen @ np.linalg.solve(root.T @ others @ root + np.eye(len(root)), seen.T)
     return TermBound(bounded_inverse(terms, unit), bounded_inverse(terms - lost, unit))

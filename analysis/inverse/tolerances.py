@@ -2,6 +2,10 @@
 
 A tolerance is one standard deviation of a Gaussian prior with mean zero; one of zero says that the drawing is exact,
 and the deviation is then no parameter at all.
+
+How joints follow frequency is such a deviation too: k + i h = (k + i h at 100 Hz) (f / 100 Hz)^beta. That is the
+spring-pot (i w / w0)^beta, the power law of rubber far from its glass (R. L. Bagley, P. J. Torvik, J. Rheology 27,
+1983), whose constant loss angle is in the terms at 100 Hz. The drawing's joint has beta = 0.
 """
 
 from __future__ import annotations
@@ -16,7 +20,9 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 COMMON = ("gain", "Young's modulus", "density", "sensor position")
-"""Deviations of the bench as a whole; those of each joint's and of each blow's position follow."""
+"""Deviations of the bench as a whole; position and exponent of each joint, and each blow's position, follow."""
+MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
+REFERENCE_FREQUENCY = 100.0  # Hz, at which the terms of joints that follow frequency are stated
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,9 @@ class Tolerances:
         joint_position: of each joint along the beam, m.
         blow_position: of each transverse row's blows along the beam, m.
         inclination: of each cylinder, rad; used by the cylinder parameters only.
+        joint_exponent: of the power of frequency that each joint follows; rubber has 0.02 to 0.2. Zero says that joints
+            are constant.
+        material_correlation: between the deviations of Young's modulus and density, as a suspended test leaves it.
     """
 
     sensor_gain: float = 0.0
@@ -40,14 +49,26 @@ class Tolerances:
     joint_position: float = 0.0
     blow_position: float = 0.0
     inclination: float = 0.0
+    joint_exponent: float = 0.0
+    material_correlation: float = 0.0
 
     def __post_init__(self) -> None:
+        if not abs(self.material_correlation) < 1:
+            raise AnalysisError(f"a correlation of {self.material_correlation}; it must lie between -1 and 1")
         for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0):
+            if name != "material_correlation" and not (np.isfinite(value) and value >= 0):
                 raise AnalysisError(f"the tolerance {name} is {value}; it must be zero or a positive number")
 
+    def covariance(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
+        """(4 + 2 joints + rows, the same) covariance in the order of `Deviations`."""
+        deviation = self.deviations(response, inputs, joints)
+        found = np.diag(deviation**2)
+        mutual = self.material_correlation * deviation[MODULUS] * deviation[DENSITY]
+        found[MODULUS, DENSITY] = found[DENSITY, MODULUS] = mutual
+        return found
+
     def deviations(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
-        """(4 + joints + rows,) standard deviations in the order of `Deviations`.
+        """(4 + 2 joints + rows,) standard deviations in the order of `Deviations`.
 
         Along the beam a blow on the end face has no position, nor has an accelerometer that measures along it.
         """
@@ -56,6 +77,7 @@ class Tolerances:
         return np.array(
             [self.sensor_gain, self.youngs_modulus, self.density, sensor]
             + joints * [self.joint_position]
+            + joints * [self.joint_exponent]
             + [self.blow_position * each for each in transverse]
         )
 
@@ -69,8 +91,8 @@ class Deviations:
     """How one bench and its measurement differ from the drawing.
 
     Attributes:
-        values: (4 + joints + rows,) relative gain, Young's modulus and density; positions of the accelerometer, of
-            each joint and of each row's blows, m.
+        values: (4 + 2 joints + rows,) relative gain, Young's modulus and density; positions of the accelerometer and of
+            each joint, m; exponent of each joint; positions of each row's blows, m.
         joints: number of joints.
     """
 
@@ -80,7 +102,7 @@ class Deviations:
     @classmethod
     def none(cls, joints: int, rows: int) -> Deviations:
         """A bench as drawn."""
-        return cls(np.zeros(len(COMMON) + joints + rows), joints)
+        return cls(np.zeros(len(COMMON) + 2 * joints + rows), joints)
 
     @property
     def gain(self) -> float:
@@ -90,12 +112,12 @@ class Deviations:
     @property
     def youngs_modulus(self) -> float:
         """Relative."""
-        return float(self.values[1])
+        return float(self.values[MODULUS])
 
     @property
     def density(self) -> float:
         """Relative."""
-        return float(self.values[2])
+        return float(self.values[DENSITY])
 
     @property
     def sensor_position(self) -> float:
@@ -108,13 +130,18 @@ class Deviations:
         return self.values[len(COMMON) : len(COMMON) + self.joints]
 
     @property
+    def joint_exponents(self) -> Real:
+        """(joints,)."""
+        return self.values[len(COMMON) + self.joints : len(COMMON) + 2 * self.joints]
+
+    @property
     def blow_positions(self) -> Real:
         """(rows,) m."""
-        return self.values[len(COMMON) + self.joints :]
+        return self.values[len(COMMON) + 2 * self.joints :]
 
 
 def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]) -> tuple[str, ...]:
-    """(4 + joints + rows,) names of the deviations, in the order of `Deviations`."""
+    """(4 + 2 joints + rows,) names of the deviations, in the order of `Deviations`."""
     gain, modulus, density, sensor = COMMON
     return (
         f"{gain} of {response}",
@@ -122,5 +149,6 @@ def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence
         density,
         f"{sensor} of {response}",
         *(f"position of joint {name}" for name in joint_names),
+        *(f"exponent of joint {name}" for name in joint_names),
         *(f"blow position of {point}" for point in inputs),
     )

@@ -64,20 +64,20 @@ def weak_directions(
     return tuple(sorted(found, key=lambda direction: -direction.standard_deviation))
 
 
-def scale_direction(tolerances: Sequence[float] | Real, bound: TermBound, values: Real) -> WeakDirection | None:
+def scale_direction(tolerance: Real, bound: TermBound, values: Real) -> WeakDirection | None:
     """The common factor of all terms, which accelerances leave open: k, E, rho and the gain may grow together.
 
     Args:
-        tolerances: relative ones of gain, E and rho; with one of them exact, so is the factor.
+        tolerance: (3, 3) relative covariance of gain, E and rho; with one of them exact, so is the factor.
         bound: of the terms, for comparison.
         values: (terms,).
 
     Returns:
         The factor, relative, or None where it is known.
     """
-    if not np.all(np.asarray(tolerances) > 0):
+    if not np.all(np.diag(tolerance) > 0):
         return None
-    deviation = float(1 / np.sqrt(np.sum(1 / np.square(tolerances))))
+    deviation = float(1 / np.sqrt(np.sum(np.linalg.inv(tolerance))))
     known = np.abs(values) > 0
     best = np.min(np.sqrt(np.diag(bound.as_drawn))[known] / np.abs(values[known]), initial=np.inf)
     if best >= deviation:

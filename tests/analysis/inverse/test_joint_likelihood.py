@@ -18,7 +18,8 @@ from analysis.inverse.identification import identify_joints
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.joint_parameters import SymmetricTerms
-from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.response_model import ResponseModel
+from analysis.inverse.tolerances import Deviations, Tolerances
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
@@ -53,6 +54,10 @@ class Laboratory:
     joints: tuple[Joint, Joint]
     inputs: tuple[Dof, ...]
     exact: Complex
+
+    @property
+    def nodes(self) -> Real:
+        return self.model.mesh.positions[list(self.model.mesh.named)]
 
     def measured(self, seed: int, exact: Complex | None = None) -> FrequencyResponses:
         truth = self.exact if exact is None else exact
@@ -168,15 +173,15 @@ def deviating(laboratory: Laboratory, seed: int) -> FrequencyResponses:
     """A bench off its drawing by what is stated, its joints, sensor and blows at nodes of a mesh of its own."""
     sizes = STATED.deviations(SENSOR, laboratory.inputs, 2)
     off = sizes * np.clip(np.random.default_rng([seed, 3]).standard_normal(sizes.size), -2, 2)
-    drawn = laboratory.model.mesh.positions[list(laboratory.model.mesh.named)]
+    drawn = laboratory.nodes
     nominal = laboratory.model.beam
     length = nominal.length
     beam = replace(
         nominal, youngs_modulus=nominal.youngs_modulus * (1 + off[1]), density=nominal.density * (1 + off[2])
     )
-    off[6 + laboratory.inputs.index(Dof.parse("1y"))] = abs(off[6 + laboratory.inputs.index(Dof.parse("1y"))])
-    off[6 + laboratory.inputs.index(Dof.parse("11y"))] = -abs(off[6 + laboratory.inputs.index(Dof.parse("11y"))])
-    blows = [float(drawn[point.node - 1] + d) for point, d in zip(laboratory.inputs, off[6:], strict=True)]
+    off[8 + laboratory.inputs.index(Dof.parse("1y"))] = abs(off[8 + laboratory.inputs.index(Dof.parse("1y"))])
+    off[8 + laboratory.inputs.index(Dof.parse("11y"))] = -abs(off[8 + laboratory.inputs.index(Dof.parse("11y"))])
+    blows = [float(drawn[point.node - 1] + d) for point, d in zip(laboratory.inputs, off[8:], strict=True)]
     sensor, supports = float(drawn[2] + off[3]), [float(drawn[1] + off[4]), float(drawn[9] + off[5])]
     places = sorted({0.0, length, sensor, *supports, *blows})
     node = {place: number for number, place in enumerate(places, start=1)}
@@ -249,6 +254,61 @@ def test_cylinders_as_parameters_determine_k11_of_each_joint(laboratory: Laborat
         assert not found.observable[0, 0]  # the parametrisation says so, not the data
     shear = fit.labels.index("Re a(I)")
     assert fit.values[shear] == pytest.approx(0.36e6, abs=3 * np.sqrt(fit.covariance[shear, shear]))
+
+
+FOLLOWING = Tolerances(joint_exponent=0.1)
+EXPONENTS = np.array([0.06, 0.11])
+
+
+@pytest.fixture(scope="module")
+def following(laboratory: Laboratory) -> Complex:
+    """Accelerances of joints that follow a power of frequency, stated at 100 Hz, on a beam of their own mesh."""
+    finer = assemble(laboratory.model.beam, Mesh.through(laboratory.nodes, 16), damping_ratios=RATIOS)
+    model = ResponseModel(finer, (2, 10), SENSOR, laboratory.inputs, FREQUENCY)
+    values = Deviations.none(2, len(laboratory.inputs)).values
+    values[6:8] = EXPONENTS
+    stiffness = np.array([joint.dynamic_stiffness for joint in laboratory.joints])
+    return model.condensed(Deviations(values, 2)).on(stiffness).accelerance
+
+
+def test_a_joint_that_follows_frequency_is_another_joint_at_each_line(
+    laboratory: Laboratory, following: Complex
+) -> None:
+    finer = assemble(laboratory.model.beam, Mesh.through(laboratory.nodes, 16), damping_ratios=RATIOS)
+    for line in (0, 30, 200, 500):
+        factors = (FREQUENCY[line] / 100.0) ** EXPONENTS
+        joints = [
+            replace(joint, dynamic_stiffness=factor * joint.dynamic_stiffness)
+            for joint, factor in zip(laboratory.joints, factors, strict=True)
+        ]
+        found = accelerance(finer, joints, FREQUENCY[line : line + 1], SENSOR, laboratory.inputs).accelerance[:, 0]
+        assert found == pytest.approx(following[:, line], rel=1e-7)
+
+
+def test_joints_that_follow_frequency_give_their_exponents_and_their_stiffness(
+    laboratory: Laboratory, following: Complex
+) -> None:
+    scores = []
+    for seed in range(8):
+        measured = laboratory.measured(seed, following)
+        fit = identify_from_responses(laboratory.model, measured, laboratory.off(seed), tolerances=FOLLOWING)
+        assert fit.passed
+        found, terms = fit.exponents.values(), dominant(laboratory, fit)
+        of_exponents = [(each.value - true) / each.standard_error for each, true in zip(found, EXPONENTS, strict=True)]
+        scores.append([*of_exponents, *(terms[:, 0] / terms[:, 1])])
+    inside = np.abs(np.array(scores)) < 1.96
+    assert float(np.mean(inside[:, :2])) >= 13 / 16
+    assert float(np.mean(inside)) >= 0.88
+
+
+def test_constant_joints_have_no_exponent_to_speak_of(laboratory: Laboratory, fits: list[JointFit]) -> None:
+    fit = identify_from_responses(
+        laboratory.model, laboratory.measured(0), laboratory.off(0), tolerances=replace(STATED, joint_exponent=0.1)
+    )
+    for found in fit.exponents.values():
+        assert abs(found.value) < 3 * found.standard_error
+        assert found.standard_error < 0.01
+    assert not fits[0].exponents
 
 
 def test_a_withheld_row_is_predicted_within_its_band(laboratory: Laboratory) -> None:

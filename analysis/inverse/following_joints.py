@@ -1,0 +1,108 @@
+"""What a beam does on joints that follow a power of frequency: its modes and its accelerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.errors import AnalysisError
+from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.response_model import ResponseModel
+from analysis.inverse.tolerances import COMMON, REFERENCE_FREQUENCY, Deviations
+from analysis.modes import Modes
+from analysis.structure.beam import FreeBeam
+from analysis.structure.forward import accelerance, eigensolution
+from analysis.structure.joints import Joint
+
+ITERATIONS = 30
+SETTLED = 1e-9  # relative change of a natural frequency
+ROOM = 1.5  # modes are sought so far above the highest that is wanted, for joints at a lower frequency are softer
+
+
+def joints_at(frequency: float, joints: Sequence[Joint], exponents: Mapping[str, float]) -> list[Joint]:
+    """The joints as they are at `frequency`, Hz, from those at 100 Hz and their exponents by name."""
+    return [
+        replace(
+            joint,
+            dynamic_stiffness=joint.dynamic_stiffness
+            * (frequency / REFERENCE_FREQUENCY) ** exponents.get(joint.name, 0.0),
+        )
+        for joint in joints
+    ]
+
+
+def modes_on(
+    free_beam: FreeBeam, joints: Sequence[Joint], exponents: Mapping[str, float], highest_frequency: float
+) -> Modes:
+    """Complex modes, each on the joints as they are at its own natural frequency.
+
+    Args:
+        free_beam: the beam without joints.
+        joints: at 100 Hz.
+        exponents: by joint; without one a joint is constant.
+        highest_frequency: of the modes wanted, Hz.
+
+    Raises:
+        AnalysisError: a mode's frequency does not settle, or `eigensolution` finds none.
+    """
+    every = eigensolution(free_beam, joints, highest_frequency if not exponents else ROOM * highest_frequency)
+    if not exponents:
+        return every
+    found = [_settled(free_beam, joints, exponents, every, number) for number in range(every.poles.size)]
+    modes = Modes(
+        np.array([each.poles[number] for number, each in enumerate(found)]),
+        np.array([each.shapes[number] for number, each in enumerate(found)]),
+        every.dofs,
+    )
+    keep = modes.frequency <= highest_frequency
+    return Modes(modes.poles[keep], modes.shapes[keep], modes.dofs)
+
+
+def accelerance_on(
+    free_beam: FreeBeam,
+    joints: Sequence[Joint],
+    exponents: Mapping[str, float],
+    frequency: Real,
+    response: Dof,
+    inputs: Sequence[Dof],
+) -> FrequencyResponses:
+    """Accelerances, Eq. (46), with the joints at each line as they are at its frequency.
+
+    Args:
+        free_beam: the beam without joints.
+        joints: at 100 Hz.
+        exponents: by joint; without one a joint is constant.
+        frequency: (lines,) Hz, rising, none negative; at 0 Hz what is held does not accelerate.
+        response: where the accelerometer sits.
+        inputs: (rows,) where the hammer strikes.
+    """
+    if not exponents:
+        return accelerance(free_beam, joints, frequency, response, inputs)
+    moving = frequency > 0
+    nodes = tuple(joint.node for joint in joints)
+    model = ResponseModel(free_beam, nodes, response, tuple(inputs), frequency[moving])
+    values = Deviations.none(len(joints), len(inputs)).values
+    first = len(COMMON) + len(joints)
+    values[first : first + len(joints)] = [exponents.get(joint.name, 0.0) for joint in joints]
+    stiffness = np.array([joint.dynamic_stiffness for joint in joints])
+    found = np.zeros((len(inputs), frequency.size), dtype=complex)
+    found[:, moving] = model.condensed(Deviations(values, len(joints))).on(stiffness).accelerance
+    return FrequencyResponses(frequency, found, response, tuple(inputs))
+
+
+def _settled(
+    free_beam: FreeBeam, joints: Sequence[Joint], exponents: Mapping[str, float], modes: Modes, number: int
+) -> Modes:
+    """All modes on the joints as they are at the frequency of the one of this `number`."""
+    limit = ROOM * float(modes.frequency[-1])
+    for _ in range(ITERATIONS):
+        before = float(modes.frequency[number])
+        modes = eigensolution(free_beam, joints_at(before, joints, exponents), limit)
+        if modes.poles.size <= number:
+            break
+        if abs(modes.frequency[number] - before) < SETTLED * before:
+            return modes
+    raise AnalysisError(f"mode {number + 1} finds no frequency on joints with exponents {dict(exponents)}")

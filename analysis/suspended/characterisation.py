@@ -1,6 +1,7 @@
 """The test of the suspended bar, Section 7: Table 1 with intervals, the bar's damping, and its material and dimensions.
 
-What identification of joints needs from it is `FreeBeamResult.free_beam`: the updated bar with its proportional C.
+What identification of joints needs from it is the bar's `damping_ratios`, which make the proportional C, and its
+`material`. `free_beam` is the updated bar itself.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, Theory, a
 from analysis.suspended.beam_identifiability import statements
 from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, update_beam
 from analysis.suspended.free_modes import ElasticModes, elastic_modes
+from analysis.suspended.material import Material, material_of
 from analysis.suspended.rayleigh import RayleighDamping, rayleigh_damping
 from analysis.suspended.suspension import SOFT, Suspension
 
@@ -50,6 +52,8 @@ class FreeBeamResult:
         damping_ratios: of the elastic modes from the lowest up, for `assemble`; nought where one was not measured.
         rayleigh: whether C = alpha M + beta K would do; None where one mode was measured only.
         update: the bar after the update.
+        material: Young's modulus and density for the bar as drawn in size; None where frequencies and tolerances
+            disagree, and nothing of the update can be relied on.
         free_beam: that bar with its damping and what is mounted on it.
         statements: what is not determined or not right, one sentence each.
     """
@@ -59,6 +63,7 @@ class FreeBeamResult:
     damping_ratios: tuple[float, ...]
     rayleigh: RayleighDamping | None
     update: BeamUpdate
+    material: Material | None
     free_beam: FreeBeam
     statements: tuple[str, ...]
 
@@ -119,6 +124,7 @@ def characterise_free_beam(
         damping_ratios=ratios,
         rayleigh=rayleigh,
         update=update,
+        material=material_of(update) if update.consistent else None,
         free_beam=updated,
         statements=(
             *_of_suspension(elastic, suspension),

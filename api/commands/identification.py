@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +11,7 @@ from rich.table import Table
 
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from api.commands.terminal import (
     LARGEST_RUN,
@@ -23,19 +22,19 @@ from api.commands.terminal import (
     run_number,
     write_json,
 )
-from api.errors import ApiError
 from api.identification.document import identification_document, modes_document, plain
-from api.identification.measurement import Measurement, dof
+from api.identification.measurement import dof
+from api.identification.options import AS_MEASURED, Options
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
-from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import SWITCHES
 from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
-from store.catalogue import Catalogue
 
+MOST_ELEMENTS = 64
 Without = Annotated[
     list[str] | None,
     typer.Option(help=f"Leave a correction of the sine points off; may be repeated: {', '.join(SWITCHES)}."),
@@ -45,7 +44,28 @@ Without = Annotated[
 FreeBeam = Annotated[
     int | None,
     typer.Option(
-        metavar="RUN", min=1, max=LARGEST_RUN, help="A run on the suspended beam, whose damping the beam then has."
+        metavar="RUN",
+        min=1,
+        max=LARGEST_RUN,
+        help="A run on the suspended beam, whose damping, modulus and density the beam then has, with their errors.",
+    ),
+]
+Elements = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        max=MOST_ELEMENTS,
+        help="Of the beam between neighbouring nodes; 1 is the paper's mesh. By default 8, or 32 where the article "
+        "states no tolerance.",
+    ),
+]
+JointExponent = Annotated[
+    float,
+    typer.Option(
+        min=0.0,
+        max=1.0,
+        help="Let every joint follow a power of frequency, its exponent nil within this standard deviation (rubber: "
+        "0.1). By default joints are constant.",
     ),
 ]
 
@@ -61,6 +81,8 @@ def identify_(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
     without: Without = None,
     free_beam: FreeBeam = None,
+    elements: Elements = None,
+    joint_exponent: JointExponent = 0.0,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
@@ -68,7 +90,7 @@ def identify_(
     """
     if json_file is not None:
         check_writable(json_file)
-    found = identified(target, without or (), free_beam)
+    found = identified(target, Options(tuple(without or ()), elements, joint_exponent), free_beam)
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -95,13 +117,13 @@ def modes(
         out.print(modes_table(estimate))
 
 
-def identified(target: str, without: Sequence[str] = (), free_beam: int | None = None) -> Identification:
+def identified(target: str, options: Options = AS_MEASURED, free_beam: int | None = None) -> Identification:
     """Identify a bundle, or a run; a run's results are stored.
 
     Args:
         target: a bundle's path, or the number of a run.
-        without: corrections of the sine points to switch off.
-        free_beam: number of a run on the suspended beam, whose damping is the beam's.
+        options: what is chosen by hand.
+        free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
 
     Raises:
         StoreError, AnalysisError, ApiError: there is no such thing, or nothing can be identified from it.
@@ -111,27 +133,15 @@ def identified(target: str, without: Sequence[str] = (), free_beam: int | None =
         measurement = measurement_of_bundle(read_bundle(Path(target)))
         if free_beam is not None:
             with open_catalogue() as catalogue:
-                measurement = _with_free_beam(measurement, catalogue, free_beam)
-        return identify(measurement, without)
+                measurement = with_free_beam(measurement, catalogue, free_beam, on_terminal(progress_console))
+        return identify(measurement, options)
     with open_catalogue() as catalogue:
         measurement = measurement_of_run(catalogue, run, on_terminal(progress_console))
         if free_beam is not None:
-            measurement = _with_free_beam(measurement, catalogue, free_beam)
-        found = identify(measurement, without)
+            measurement = with_free_beam(measurement, catalogue, free_beam, on_terminal(progress_console))
+        found = identify(measurement, options)
         store_identification(catalogue, run, found)
     return found
-
-
-def _with_free_beam(measurement: Measurement, catalogue: Catalogue, run: int) -> Measurement:
-    """The measurement with the suspended test of another run.
-
-    Raises:
-        ApiError: that run has none.
-    """
-    suspended = measurement_of_run(catalogue, run, on_terminal(progress_console)).suspended
-    if suspended is None:
-        raise ApiError(f"run {run} has no hammer step on the suspended beam")
-    return replace(measurement, suspended=suspended)
 
 
 def modes_table(estimate: ModalEstimate) -> Table:
@@ -193,6 +203,12 @@ def show(found: Identification) -> None:
                     " .. ".join(f"{end / 1e6:.3f}" for end in paper.k_ci95[at]),
                 )
         out.print(table)
+        for name, exponent in found.inverse.fit.exponents.items():
+            low, high = exponent.interval()
+            out.print(
+                f"joint {name} follows the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency; "
+                f"its terms are those at {REFERENCE_FREQUENCY:g} Hz"
+            )
         gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]
         for gate in gates:
             if not gate.passed:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from api.commands.identification import Elements
 from api.commands.sequences import BUILT_IN, named_sequence
 from api.commands.terminal import out, write_json
 from api.planning.plan import ExpectedCylinder, plan_of
@@ -28,11 +29,13 @@ def plan(
     rotation: Annotated[float, typer.Option(min=0.0, help="Of one cylinder, as expected, N m.")] = 20.0,
     loss_factor: Annotated[float, typer.Option(min=0.0, max=2.0, help="Of the elastomer.")] = 0.1,
     noise: Annotated[float, typer.Option(min=1e-9, help="Of an averaged accelerance, (m/s^2)/N.")] = 0.003,
+    elements: Elements = None,
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write the page.")] = Path("plan.html"),
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")] = None,
 ) -> None:
     """Say which intervals a hammer test will leave, what would mend it, and how the bench lies to design studies."""
-    found = plan_of(named_sequence(sequence), ExpectedCylinder(shear, compression, rotation, loss_factor), noise)
+    cylinder = ExpectedCylinder(shear, compression, rotation, loss_factor)
+    found = plan_of(named_sequence(sequence), cylinder, noise, elements)
     table = Table("joint", "element", "expected", "half-width of 95 %", box=None)
     for row in expected_rows(found):
         table.add_row(*row)

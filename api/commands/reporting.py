@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from api.commands.identification import FreeBeam, Without, identified
+from api.commands.identification import Elements, FreeBeam, JointExponent, Without, identified
 from api.commands.terminal import open_catalogue, out, run_number
+from api.identification.options import Options
 from api.report.gap import stored_gap_sections
 from api.report.page import write_report
 from api.report.section import Section
@@ -24,12 +25,15 @@ def report(
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
     without: Without = None,
     free_beam: FreeBeam = None,
+    elements: Elements = None,
+    joint_exponent: JointExponent = 0.0,
 ) -> None:
     """Identify and write the report, with the paper's figures and tables for this bench.
 
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
-    found, run = identified(target, without or (), free_beam), run_number(target)
+    options = Options(tuple(without or ()), elements, joint_exponent)
+    found, run = identified(target, options, free_beam), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:
         with open_catalogue() as catalogue:

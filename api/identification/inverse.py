@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
+from analysis.inverse.following_joints import accelerance_on, modes_on
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
@@ -21,10 +23,12 @@ from analysis.inverse.weak_directions import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
-from analysis.structure.forward import accelerance, eigensolution
 from analysis.structure.mode_agreement import ModeError, mode_errors
+from analysis.suspended.material import Material
 from api.identification.measurement import Measurement
+from api.identification.options import AS_MEASURED, Options
 from api.identification.structure import free_beam_of
+from api.identification.suspended import SuspendedBeam
 from store.bundle_setup import Article
 
 PAPER = "modal (Eqs. 17-44)"
@@ -65,6 +69,7 @@ class Inverse:
         measured: the reference set.
         modal: its modes.
         free_beam: the beam without joints.
+        tolerances: of the bench, in which the fits look for it.
         components: shape components that the paper's method works on.
         paper: joints by the paper's method, from the modes.
         likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
@@ -76,6 +81,7 @@ class Inverse:
     measured: FrequencyResponses
     modal: ModalEstimate
     free_beam: FreeBeam
+    tolerances: Tolerances
     components: tuple[Dof, ...]
     paper: Route[JointEstimate]
     likelihood: Route[LikelihoodEstimate]
@@ -83,10 +89,16 @@ class Inverse:
     cylinders: JointFit | None
 
 
-def inverse_of(measurement: Measurement, damping_ratios: Sequence[float] | None = None) -> Inverse:
+def inverse_of(
+    measurement: Measurement, suspended: SuspendedBeam | None = None, options: Options = AS_MEASURED
+) -> Inverse:
     """Modes, joints and prediction from the reference set.
 
-    The free beam has these `damping_ratios` from its lowest elastic mode up, or those that the article states.
+    Args:
+        measurement: with a hammer set on the supported beam.
+        suspended: what the beam said without its joints: damping, and E and rho with the errors left to them. Without
+            it they are as the article states.
+        options: the mesh, and whether joints follow frequency.
 
     Raises:
         AnalysisError: the data do not suffice; the message says what is missing.
@@ -94,26 +106,33 @@ def inverse_of(measurement: Measurement, damping_ratios: Sequence[float] | None 
     article = measurement.article
     measured = measurement.responses()
     modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
-    beam = free_beam_of(article, damping_ratios)
+    tested = None if suspended is None else suspended.result
+    beam = free_beam_of(article, tested, options.elements)
+    tolerances = replace(
+        tolerances_of(article, None if tested is None else tested.material), joint_exponent=options.joint_exponent
+    )
     nodes = {joint.name: joint.node for joint in article.joints}
     components = measured_components(measured)
     by_modes = identify_joints(beam, modal.modes, nodes, components)
     start = [found.joint for found in by_modes.values()]
-    fit = identify_from_responses(beam, measured, start, tolerances=tolerances_of(article))
+    fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
     weak = what_is_weak(beam, modal.modes, by_modes, components)
     return Inverse(
         measured=measured,
         modal=modal,
         free_beam=beam,
+        tolerances=tolerances,
         components=components,
         paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
-        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes),
+        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
         fit=fit,
-        cylinders=_by_cylinders(article, beam, measured, fit),
+        cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
     )
 
 
-def _by_cylinders(article: Article, beam: FreeBeam, measured: FrequencyResponses, fit: JointFit) -> JointFit | None:
+def _by_cylinders(
+    article: Article, beam: FreeBeam, measured: FrequencyResponses, fit: JointFit, tolerances: Tolerances
+) -> JointFit | None:
     """The fit over the cylinders, from where `fit` is; None where that is no place to start from."""
     if not fit.passed:
         return None
@@ -122,7 +141,7 @@ def _by_cylinders(article: Article, beam: FreeBeam, measured: FrequencyResponses
         measured,
         [found.joint for found in fit.joints.values()],
         parameters=cylinder_parameters_of(article),
-        tolerances=tolerances_of(article),
+        tolerances=tolerances,
     )
 
 
@@ -140,13 +159,28 @@ def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:
     return tuple(point for point in PAPER_DOFS if point in responses.inputs)
 
 
-def tolerances_of(article: Article) -> Tolerances:
-    """What the laboratory admits not to know of the beam test, as analysis has it."""
+def exponents_of(fit: JointFit) -> dict[str, float]:
+    """Of the power of frequency that each joint follows; empty where joints were taken to be constant."""
+    return {name: found.value for name, found in fit.exponents.items()}
+
+
+def tolerances_of(article: Article, material: Material | None = None) -> Tolerances:
+    """What the laboratory admits not to know of the beam test, as analysis has it.
+
+    Args:
+        article: what is stated.
+        material: what a suspended test left of E and rho, where there is one.
+    """
     stated = article.tolerances
+    modulus, density, correlation = stated.youngs_modulus, stated.density, 0.0
+    if material is not None:
+        modulus, density = (each.standard_error / each.value for each in (material.youngs_modulus, material.density))
+        correlation = material.correlation
     return Tolerances(
         sensor_gain=stated.sensor_gain,
-        youngs_modulus=stated.youngs_modulus,
-        density=stated.density,
+        youngs_modulus=modulus,
+        density=density,
+        material_correlation=correlation,
         sensor_position=stated.node_position,
         joint_position=stated.node_position,
         blow_position=stated.impact_position,
@@ -161,14 +195,15 @@ def _route(
     beam: FreeBeam,
     measured: FrequencyResponses,
     modes: Modes,
+    exponents: Mapping[str, float] = MappingProxyType({}),
 ) -> Route[JointT]:
     held_by = [found.joint for found in joints.values()]
-    predicted = eigensolution(beam, held_by, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
+    predicted = modes_on(beam, held_by, exponents, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
     return Route(
         method=method,
         joints=joints,
         weak_directions=weak_directions,
         predicted=predicted,
         errors=mode_errors(modes, predicted),
-        responses=accelerance(beam, held_by, measured.frequency, measured.response, measured.inputs),
+        responses=accelerance_on(beam, held_by, exponents, measured.frequency, measured.response, measured.inputs),
     )

@@ -10,11 +10,11 @@ import numpy as np
 from analysis.blow_amplitude import BlowForce, joint_amplitudes_pp
 from analysis.dof import Dof
 from analysis.frequency_response import Real
+from analysis.inverse.following_joints import modes_on
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.modes import Modes
-from analysis.structure.forward import eigensolution
-from api.identification.inverse import HIGHEST_PREDICTED, Inverse, tolerances_of
+from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponents_of
 from api.identification.measurement import Measurement
 
 BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts
@@ -55,10 +55,9 @@ def levels_of(measurement: Measurement, inverse: Inverse) -> tuple[Level, ...]:
         responses = measurement.responses(index)
         fit = inverse.fit
         if index > 0:
-            fit = identify_from_responses(
-                inverse.free_beam, responses, start, tolerances=tolerances_of(measurement.article)
-            )
-        predicted = eigensolution(inverse.free_beam, [joint.joint for joint in fit.joints.values()], highest)
+            fit = identify_from_responses(inverse.free_beam, responses, start, tolerances=inverse.tolerances)
+        held_by = [joint.joint for joint in fit.joints.values()]
+        predicted = modes_on(inverse.free_beam, held_by, exponents_of(fit), highest)
         nodes = {name: joint.node for name, joint in fit.joints.items()}
         amplitudes = blow_amplitudes_pp(predicted, nodes, responses.inputs, measured.peak_force) or {}
         found.append(

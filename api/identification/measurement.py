@@ -28,11 +28,13 @@ class SuspendedTest:
         responses: of the set.
         suspension: the cords, or None where they are not known.
         weighed: mass of the bare beam in kg, or None where it was not weighed.
+        run: number of the run that it is from, or None where it is not stored.
     """
 
     responses: FrequencyResponses
     suspension: Suspension | None = None
     weighed: Estimate | None = None
+    run: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

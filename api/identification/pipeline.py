@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from analysis.comparison import Bounds, ElementComparison, compare
@@ -11,11 +11,13 @@ from analysis.direct.cylinder_terms import JointTerms
 from analysis.direct.joint_law import JointLaw
 from analysis.interval import Estimate
 from analysis.inverse.joint_fit import JointFit
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from api.errors import ApiError
 from api.identification.direct import Direct, direct_of
 from api.identification.inverse import Inverse, inverse_of
 from api.identification.levels import Level, blow_amplitudes_pp, levels_of
 from api.identification.measurement import Measurement
+from api.identification.options import AS_MEASURED, Options
 from api.identification.suspended import SuspendedBeam, suspended_beam_of
 from api.identification.tester_corrections import TesterCorrections, corrected
 
@@ -26,7 +28,7 @@ class Identification:
 
     Attributes:
         measurement: what it was made from.
-        suspended: the beam without its joints, or None; its damping is then that of the inverse method.
+        suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
         inverse: from the hammer, or None.
         levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
@@ -45,12 +47,12 @@ class Identification:
     seconds: float
 
 
-def identify(measurement: Measurement, without: Collection[str] = ()) -> Identification:
+def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identification:
     """Identify both ways and compare.
 
     Args:
         measurement: both experiments, or one of them.
-        without: corrections of the sine points to switch off, by the names in `tester_corrections.SWITCHES`.
+        options: what is chosen by hand.
 
     Raises:
         AnalysisError: a method cannot work with these data; the message says what is missing.
@@ -59,11 +61,10 @@ def identify(measurement: Measurement, without: Collection[str] = ()) -> Identif
     started = time.perf_counter()
     if not (measurement.sets or measurement.points or measurement.suspended):
         raise ApiError(f"{measurement.title}: neither accelerances nor sine points to identify from")
-    points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, without)
+    points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, options.without)
     measurement = replace(measurement, points=points)
-    suspended = suspended_beam_of(measurement)
-    damping_ratios = None if suspended is None else suspended.result.damping_ratios
-    inverse = inverse_of(measurement, damping_ratios) if measurement.sets else None
+    suspended = suspended_beam_of(measurement, options.elements)
+    inverse = inverse_of(measurement, suspended, options) if measurement.sets else None
     levels = levels_of(measurement, inverse) if inverse is not None else ()
     direct = direct_of(measurement)
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
@@ -75,8 +76,12 @@ def identify(measurement: Measurement, without: Collection[str] = ()) -> Identif
 def _comparison(
     measurement: Measurement, inverse: Inverse, direct: Mapping[str, Direct]
 ) -> tuple[ElementComparison, ...]:
-    """Element by element, at the modes' frequencies and at the amplitudes that the blows really caused."""
+    """Element by element, at the amplitudes that the blows really caused.
+
+    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated.
+    """
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
+    follow = bool(inverse.fit.exponents)
     known: dict[str, Sequence[JointTerms] | JointLaw] = {
         name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
         for name in joints
@@ -87,7 +92,7 @@ def _comparison(
     return compare(
         known,
         joints,
-        mode_frequencies=predicted.frequency.tolist(),
+        mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
         amplitude_pp=_blow_amplitudes(measurement, inverse) or 1e-3 * min(min(direct[name].joint) for name in joints),
         sums={"k11": _sum_of_k11(inverse.fit)},
         relative_uncertainty=measurement.article.tolerances.tester_gain,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -15,7 +16,6 @@ from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.inverse import Inverse
 from api.identification.pipeline import Identification
 from api.identification.sine_points import stored_point
-from api.identification.suspended import SuspendedBeam
 from store.analyses import AnalysisKind, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
@@ -57,13 +57,14 @@ def keep_identification(session: Session, run_id: int, found: Identification) ->
     Raises:
         StoreError: there is no such run, or the database refuses.
     """
-    suspended = None if found.suspended is None else _suspended(session, run_id, found.suspended)
+    suspended = None if found.suspended is None else _suspended(session, run_id, found)
     responses = modes = paper = likelihood = None
     if found.inverse is not None:
         responses = _responses(session, run_id, found)
         modes = _modes(session, run_id, responses, found.inverse)
         paper = _paper_joints(session, run_id, modes, found.inverse)
-        likelihood = _likelihood_joints(session, run_id, responses, paper, found.inverse)
+        sources = [parent for parent in (responses, paper, suspended) if parent is not None]
+        likelihood = _likelihood_joints(session, run_id, sources, found.inverse)
     points = _points(session, run_id, found) if found.measurement.points else None
     comparisons = None
     if found.comparison:
@@ -80,9 +81,11 @@ def keep_identification(session: Session, run_id: int, found: Identification) ->
     return StoredIdentification(suspended, responses, modes, paper, likelihood, points, comparisons)
 
 
-def _suspended(session: Session, run_id: int, suspended: SuspendedBeam) -> int:
+def _suspended(session: Session, run_id: int, found: Identification) -> int:
     """Modes of the beam in its cords; what they say of its damping and material is in the settings."""
-    modal, result = suspended.modal, suspended.result
+    assert found.suspended is not None
+    assert found.measurement.suspended is not None
+    modal, result = found.suspended.modal, found.suspended.result
     analysis = add_analysis(
         session,
         kind=AnalysisKind.MODES,
@@ -94,6 +97,7 @@ def _suspended(session: Session, run_id: int, suspended: SuspendedBeam) -> int:
                 for name, estimate in ((name, result.update.parameter(name)) for name in PARAMETERS)
             },
             "statements": list(result.statements),
+            "run": found.measurement.suspended.run,
         },
         runs=[run_id],
     )
@@ -167,8 +171,8 @@ def _paper_joints(session: Session, run_id: int, parent: int, inverse: Inverse) 
     return analysis
 
 
-def _likelihood_joints(session: Session, run_id: int, responses: int, start: int, inverse: Inverse) -> int:
-    fit = inverse.fit
+def _likelihood_joints(session: Session, run_id: int, parents: Sequence[int], inverse: Inverse) -> int:
+    fit, beam = inverse.fit, inverse.free_beam
     analysis = add_analysis(
         session,
         kind=AnalysisKind.JOINT_MATRICES,
@@ -177,9 +181,13 @@ def _likelihood_joints(session: Session, run_id: int, responses: int, start: int
             "noise_scale": float(fit.noise_scale),
             "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
             "passed": fit.passed,
+            "youngs_modulus": beam.beam.youngs_modulus,
+            "density": beam.beam.density,
+            "elements": beam.mesh.positions.size - 1,
+            "tolerances": asdict(inverse.tolerances),
         },
         runs=[run_id],
-        parents=[responses, start],
+        parents=parents,
     )
     for joint in inverse.likelihood.joints.values():
         add_joint_matrix(session, analysis, _joint_matrix(joint))

@@ -36,6 +36,8 @@ from store.frequency_responses import FrequencyResponseSet, list_frequency_respo
 from store.runs import get_run
 from store.sine_records import BLANK, SineRecord, list_sine_records
 
+DIMENSIONS = ("length", "height", "width")
+
 
 def measurement_of_bundle(bundle: Bundle) -> Measurement:
     """The measurement that a bundle holds."""
@@ -58,7 +60,7 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
             stored = list_dynamic_stiffness(
                 session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
             )
-            sets = tuple(list_frequency_responses(session, run_id))
+            sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
             return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False)
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
         every_record = list_sine_records(session, run_id)
@@ -84,9 +86,27 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
         calibration=_calibration(catalogue, blanks, sequence, progress),
         reference=_reference(sequence.compound),
         scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
-        suspended=next((_suspended(step, found) for step, found in every_set if step.beam == SUSPENDED), None),
+        suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
         left_out=tuple(text for _, each in every_set for text in each.left_out),
     )
+
+
+def with_free_beam(
+    measurement: Measurement, catalogue: Catalogue, run_id: int, progress: Progress = silent
+) -> Measurement:
+    """The measurement with the suspended test of another run in place of its own.
+
+    Raises:
+        StoreError: there is no such run.
+        ApiError: that run has none, or its beam is another one.
+    """
+    lending = measurement_of_run(catalogue, run_id, progress)
+    if lending.suspended is None:
+        raise ApiError(f"run {run_id} has no hammer step on the suspended beam")
+    ours, theirs = (each.article.beam.model_dump(include=set(DIMENSIONS)) for each in (measurement, lending))
+    if ours != theirs:
+        raise ApiError(f"run {run_id} is on a beam of other dimensions: {theirs}, here {ours}")
+    return replace(measurement, suspended=lending.suspended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +118,14 @@ class _Struck:
     left_out: tuple[str, ...]
 
 
-def _suspended(step: HammerStep, struck: _Struck) -> SuspendedTest:
+def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
     """The set on the beam in its cords, with what the step says of cords and weight."""
     cords, weight = step.suspension, step.weight
     return SuspendedTest(
         replace(responses_of(struck.measured), scatter=struck.scatter),
         Suspension(cords.bounce, cords.bounce_standard_error, cords.positions, cords.loss_factor) if cords else None,
         Estimate(weight.mass, weight.standard_error) if weight else None,
+        run_id,
     )
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
 
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.suspended.characterisation import FreeBeamResult
 from store.bundle_setup import Article
 
 ELEMENTS_BETWEEN_NODES = 8  # four leave k12 by maximum likelihood 0.2 % low
 FOR_AN_EXACT_BENCH = 32
 """Where no tolerance is stated, the error of eight elements is what is left, and intervals are too narrow for it."""
+PAPER_S = 1  # element between neighbouring nodes: ten in all
 
 
 def beam_of(article: Article) -> Beam:
@@ -26,19 +27,36 @@ def beam_of(article: Article) -> Beam:
     )
 
 
-def free_beam_of(article: Article, damping_ratios: Sequence[float] | None = None) -> FreeBeam:
-    """The beam without joints, on a mesh finer than its nodes, with what its joints and sensor weigh.
+def mesh_of(article: Article, elements: int | None = None) -> Mesh:
+    """The beam's mesh, the same for every test of it.
 
-    Its modes from the lowest elastic one up have these `damping_ratios`, or those that the article states.
+    Args:
+        article: whose nodes are in it.
+        elements: between neighbouring nodes; where None, as many as make their error small beside all others.
+    """
+    if elements is None:
+        elements = ELEMENTS_BETWEEN_NODES if _is_uncertain(article) else FOR_AN_EXACT_BENCH
+    return Mesh.through(article.node_positions, elements)
+
+
+def free_beam_of(article: Article, tested: FreeBeamResult | None = None, elements: int | None = None) -> FreeBeam:
+    """The beam without joints, with what its joints and sensor weigh.
+
+    Args:
+        article: as drawn.
+        tested: what the suspended beam said: its damping, modulus and density then stand for those of the article.
+        elements: see `mesh_of`.
     """
     masses: dict[int, float] = defaultdict(float)
     for joint in article.joints:
         masses[joint.node] += joint.added_mass
     masses[article.accelerometer.node] += article.accelerometer.mass
+    drawn = beam_of(article)
+    material = None if tested is None else tested.material
     return assemble(
-        beam_of(article),
-        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES if _is_uncertain(article) else FOR_AN_EXACT_BENCH),
-        damping_ratios=article.beam.free_damping_ratios if damping_ratios is None else tuple(damping_ratios),
+        drawn if material is None else material.of(drawn),
+        mesh_of(article, elements),
+        damping_ratios=article.beam.free_damping_ratios if tested is None else tested.damping_ratios,
         point_masses=masses,
     )
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.modal_model import DampingKind
-from analysis.structure.beam import Mesh
 from analysis.suspended.beam_update import BeamTolerances
 from analysis.suspended.characterisation import FreeBeamResult, characterise_free_beam
 from api.identification.measurement import Measurement
-from api.identification.structure import beam_of
+from api.identification.structure import beam_of, mesh_of
 
 LOWEST_LINE = 20.0  # Hz; above what a beam in soft cords does as a rigid body
-ELEMENTS_BETWEEN_NODES = 4  # `BeamTolerances.frequency` is their error
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +27,12 @@ class SuspendedBeam:
     result: FreeBeamResult
 
 
-def suspended_beam_of(measurement: Measurement) -> SuspendedBeam | None:
+def suspended_beam_of(measurement: Measurement, elements: int | None = None) -> SuspendedBeam | None:
     """Evaluate the suspended test of a measurement; None without one.
+
+    Args:
+        measurement: with or without such a test.
+        elements: of the beam between neighbouring nodes, see `structure.mesh_of`.
 
     Raises:
         AnalysisError: no elastic mode of this beam is found, or the beam cannot be updated.
@@ -44,7 +46,7 @@ def suspended_beam_of(measurement: Measurement) -> SuspendedBeam | None:
     result = characterise_free_beam(
         modal.modes,
         beam_of(article),
-        Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES),
+        mesh_of(article, elements),
         BeamTolerances(youngs_modulus=article.tolerances.youngs_modulus, density=article.tolerances.density),
         suspension=test.suspension,
         point_masses={article.accelerometer.node: article.accelerometer.mass},

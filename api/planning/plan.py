@@ -69,13 +69,14 @@ class Plan:
     eigenvalues: EigenvalueStudy
 
 
-def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float) -> Plan:
+def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elements: int | None = None) -> Plan:
     """Look ahead to the hammer test on the supported beam of a sequence.
 
     Args:
         sequence: whose first hammer step on the supported beam counts.
         cylinder: what the cylinders are thought to be; information depends on it little.
         noise: standard deviation of the averaged accelerances, per real and imaginary part, (m/s^2)/N.
+        elements: of the beam between neighbouring nodes; 1 is the paper's mesh.
 
     Raises:
         ApiError: the sequence does not strike the supported beam, or its article has not two joints.
@@ -87,7 +88,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float) -> Pla
     article = sequence.article
     if len(article.joints) != 2:
         raise ApiError(f"the studies of Figs. 3 and 4 are of two joints; the article has {len(article.joints)}")
-    free_beam = free_beam_of(article)
+    free_beam = free_beam_of(article, elements=elements)
     joints = _joints(article, cylinder)
     planned = _planned_set(article, step, noise)
     experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article))

@@ -8,13 +8,12 @@ from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 
 from api.errors import BAD_INPUT
 from api.identification.source import measurement_of_run
-from api.identification.structure import free_beam_of
+from api.identification.suspended import suspended_beam_of
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
@@ -31,6 +30,8 @@ def both(tmp_path: Path) -> Path:
     hung["suspension"] = {"bounce": 4.0, "positions": [0.0595, 0.8545], "loss_factor": 0.1}
     hung["weight"] = {"mass": 9.25, "standard_error": 0.03}
     document["steps"] = [hammer | hung, hammer | {"blows": 4}]
+    document["article"]["beam"]["youngs_modulus"] = 203e9  # two per cent less than it is
+    document["article"]["tolerances"]["youngs_modulus"] = 0.01
     path = tmp_path / "both.yaml"
     path.write_text(yaml.safe_dump(document), encoding="utf-8")
     return path
@@ -69,9 +70,17 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
         measurement = measurement_of_run(catalogue, 1)
     assert measurement.suspended is not None
     assert [each.number for each in measurement.sets] == [2]
-    ratios = [row["damping_ratio"] for row in table]
-    beam = free_beam_of(measurement.article, ratios)
-    assert np.trace(beam.damping) != np.trace(free_beam_of(measurement.article).damping)
+    suspended = suspended_beam_of(measurement)
+    assert suspended is not None
+    assert suspended.result.damping_ratios == pytest.approx([row["damping_ratio"] for row in table], rel=1e-6)
+    ((settings,),) = query("SELECT settings FROM analyses WHERE method LIKE 'maximum likelihood%'")
+    used = json.loads(settings)
+    assert used["youngs_modulus"] == pytest.approx(bar.youngs_modulus, rel=0.01)
+    assert used["density"] == pytest.approx(bar.density, rel=0.01)
+    assert used["tolerances"]["material_correlation"] > 0.5
+    stiffness = laboratory.bench.truth()["inverse"]
+    for name in ("I", "II"):
+        assert document["inverse"][name]["k"][1][1] == pytest.approx(stiffness[name]["k"][1][1], rel=0.02)
 
 
 @pytest.mark.usefixtures("laboratory")

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from api.errors import BAD_INPUT
+from api.identification.options import Options
 from api.identification.pipeline import Identification, identify
 from api.identification.source import measurement_of_run
 from api.identification.tester_corrections import SWITCHES
@@ -75,9 +76,9 @@ def test_corrected_results_are_within_one_per_cent_of_the_truth(
     dwells = [asdict(dwell) for dwell in laboratory.tester.actuator.log]
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
         measurement = measurement_of_run(catalogue, 1)
-    as_measured, _ = errors(identify(measurement, without=SWITCHES), dwells)
+    as_measured, _ = errors(identify(measurement, Options(without=SWITCHES)), dwells)
     assert as_measured > 0.3
-    found = identify(measurement, without=["temperature_shift"])
+    found = identify(measurement, Options(without=("temperature_shift",)))
     worst, sines = errors(found, dwells)
     assert worst < 0.01
     assert sum(each.covered()[0] for each in sines) >= len(sines) - 2
@@ -89,7 +90,7 @@ def test_corrected_results_are_within_one_per_cent_of_the_truth(
     ):
         assert applied[effect].value == pytest.approx(true, rel=0.01), effect
         assert abs(applied[effect].value - true) < 4 * applied[effect].standard_error
-    only_frame = identify(measurement, without=["fixture_inertia", "transducer_lag", "temperature_shift"])
+    only_frame = identify(measurement, Options(without=("fixture_inertia", "transducer_lag", "temperature_shift")))
     assert 0.01 < errors(only_frame, dwells)[0] < as_measured
 
     answer = jointlab("identify", 1, "--json", "found.json", "--without", "transducer_lag")

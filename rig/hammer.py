@@ -67,12 +67,14 @@ class PointSoFar:
         refused: blows that do not.
         last_blow: number of the last one; the next gets the number after it.
         together: the blows side by side, among which the next ones are judged; None where there are no records.
+        taken_back: accepted blows that somebody took back since the session began; the ones before it are not there.
     """
 
     accepted: int = 0
     refused: int = 0
     last_blow: int = 0
     together: PointBlows | None = None
+    taken_back: int = 0
 
 
 @dataclass(frozen=True)
@@ -190,12 +192,15 @@ class _Session:
             PointGivenUpError: too many in a row did not.
         """
         accepted, refused, blow = already.accepted, already.refused, already.last_blow
-        together = already.together or PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
+        together, taken_back = already.together or self._together(), already.taken_back
         others = accepted - together.accepted
         in_a_row = 0
         while self.lacks(point, accepted):
+            if (now := self.sink.withdrawn(point)) != taken_back:  # what was taken back is no measure of what comes
+                together, taken_back = self._together(), now
+                accepted = others = max(accepted, taken_back)  # a suspect that is taken back did not count before
             blow += 1
-            reason = self._refusal(point, blow, accepted, together)
+            reason = self._refusal(point, blow, accepted - taken_back, together)
             accepted = others + together.accepted
             if reason is None:
                 in_a_row = 0
@@ -203,11 +208,15 @@ class _Session:
             refused, in_a_row = refused + 1, in_a_row + 1
             if in_a_row == self.settings.refusals_in_a_row:
                 raise PointGivenUpError(
-                    f"point {point}: given up after {in_a_row} blows in a row that did not count, with {accepted} of "
+                    f"point {point}: given up after {in_a_row} blows in a row that did not count, with "
+                    f"{accepted - taken_back} of "
                     f"{self.settings.blows} accepted; the last: {reason}"
                 )
         self.observer(PointFinished(point, accepted, refused))
-        return PointSoFar(accepted, refused, blow, together)
+        return PointSoFar(accepted, refused, blow, together, taken_back)
+
+    def _together(self) -> PointBlows:
+        return PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
 
     def _refusal(self, point: Dof, blow: int, accepted: int, together: PointBlows) -> str | None:
         """Take one blow; the reason why it does not count, None where it does."""

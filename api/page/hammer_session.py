@@ -55,8 +55,13 @@ class HammerSession:
     so_far: FrequencyResponses | None
 
 
-def hammer_session(catalogue: Catalogue, run_id: int) -> HammerSession:
+def hammer_session(catalogue: Catalogue, run_id: int, at_work: str | None = None) -> HammerSession:
     """Read how far the hammer session of a run is.
+
+    Args:
+        catalogue: where the run is.
+        run_id: its number.
+        at_work: the point that is struck now, where the run is carried out; by default the first that lacks blows.
 
     Raises:
         NotFoundError: there is no such run, or it has no hammer step.
@@ -83,6 +88,8 @@ def hammer_session(catalogue: Catalogue, run_id: int) -> HammerSession:
         point = str(own[0].point)
         counts[point] = (counts[point][0] - sum(reason is not None for reason in suspects), step.blows)
         following = next((name for name, (done, wanted) in counts.items() if done < wanted), None)
+    if at_work in counts and counts[at_work][0] < counts[at_work][1]:
+        following = at_work
     good = [records[blow.number] for blow in accepted if why[blow.number] is None]
     return HammerSession(
         run,

@@ -25,10 +25,11 @@ from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from rig.tester_status import names_of
-from store.blows import Blow, get_blow, withdraw_blow
+from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
 from store.runs import RunState, get_run
 
+REDONE = "the point is done anew"
 log = logging.getLogger(__name__)
 
 
@@ -203,6 +204,30 @@ class RunManager:
         assert withdrawn.run_id is not None, "a stored blow belongs to a run"
         self._observe(BlowWithdrawn(withdrawn.run_id, str(withdrawn.point), withdrawn.number, reason))
         return withdrawn
+
+    def redo_point(self, run_id: int, set_number: int, point: str, who: str) -> int:
+        """Take back all blows that count at a point; the session strikes it anew, now or when the run is resumed.
+
+        Returns:
+            How many they were.
+
+        Raises:
+            ConflictError: the run is finished, or no blow counts there.
+            NotFoundError: there is no such run.
+        """
+        with self._catalogue.writing() as session:
+            if get_run(session, run_id).state is RunState.FINISHED:
+                raise ConflictError(f"run {run_id} is finished; measure {point} again as a run of its own")
+            struck = [blow for blow in list_blows(session, run_id) if blow.accepted and str(blow.point) == point]
+            own = [blow for blow in struck if blow.set_number == set_number]
+            if not own:
+                raise ConflictError(f"no blow counts at {point} in set {set_number} of run {run_id}; strike it")
+            for blow in own:
+                assert blow.id is not None, "a stored blow has a number"
+                withdraw_blow(session, blow.id, REDONE, who)
+        for blow in own:
+            self._observe(BlowWithdrawn(run_id, point, blow.number, REDONE))
+        return len(own)
 
     def acknowledge_interlocks(self) -> tuple[str, ...]:
         """Reset the tester, because the cause of its trip has been seen to; names of what had tripped.

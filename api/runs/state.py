@@ -44,6 +44,7 @@ class RigState:
         run_id: the run that is carried out, or was last; None before the first.
         title: of that run.
         activity: what it is at, in words.
+        point: that is struck, such as 3y; None while none is.
         blows, blows_wanted: accepted blows of the run.
         sines, sines_wanted: its sine points.
         ended_as: how the last run ended, and why; None while one is carried out.
@@ -54,6 +55,7 @@ class RigState:
     run_id: int | None = None
     title: str = ""
     activity: str = ""
+    point: str | None = None
     blows: int = 0
     blows_wanted: int = 0
     sines: int = 0
@@ -84,13 +86,13 @@ def after(state: RigState, event: Event) -> RigState:
         case RunContinued(run_id, blows, sines):
             return replace(state, phase=Phase.RUNNING, run_id=run_id, blows=blows, sines=sines)
         case PointStarted(point, index, points):
-            return replace(state, activity=f"blows at {point} ({index} of {points})")
+            return replace(state, activity=f"blows at {point} ({index} of {points})", point=str(point))
         case BlowAccepted():
             return replace(state, blows=state.blows + 1)
         case BlowWithdrawn(run_id) if run_id == state.run_id:
             return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):
-            return replace(state, activity=f"measuring {mounting(specimen, configuration)}")
+            return replace(state, activity=f"measuring {mounting(specimen, configuration)}", point=None)
         case SinePointMeasured():
             return replace(state, sines=state.sines + 1)
         case PromptStarted():
@@ -106,7 +108,7 @@ def after(state: RigState, event: Event) -> RigState:
         case RunStopping():
             return replace(state, phase=Phase.STOPPING)
         case RunEnded(_, ended_as, reason):
-            return replace(state, phase=Phase.IDLE, activity="", ended_as=ended_as, reason=reason)
+            return replace(state, phase=Phase.IDLE, activity="", point=None, ended_as=ended_as, reason=reason)
         case InterlockTripped(interlocks, stopped):
             return replace(state, interlocks=interlocks) if stopped else state
         case InterlockReset():

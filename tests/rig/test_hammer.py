@@ -283,6 +283,21 @@ def test_settings_that_make_no_session_are_refused(changes: dict[str, object]) -
         settings(**changes)
 
 
+def test_a_point_that_is_done_anew_is_not_judged_by_the_blows_that_were_taken_back(
+    chassis: Chassis, bench: Bench
+) -> None:
+    class Redone(Blows):
+        """Three blows went to another point, all alike; then somebody sees it and takes them back."""
+
+        def withdrawn(self, point: Dof) -> int:
+            return 3 if len(self.taken) >= 3 else 0
+
+    hand, blows, events = Hand(bench, "at 9y", "at 9y", "at 9y"), Redone(), list[Event]()
+    run_hammer_session(chassis, TABLE, settings(points=(POINT,), blows=4), hand, blows, events.append)
+    assert [verdict.accepted for *_, verdict in blows.taken] == [True] * 7
+    assert [event.accepted for event in events if isinstance(event, BlowAccepted)] == [1, 2, 3, 1, 2, 3, 4]
+
+
 def test_a_blow_that_is_taken_back_is_struck_again_though_its_point_was_left(chassis: Chassis, bench: Bench) -> None:
     class Regretted(Blows):
         """The first point's blow is taken back when the second point has been struck."""

@@ -15,6 +15,7 @@ from api.page.current import current_run
 from api.page.frame import Frame
 from api.page.hammer_session import HammerSession, hammer_session
 from api.page.markup import show, table
+from api.page.redo import Redo
 from api.page.steering import steering
 from api.page.words import quantity
 from api.report.section import number
@@ -34,21 +35,29 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
             chart("Coherence so far", {}, "coherence", height="15rem"),
         ]
     listed = show("")
+    redo = Redo(frame)
 
     async def refresh() -> None:
         run_id = current_run(frame.services, query)
         if run_id is None:
             drawing.set_content("<p>No hammer session yet. Press <a href='/page/measure'>Measure</a> to start one.</p>")
             return
-        found = await frame.read(lambda: hammer_session(frame.services.catalogue, run_id))
+        found = await frame.read(lambda: hammer_session(frame.services.catalogue, run_id, _at_work(frame, run_id)))
         if found is None:
             return
         drawing.set_content(_drawing(found))
         verdict.set_content(_verdict(found))
         listed.set_content(_list(found))
+        redo.offer(found)
         _draw(drawn, found)
 
     frame.refreshes.append(refresh)
+
+
+def _at_work(frame: Frame, run_id: int) -> str | None:
+    """The point that is struck now, where the run is the one that is carried out."""
+    runs = frame.services.runs
+    return runs.state.point if runs is not None and runs.state.run_id == run_id else None
 
 
 def _drawing(found: HammerSession) -> str:
@@ -91,11 +100,7 @@ def _list(found: HammerSession) -> str:
     rows = [
         (str(blow.number), number(blow.peak_force or np.nan), verdict_of(blow, why)[0]) for blow, why in found.blows
     ]  # fmt: skip
-    again = f"/page/measure?like={found.run.id}&amp;points={point}&amp;parts=hammer"
-    return (
-        table(f"Blows at {point}", ("blow", "peak force (N)", "verdict"), reversed(rows))
-        + f'<p><a class="act" href="{again}">Measure {point} again, as a run of its own</a></p>'
-    )
+    return table(f"Blows at {point}", ("blow", "peak force (N)", "verdict"), reversed(rows))
 
 
 def _draw(drawn: list[ui.echart], found: HammerSession) -> None:

@@ -45,6 +45,7 @@ class RigDocument(BaseModel):
     run_id: int | None = Field(description="the run that is carried out, or was last")
     title: str
     activity: str
+    point: str | None = Field(description="that is struck, such as 3y; null while none is")
     blows: int
     blows_wanted: int
     sines: int

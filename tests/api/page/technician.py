@@ -123,6 +123,18 @@ class Tab:
         self.page.goto(f"{self.service.address}{path}")
         return self.page
 
+    def get(self, path: str) -> httpx.Response:
+        """Ask the service for something with the technician's key."""
+        return httpx.get(f"{self.service.address}{path}", headers=self._key(), timeout=30)
+
+    def put(self, path: str, document: object) -> None:
+        """Keep a document at the service."""
+        headers = self._key() | {"Idempotency-Key": path}
+        httpx.put(f"{self.service.address}{path}", json=document, headers=headers, timeout=30).raise_for_status()
+
+    def _key(self) -> dict[str, str]:
+        return {"Authorization": f"Bearer {self.service.key}"}
+
     def log_in(self) -> Page:
         """Log in with the key, as a person does."""
         page = self.go("/page/")

@@ -133,6 +133,49 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: 
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
 
 
+def test_a_point_is_done_again_within_its_session(tab: Tab, hand: Hand) -> None:
+    page = start(tab, HAMMER)
+    go_to(page, "1y")
+    for blow in (1, 2):
+        asked(page, f"Strike 1y (blow {blow})")
+        hand.do("strike", node=1, direction="y", what="clean")
+    go_to(page, "3y")
+    expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
+    page.get_by_label("A point to do again").select_option("1y")
+    page.get_by_role("button", name="Do this point again").click()
+    expect(page.locator("#count")).to_contain_text("0 of 4 blows accepted")
+    expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "3y")  # first what was begun
+    for blow in (1, 2):
+        asked(page, f"Strike 3y (blow {blow})")
+        hand.do("strike", node=3, direction="y", what="clean")
+    asked(page, "Take the hammer to 1y")
+    expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
+    page.get_by_role("button", name="Done").click()
+    for blow in (3, 4):
+        asked(page, f"Strike 1y (blow {blow})")
+        hand.do("strike", node=1, direction="y", what="clean")
+    expect(page.locator("#prompt")).to_contain_text("is finished")
+    expect(page.locator("#count")).to_contain_text("4 of 4 blows accepted")
+    taken_back = page.get_by_role("region", name="Blows at 1y").get_by_role("row").filter(has_text="withdrawn")
+    expect(taken_back).to_have_count(2)
+    page.get_by_role("button", name="Do this point again").click()  # of a finished run: a run of its own
+    expect(page.get_by_label("Points to strike")).to_have_value("3y")
+
+
+def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: Hand) -> None:
+    """The sequence of a diagnosis, kept under a name, begins with a prompt."""
+    document = tab.get("/api/sequences/paper").json()["sequence"]
+    hammer = document["steps"][0] | {"points": ["1y"], "blows": 2}
+    document["steps"] = [{"step": "prompt", "text": "Turn the accelerometer"}, hammer]
+    tab.put("/api/sequences/turned", document)
+    page = tab.go("/page/measure?sequence=turned")
+    expect(page.locator("#steps li").first).to_have_text("by hand: Turn the accelerometer")
+    page.get_by_role("button", name="Start").click()
+    asked(page, "Turn the accelerometer")
+    page.get_by_role("button", name="Done").click()
+    go_to(page, "1y")
+
+
 def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Hand, laboratory: Laboratory) -> None:
     page = start(tab, LONG_SWEEP)
     mount(page, hand)

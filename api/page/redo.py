@@ -1,0 +1,64 @@
+"""To do a point of a hammer session anew: within its run as long as that is not finished, else as a run of its own."""
+
+from __future__ import annotations
+
+from html import escape
+
+from nicegui import ui
+
+from api.page.controls import button
+from api.page.frame import Frame
+from api.page.hammer_session import HammerSession
+from store.runs import RunState
+
+
+class Redo:
+    """A list of the points that have blows, and a button; two presses, so that a glove on its own does nothing."""
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame = frame
+        self._place = ui.element("div").classes("row-of")
+        self._offered: tuple[object, ...] = ()
+        self._chosen = ""
+
+    def offer(self, found: HammerSession) -> None:
+        """Offer the points that have blows which count; anew only where they are others than before."""
+        points = [point for point, (done, _) in found.counts.items() if done]
+        finished = found.run.state is RunState.FINISHED
+        now = (found.run.id, found.set_number, finished, *points)
+        if now == self._offered:
+            return
+        self._offered = now
+        self._place.clear()
+        if not points:
+            return
+        if self._chosen not in points:
+            self._chosen = points[-1]
+        with self._place:
+            self._list(points)
+            button("Do this point again", lambda: self._again(found.run.id, found.set_number, finished))
+
+    def _list(self, points: list[str]) -> None:
+        with ui.element("label").classes("field"):
+            ui.html("A point to do again", sanitize=False, tag="span")
+            chooser = ui.element("select").props('name="redo"')
+            with chooser:
+                for point in points:
+                    option = ui.html(escape(point), sanitize=False, tag="option").props(f'value="{escape(point)}"')
+                    if point == self._chosen:
+                        option.props("selected")
+            chooser.on("change", lambda event: self._choose(str(event.args)), js_handler="(e) => emit(e.target.value)")
+
+    def _choose(self, point: str) -> None:
+        self._chosen = point
+
+    async def _again(self, run_id: int, set_number: int, finished: bool) -> None:
+        point = self._chosen
+        if finished:
+            ui.navigate.to(f"/measure?like={run_id}&points={point}&parts=hammer")  # NiceGUI puts /page before it
+            return
+        await self._frame.deeds.drive(
+            "redo point",
+            f"run {run_id}, {point}",
+            lambda runs, caller: runs.redo_point(run_id, set_number, point, caller.name),
+        )

@@ -7,7 +7,7 @@ the best effects every other is tried in the same way.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -47,6 +47,7 @@ FITTED_BY_TESTER = 3
 FITTED_SEEDS = 2
 FITTED_PAIRS = 6
 MOST_STEPS = 10
+SETTLING_STEPS = 30
 REFINING_STEPS = 6
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
@@ -129,7 +130,9 @@ class Search:
             found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
             if not any(model.clean for model in found):
                 found += self.fitted(beam, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
-        return sorted(found, key=lambda model: -model.log_evidence)
+        best = best_by_id(found)[:FITTED_SEEDS]
+        rest = [model for model in found if not any(model is each for each in best)]
+        return sorted([*rest, *self.hands(_settled, best)], key=lambda model: -model.log_evidence)
 
     def beam_alone(self, none: Model) -> Model:
         """The paper's model where the beam has it, with the tester hardly counting; looked at with all data."""
@@ -197,14 +200,17 @@ class Search:
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int) -> list[Model]:
-        """Each promise fitted from its best starts."""
+        """Each promise fitted from its best starts, and once more from the model itself where these lead astray."""
         tasks = [task for promise in promises for task in self._tasks(on, promise, tries)]
-        fits = list(self.hands(_carried_out, tasks))
-        found = []
-        for promise in promises:
-            own = [fit for task, fit in zip(tasks, fits, strict=True) if task.promise is promise]
-            found.append(Model((*on.effects, promise.effect), min(own, key=lambda each: each.at.cost)))
-        return found
+        best = _best(tasks, self.hands(_carried_out, tasks))
+        shared = len(on.fit.likelihood.simulation.shared)
+        astray = [
+            replace(task, start=inserted(on.fit.scores, shared, task.promise.starts[0]), schedule=CLOSE)
+            for task, found in best.values()
+            if found.at.cost > on.fit.at.cost
+        ]
+        best |= _best(astray, self.hands(_carried_out, astray))
+        return [Model((*on.effects, task.promise.effect), found) for task, found in best.values()]
 
     def _tasks(self, on: Model, promise: Promise, tries: int) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
@@ -231,6 +237,24 @@ class _Task:
 
 def _carried_out(task: _Task) -> Fit:
     return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS)
+
+
+def _settled(model: Model) -> Model:
+    """A model of which the search went on until it ended by itself; what is built on it has to stand firm."""
+    if model.fit.converged:
+        return model
+    again = fit(model.fit.likelihood.simulation, model.fit.scores, (FINAL,), ENOUGH, SETTLING_STEPS)
+    return Model(model.effects, again)
+
+
+def _best(tasks: Sequence[_Task], fits: Iterable[Fit]) -> dict[Effect, tuple[_Task, Fit]]:
+    """By effect, the task that ended lowest with what came of it."""
+    found = dict[Effect, tuple[_Task, Fit]]()
+    for task, ended in zip(tasks, fits, strict=True):
+        before = found.get(task.promise.effect)
+        if before is None or ended.at.cost < before[1].at.cost:
+            found[task.promise.effect] = task, ended
+    return found
 
 
 def search_of(

@@ -14,6 +14,9 @@ from api.report.section import number
 
 Complex = NDArray[np.complex128]
 SHOWN = 1  # accelerances that are shown at once; the legend shows the others
+HEAVY: Options = {"lineStyle": {"width": 1}, "sampling": "lttb", "zlevel": 1}
+"""For thousands of points: browsers draw hairlines many times faster than anything wider, and on a canvas of their own
+they are not drawn anew with every move of the pointer."""
 PHASES = 16  # of one cycle
 
 
@@ -22,7 +25,7 @@ def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *,
     keep = frequency > 0
     values = np.degrees(np.angle(accelerance)) if phase else np.abs(accelerance)
     series = [
-        line(name, frequency[keep], row[keep], color=colour, lineStyle={"width": 1.2}, sampling="lttb")
+        line(name, frequency[keep], row[keep], color=colour, **HEAVY)
         for name, row, colour in zip(names, values, COLOURS * 9, strict=False)
     ]
     scale = axis("phase (°)", low=-180, high=180) if phase else axis("|A| ((m/s²)/N)", log=True)
@@ -34,7 +37,7 @@ def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *,
 def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Options:
     """Coherence of each row over frequency in Hz."""
     series = [
-        line(name, frequency, row, color=colour, lineStyle={"width": 1.2}, sampling="lttb")
+        line(name, frequency, row, color=colour, **HEAVY)
         for name, row, colour in zip(names, coherence, COLOURS * 9, strict=False)
     ]
     made = plot(series, axis("frequency (Hz)"), axis("coherence", low=0, high=1), zoom=True)

@@ -137,9 +137,15 @@ class Client:
 
     # Jobs
 
-    def identify(self, run: int) -> JobDocument:
-        """Queue an identification of a run by both methods."""
-        return self._connection.post(JobDocument, "/identifications", {"run": run})
+    def identify(self, run: int, *, free_beam: int | None = None) -> JobDocument:
+        """Queue an identification of a run by both methods.
+
+        Args:
+            run: its number.
+            free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
+        """
+        wanted = {"run": run} if free_beam is None else {"run": run, "free_beam": free_beam}
+        return self._connection.post(JobDocument, "/identifications", wanted)
 
     def diagnose(self, run: int) -> JobDocument:
         """Queue a diagnosis of the gap between a run and its simulation."""

@@ -24,7 +24,7 @@ from api.commands.terminal import (
 )
 from api.identification.document import identification_document, modes_document, plain
 from api.identification.measurement import dof
-from api.identification.options import AS_MEASURED, Options
+from api.identification.options import AS_MEASURED, MOST_ELEMENTS, Options
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
@@ -34,7 +34,6 @@ from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
 
-MOST_ELEMENTS = 64
 Without = Annotated[
     list[str] | None,
     typer.Option(help=f"Leave a correction of the sine points off; may be repeated: {', '.join(SWITCHES)}."),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+MOST_ELEMENTS = 32
+
 
 @dataclass(frozen=True)
 class Options:

@@ -17,9 +17,10 @@ from sqlalchemy.orm import Session
 from api.errors import ApiError
 from api.gap.pipeline import diagnose_run
 from api.gap.record import keep_diagnosis
+from api.identification.options import Options
 from api.identification.pipeline import identify as identify_measurement
 from api.identification.record import keep_identification
-from api.identification.source import measurement_of_run
+from api.identification.source import measurement_of_run, with_free_beam
 from api.progress import Progress
 from api.report.gap import stored_gap_sections
 from api.report.page import write_report
@@ -60,10 +61,13 @@ def exports_folder(catalogue: Catalogue) -> Path:
 
 def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     """k, h and gamma of a run by both methods, and their comparison."""
-    run = job.parameters["run"]
+    run, free_beam = job.parameters["run"], job.parameters.get("free_beam")
+    options = Options(elements=job.parameters.get("elements"), joint_exponent=job.parameters.get("joint_exponent", 0.0))
     measurement = measurement_of_run(catalogue, run, progress)
+    if free_beam is not None:
+        measurement = with_free_beam(measurement, catalogue, free_beam, progress)
     with progress("identification", 1) as advance:
-        found = identify_measurement(measurement)
+        found = identify_measurement(measurement, options)
         advance(1)
     return lambda session: asdict(keep_identification(session, run, found))
 

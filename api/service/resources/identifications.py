@@ -5,6 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from api.identification.options import MOST_ELEMENTS
 from api.service.access import Analyst
 from api.service.acts import Once
 from api.service.context import Context, Jobs, Services
@@ -26,10 +27,33 @@ class OfRun(BaseModel):
     run: int = Field(ge=1, le=LARGEST, description="number of the run")
 
 
+class NewIdentification(OfRun):
+    """Which run, and what is chosen by hand."""
+
+    free_beam: int | None = Field(
+        default=None, ge=1, le=LARGEST, description="run on the suspended beam, whose damping, E and rho the beam has"
+    )
+    elements: int | None = Field(
+        default=None,
+        ge=1,
+        le=MOST_ELEMENTS,
+        description="of the beam between neighbouring nodes; 1 is the paper's mesh",
+    )
+    joint_exponent: float = Field(
+        default=0.0, ge=0, le=1, description="standard deviation of the power of frequency that joints follow"
+    )
+
+
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
-def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: OfRun) -> Response:
+def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: NewIdentification) -> Response:
     """Queue an identification; its results are beside older ones when the job is done."""
-    return queue_job(act, jobs, "identify", wanted.model_dump(), lambda: existing_run(context, wanted.run))
+
+    def check() -> None:
+        for run in (wanted.run, wanted.free_beam):
+            if run is not None:
+                existing_run(context, run)
+
+    return queue_job(act, jobs, "identify", wanted.model_dump(exclude_defaults=True), check)
 
 
 def existing_run(context: Services, run_id: int) -> Run:

@@ -74,6 +74,19 @@ def test_a_job_for_a_run_that_is_not_there_is_refused(jobs_client: httpx.Client,
     assert jobs_client.get("/api/jobs").json()["items"] == []
 
 
+def test_a_suspended_beam_that_is_not_there_is_refused(
+    jobs_client: httpx.Client, acting: Acting, measured: int
+) -> None:
+    body = {"run": measured, "free_beam": 77}
+    answer = jobs_client.post("/api/identifications", json=body, headers=acting())
+    assert (answer.status_code, answer.json()["detail"]) == (404, "there is no run 77")
+    queued = jobs_client.post(
+        "/api/identifications", json={"run": measured, "free_beam": measured, "elements": 1}, headers=acting()
+    )
+    assert queued.status_code == 202
+    assert queued.json()["parameters"] == {"run": measured, "free_beam": measured, "elements": 1}
+
+
 @pytest.mark.parametrize("path", ["/api/jobs/7", "/api/jobs/7/events", "/api/exports/7/file"])
 def test_a_job_that_is_not_there_is_not_found(client: httpx.Client, path: str) -> None:
     answer = client.get(path)

@@ -24,7 +24,7 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import TERMS
 from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
-from analysis.structure.beam import Beam, Mesh, assemble
+from analysis.structure.beam import RIGID_MODES, Beam, Mesh, assemble
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from simlab.article import NODE_POSITIONS, Article
 from simlab.beam import Bar
@@ -110,7 +110,10 @@ def joints() -> tuple[Joint, Joint]:
 
 def monte_carlo(runs: int, kind: Kind) -> Result:
     """Fit `runs` simulated measurements; with tolerances each bench deviates from the drawing by a draw of its own."""
-    model = assemble(DRAWN, Mesh.through(NODES, kind.elements), damping_ratios=BAR.damping_ratios)
+    mesh = Mesh.through(NODES, kind.elements)
+    ratios = np.full(mesh.degrees - RIGID_MODES, BAR.damping_ratios[-1])  # as the simulation has it
+    ratios[: len(BAR.damping_ratios)] = BAR.damping_ratios
+    model = assemble(DRAWN, mesh, damping_ratios=tuple(ratios.tolist()))
     exact = joints()
     truth = _shown(np.array([joint.dynamic_stiffness for joint in exact]))
     sizes = kind.tolerances.deviations(SENSOR, INPUTS, len(exact))

@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from analysis.dof import Direction
+from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bar import Bar, bar_of
 from analysis.gap.bench import BeamBench, Setting
@@ -88,6 +88,36 @@ class OutOfPlaneBending(Effect):
 
 
 @dataclass(frozen=True)
+class RowsOfTheirOwn(OutOfPlaneBending):
+    """Two modes that each row shows in a measure of its own: a bar on joints has not the shapes of a free one.
+
+    Attributes:
+        rows: points struck.
+    """
+
+    law = "two modes, each row its own"
+    rows: tuple[Dof, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        struck = {dof for each in measurement.sets for dof in each.inputs}
+        return tuple(replace(each, rows=tuple(sorted(struck, key=str))) for each in super().variants(measurement))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        own = [Parameter(_own(row, place), "1", 0.0, 0.02) for row in self.rows for place in range(MODES)]
+        return (*super().parameters, *own)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        added = super().beam(given, bench, setting).added
+        largest = np.max(np.abs(np.array(self.at_nodes)), axis=0) * np.abs(np.array(self.at_sensor))
+        for place, resonance in enumerate(self._resonances(given, bench.pole)):
+            share = np.array([given[_own(dof, place)] for dof in setting.inputs])
+            added = added + np.multiply.outer(share * largest[place], resonance)
+        return replace(bench, added=added)
+
+
+@dataclass(frozen=True)
 class LowerModes(OutOfPlaneBending):
     """All lower modes of the bar on edge: it moves as a rigid body on its joints too, and bends higher up."""
 
@@ -124,6 +154,10 @@ def on_edge(drawing: Drawing) -> tuple[Bar, Real]:
     turned = replace(drawing.beam, height=drawing.beam.width, width=drawing.beam.height)
     bar = bar_of(replace(drawing, beam=turned))
     return bar, np.array([bar.motion(Direction.Y, float(x)) for x in drawing.node_positions])
+
+
+def _own(row: Dof, place: int) -> str:
+    return f"row_{row}_{place + 1}"
 
 
 def _floats(values: Real) -> tuple[float, ...]:

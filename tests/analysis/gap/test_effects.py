@@ -15,26 +15,32 @@ from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting, joint_ma
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.beam_damping import BeamDamping
+from analysis.gap.effects.beam_damping import (
+    REFERENCE,
+    BeamDamping,
+    DampingFollowingFrequency,
+    DampingOfModes,
+    MoreFreeDamping,
+)
 from analysis.gap.effects.channel_delay import ChannelDelay
 from analysis.gap.effects.contact_patch import ContactPatch
 from analysis.gap.effects.cross_axis_sensitivity import CrossAxisSensitivity
 from analysis.gap.effects.cylinder_angle import CylinderAngle
 from analysis.gap.effects.density import Density
 from analysis.gap.effects.exponential_window import ExponentialWindow
-from analysis.gap.effects.fixture_inertia import FixtureInertia
+from analysis.gap.effects.fixture_inertia import FixtureInertia, InertiaOfEachFixture
 from analysis.gap.effects.foundation_compliance import FoundationBothWays, FoundationCompliance
 from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.frame_resonance import FrameResonance
 from analysis.gap.effects.highpass_corner import HighpassCorner, SecondOrderCorner
-from analysis.gap.effects.impact_angle import AllBlows, ImpactAngle, SurfaceBlows
+from analysis.gap.effects.impact_angle import AllBlows, BlowsAtOnePoint, ImpactAngle, SurfaceBlows
 from analysis.gap.effects.impact_position import ImpactPosition
 from analysis.gap.effects.joint_mass import JointMass, MassOfEachJoint
 from analysis.gap.effects.mesh_error import MeshError
-from analysis.gap.effects.out_of_plane_bending import OutOfPlaneBending
+from analysis.gap.effects.out_of_plane_bending import OutOfPlaneBending, RowsOfTheirOwn
 from analysis.gap.effects.sensor_gain import SensorGain
 from analysis.gap.effects.support_position import SupportPosition
-from analysis.gap.effects.transducer_lag import TransducerLag
+from analysis.gap.effects.transducer_lag import FilteredDisplacement, TransducerLag
 from analysis.gap.effects.vertical_offset import VerticalOffset
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import Likelihood
@@ -131,6 +137,14 @@ def test_fixture_inertia_takes_the_same_from_every_configuration(points: TesterP
     assert np.allclose(points.stiffness - found, 0.1 * (2 * np.pi * points.frequency) ** 2, rtol=1e-6)
 
 
+def test_a_fixture_for_each_configuration_takes_its_share(points: TesterPoints) -> None:
+    effect, inertia = InertiaOfEachFixture(), (2 * np.pi * points.frequency) ** 2
+    given = values(effect, m=0.1, share_shear=0.9, share_angled=1.2)
+    taken = (points.stiffness - effect.tester(given, points.stiffness, points)) / inertia
+    for configuration, mass in zip(Configuration, (0.1, 0.09, 0.12), strict=True):
+        assert taken[points.configuration == configuration] == pytest.approx(mass)
+
+
 def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: TesterPoints) -> None:
     found = FrameResonance().tester({"f_r": 360.0}, points.stiffness, points)
     ratio = found / points.stiffness
@@ -145,6 +159,18 @@ def test_transducer_lag_turns_the_phase_in_proportion_to_frequency(points: Teste
 
 
 # --- the joints ---
+
+
+def test_a_filter_of_displacement_lags_as_a_delay_at_low_frequency_and_reads_too_stiff_above(
+    points: TesterPoints,
+) -> None:
+    filtered, delayed = (
+        effect.tester({"tau": 1e-4}, points.stiffness, points) / points.stiffness
+        for effect in (FilteredDisplacement(), TransducerLag())
+    )
+    low = points.frequency == np.min(points.frequency)
+    assert np.angle(filtered[low]) == pytest.approx(np.angle(delayed[low]), rel=1e-3)
+    assert np.abs(filtered) == pytest.approx(np.hypot(1, 2e-4 * np.pi * points.frequency))
 
 
 def test_joint_mass_adds_inertia_to_both_translations(cylinders: Cylinders, mounting: Mounting) -> None:
@@ -268,6 +294,32 @@ def test_an_effect_of_bar_or_sensor_adds_to_one_property(
     assert replace(changed, **{field: getattr(bench, field)}).__dict__ == bench.__dict__
 
 
+def test_rival_dampings_of_the_bar_agree_where_they_are_told_to(
+    empty: Measurement, bench: BeamBench, setting: Setting, bar: Bar
+) -> None:
+    given = {"eta": 0.004, "power": 1.0}
+    following = DampingFollowingFrequency().beam(given, bench, setting)
+    assert following.loss == pytest.approx(0.004 * setting.frequency / REFERENCE)
+    assert DampingOfModes().beam(given, bench, setting).ratio == pytest.approx(0.002)
+    (more,) = MoreFreeDamping.variants(empty)
+    grown = more.beam(given, bench, setting).damping
+    assert (grown - 1) * empty.drawing.damping_ratios[-1] == pytest.approx(0.002)
+    undamped = replace(empty, drawing=replace(empty.drawing, damping_ratios=()))
+    assert MoreFreeDamping.variants(undamped) == ()
+
+
+def test_every_rival_damping_lowers_a_peak_alike(empty: Measurement, bar: Bar) -> None:
+    (more,) = MoreFreeDamping.variants(empty)
+    laws = (BeamDamping(), DampingFollowingFrequency(), DampingOfModes(), more)
+    before = read(BeamDamping(), empty, bar, eta=0.0)
+    lowered = [
+        np.max(np.abs(read(law, empty, bar, eta=0.005)), axis=1) / np.max(np.abs(before), axis=1) for law in laws
+    ]
+    for each in lowered:
+        assert np.all(each < 1)
+        assert each == pytest.approx(lowered[0], abs=0.1)
+
+
 def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement, bar: Bar) -> None:
     """The mass pulls with -m a: H' = (1 + m H)^-1 H, with H (x and y at its point) before."""
     inputs = Dof(3, Direction.X), Dof(3, Direction.Y)
@@ -295,6 +347,15 @@ def test_bending_out_of_plane_has_the_modes_of_the_bar_on_edge(empty: Measuremen
 
 
 # --- the measuring chain of the beam rig ---
+
+
+def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(empty: Measurement, bar: Bar) -> None:
+    (effect,) = RowsOfTheirOwn.variants(empty)
+    row = empty.sets[0].inputs.index(Dof(11, Direction.Y))
+    change = read(effect, empty, bar, row_11y_1=0.05) - read(effect, empty, bar)
+    assert np.all(np.delete(change, row, axis=0) == 0)
+    peak = empty.sets[0].frequency[np.argmax(np.abs(change[row]))]
+    assert peak == pytest.approx(effect.parameters[2].centre, abs=4)
 
 
 def test_a_gain_is_one_factor_on_all_rows(empty: Measurement, bar: Bar) -> None:
@@ -357,6 +418,17 @@ def test_leaning_blows_on_the_surface_turn_the_section_too(empty: Measurement, b
     across = [dof.direction is Direction.Y for dof in empty.sets[0].inputs]
     changed = np.max(np.abs(above - at_axis), axis=1) / np.max(np.abs(at_axis), axis=1)
     assert np.all((changed > 1e-4) == across)
+
+
+def test_a_point_that_is_hard_to_reach_leans_alone(empty: Measurement, bar: Bar) -> None:
+    variants = {effect.point: effect for effect in BlowsAtOnePoint.variants(empty)}
+    assert set(variants) == set(empty.sets[0].inputs)
+    for row, dof in enumerate(empty.sets[0].inputs):
+        leaning = read(variants[dof], empty, bar, angle_deg=3.0)
+        own = read(AllBlows(), empty, bar, angle_deg=3.0)[row]
+        assert leaning[row] == pytest.approx(own)
+        others = np.delete(leaning, row, axis=0), np.delete(read(AllBlows(), empty, bar), row, axis=0)
+        assert others[0] == pytest.approx(others[1])
 
 
 def test_blows_beside_their_mark_change_their_own_row_by_its_slope(empty: Measurement, bar: Bar) -> None:

@@ -13,7 +13,7 @@ from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.amplitude_dependence import MIDDLE, AmplitudeDependence, AmplitudeTable
 from analysis.gap.effects.conditioning_drift import ConditioningDrift, LogarithmicDrift, SaturatingDrift
 from analysis.gap.effects.coulomb_friction import CoulombFriction, StickingFriction
-from analysis.gap.effects.cubic_stiffness import CubicStiffness
+from analysis.gap.effects.cubic_stiffness import CubicStiffness, SaturatingStiffness
 from analysis.gap.effects.frequency_dependence import REFERENCE, FractionalZener, FrequencyDependence, SpringPot
 from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
 from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss
@@ -138,6 +138,17 @@ def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:
     assert np.allclose(loss, 1.0)
     under_blows, _ = ratios(effect, own(effect, beta=1e8, x_100=1e-5, fall=0.0), struck(4.0))
     assert np.allclose(under_blows, 1 + 1e8 * (4e-5) ** 2)
+
+
+def test_cubic_stiffness_may_level_off() -> None:
+    amplitudes, beta, knee = np.array([1e-6, 60e-6, 1e-2]), 1e8, 60e-6
+    given = own(SaturatingStiffness(), beta=beta, x_s=knee)
+    storage, loss = ratios(SaturatingStiffness(), given, in_tester(amplitudes))
+    small, middle, large = storage[0] - 1
+    assert small == pytest.approx(beta * amplitudes[0] ** 2, rel=1e-3)
+    assert middle == pytest.approx(beta * knee**2 / 2)
+    assert large == pytest.approx(beta * knee**2, rel=1e-4)
+    assert np.all(loss == 1)
 
 
 def test_friction_adds_its_loss_in_inverse_proportion_to_amplitude() -> None:

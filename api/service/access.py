@@ -73,7 +73,7 @@ def caller(
 def needs(scope: Scope) -> Any:
     """A dependency: the caller, if `scope` is open to them."""
 
-    def check(who: Annotated[Caller, Depends(caller)]) -> Caller:
+    async def check(who: Annotated[Caller, Depends(caller)]) -> Caller:  # waits for nothing, so it needs no thread
         if scope not in who.scopes:
             held = ", ".join(sorted(who.scopes))
             raise AccessError(403, f"this needs the scope {scope}; {who.name} has {held}")

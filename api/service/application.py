@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import Any
 
 from anyio import to_thread
@@ -11,8 +12,10 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
+from api.runs.state import Phase
 from api.service.context import Services
 from api.service.problems import Problem, handle_problems
+from api.service.readers import ReadersTakeTurns
 from api.service.resources import (
     audit,
     channels,
@@ -60,9 +63,9 @@ RESOURCES: tuple[APIRouter, ...] = (
     audit.router,
 )
 
-READERS = 4
-"""Requests that are worked on at a time. They share an interpreter with the run: more of them would answer nobody
-sooner, and keep STOP waiting."""
+THREADS = 4
+"""Requests that are worked on at a time, reads and others. They share an interpreter with the run: more of them would
+answer nobody sooner."""
 DESCRIPTION = """
 Measures elastomeric joints and identifies their stiffness k, structural damping h and loss factor gamma.
 
@@ -77,7 +80,7 @@ def create_app(services: Services) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
-        to_thread.current_default_thread_limiter().total_tokens = READERS
+        to_thread.current_default_thread_limiter().total_tokens = THREADS
         yield
         if services.runs is not None:
             services.runs.close()
@@ -93,7 +96,12 @@ def create_app(services: Services) -> FastAPI:
         app.include_router(router, prefix="/api")
     handle_problems(app)
     _describe_problems(app)
+    app.add_middleware(ReadersTakeTurns, is_at_work=partial(_is_at_work, services))
     return app
+
+
+def _is_at_work(services: Services) -> bool:
+    return services.runs is not None and services.runs.state.phase is not Phase.IDLE
 
 
 def operation_id(route: APIRoute) -> str:

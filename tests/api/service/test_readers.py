@@ -1,0 +1,127 @@
+"""Reads take turns: few at a time, each followed by a rest while the rig works, and nothing else waits for them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import pytest
+from starlette.types import Message, Receive, Scope, Send
+
+from api.service.readers import LONGEST_REST, PLACES, ReadersTakeTurns
+
+MANY = 4 * PLACES
+
+
+class Application:
+    """Answers when it is told to, and counts who is inside."""
+
+    def __init__(self) -> None:
+        self.inside = self.most = self.answered = 0
+        self.may_answer = asyncio.Event()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self.inside += 1
+        self.most = max(self.most, self.inside)
+        await self.may_answer.wait()
+        self.inside -= 1
+        self.answered += 1
+
+
+async def receive() -> Message:
+    return {}
+
+
+async def send(_message: Message) -> None:
+    pass
+
+
+def asked(front: ReadersTakeTurns, method: str, path: str, kind: str = "http") -> asyncio.Task[None]:
+    async def ask() -> None:
+        await front({"type": kind, "method": method, "path": path}, receive, send)
+
+    return asyncio.create_task(ask())
+
+
+async def settle() -> None:
+    for _ in range(10):
+        await asyncio.sleep(0)
+
+
+def run(test: Callable[[], Awaitable[None]]) -> None:
+    async def whole() -> None:
+        await test()
+
+    asyncio.run(whole())
+
+
+def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
+    async def test() -> None:
+        app = Application()
+        front = ReadersTakeTurns(app, lambda: False)
+        reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
+        await settle()
+        assert app.inside == PLACES
+        app.may_answer.set()
+        await asyncio.gather(*reads)
+        assert (app.most, app.answered) == (PLACES, MANY)
+
+    run(test)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "kind"),
+    [
+        ("POST", "/api/rig/stop", "http"),
+        ("POST", "/api/runs/1/pause", "http"),
+        ("GET", "/api/rig/events", "http"),
+        ("GET", "/page/", "http"),
+        ("GET", "/page/_nicegui_ws/socket.io", "websocket"),
+    ],
+)
+def test_what_acts_and_what_never_ends_waits_for_no_read(method: str, path: str, kind: str) -> None:
+    async def test() -> None:
+        app = Application()
+        front = ReadersTakeTurns(app, lambda: True)
+        reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
+        await settle()
+        passing = asked(front, method, path, kind)
+        await settle()
+        assert app.inside == PLACES + 1
+        app.may_answer.set()
+        await asyncio.gather(passing, *reads)
+
+    run(test)
+
+
+@pytest.mark.parametrize("at_work", [True, False])
+def test_a_place_rests_as_long_as_its_answer_took_while_the_rig_works(at_work: bool) -> None:
+    rests = list[float]()
+
+    async def rest(seconds: float) -> None:
+        rests.append(seconds)
+
+    async def test() -> None:
+        app = Application()
+        front = ReadersTakeTurns(app, lambda: at_work, rest)
+        reads = [asked(front, "GET", "/api/runs") for _ in range(PLACES)]
+        await asyncio.sleep(0.05)
+        app.may_answer.set()
+        await asyncio.gather(*reads)
+
+    run(test)
+    assert len(rests) == (PLACES if at_work else 0)
+    assert all(seconds == LONGEST_REST for seconds in rests)
+
+
+def test_a_read_that_fails_gives_its_place_back() -> None:
+    async def test() -> None:
+        async def broken(scope: Scope, receive: Receive, send: Send) -> None:
+            raise ValueError("broken")
+
+        front = ReadersTakeTurns(broken, lambda: True)
+        for _ in range(MANY):
+            with pytest.raises(ValueError, match="broken"):
+                await asked(front, "GET", "/api/runs")
+
+    run(test)

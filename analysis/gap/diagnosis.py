@@ -22,6 +22,7 @@ from analysis.gap.fit import Fit
 from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
 from analysis.gap.location import GapMap, Place, maps, places
+from analysis.gap.lost import lost
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.next_experiment import next_experiment
 from analysis.gap.record_effect import RecordEffect
@@ -90,6 +91,7 @@ class Diagnosis:
         faults: what is wrong with the measurement itself, in sentences; these come before any physics.
         predicted: what was asked for; None where nothing was.
         seconds: that it took.
+        lost: what cannot be told for want of measurements, in sentences.
     """
 
     status: Status
@@ -105,6 +107,7 @@ class Diagnosis:
     faults: tuple[str, ...]
     predicted: Predicted | None
     seconds: float
+    lost: tuple[str, ...] = ()
 
 
 Progress = Callable[[str, float], None]
@@ -193,6 +196,7 @@ def diagnose(
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
+        lost=lost(measurement),
     )
     tell("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])

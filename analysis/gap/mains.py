@@ -15,6 +15,7 @@ from scipy.stats import chi2
 
 from analysis.frequency_response import Real
 from analysis.gap.estimate import Estimate
+from analysis.gap.leakage import without_leakage
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
 from analysis.gap.record_effect import RecordEffect
 
@@ -80,7 +81,7 @@ def found_hum(hum: Hum) -> RecordEffect:
 
 
 def without_tones(measurement: Measurement, hum: Hum) -> Measurement:
-    """Without the lines at which the mains hums."""
+    """Without the lines at which the mains hums and those next to them, and without what it leaks into the others."""
 
     def quiet(each: HammerSet) -> HammerSet:
         spacing = float(np.median(np.diff(each.frequency))) if each.frequency.size > 1 else 0.0
@@ -88,7 +89,7 @@ def without_tones(measurement: Measurement, hum: Hum) -> Measurement:
         keep = away > (BESIDE + 0.5) * spacing
         return each.lines(keep) if np.any(keep) else each
 
-    return replace(measurement, sets=tuple(quiet(each) for each in measurement.sets))
+    return replace(measurement, sets=tuple(map(quiet, without_leakage(measurement.sets, hum.tones))))
 
 
 def _multiples(mains: float, highest: float) -> list[float]:

@@ -19,6 +19,8 @@ INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
 PLAUSIBLE = 2.0
 """Chi-square per datum."""
 MOST_STARTS = 12
+VARIANTS = 2
+"""Of a law that are fitted, such as the joint that it concerns."""
 IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
 """A law is right to about a hundredth; what it leaves beyond that counts."""
 TESTER_GAIN, TESTER_STEPS = 1.0, 10
@@ -98,3 +100,10 @@ def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
     """
     promising = {each.effect.id for each in promises if each.gain > least}
     return sorted((each for each in promises if each.effect.id in promising), key=lambda each: -each.gain)
+
+
+def best_laws(ranked: Sequence[Promise], laws: int) -> list[Promise]:
+    """Of one effect, the best `VARIANTS` of each of its best `laws`; of one law, the best alone."""
+    wanted = list(dict.fromkeys(each.effect.law for each in ranked))[:laws]
+    of_each = VARIANTS if laws > 1 else 1
+    return [each for law in wanted for each in [one for one in ranked if one.effect.law == law][:of_each]]

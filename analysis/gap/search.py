@@ -22,7 +22,15 @@ from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likeliho
 from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
-from analysis.gap.screening import Promise, by_gain, inserted, plausible, promised_by_a_step, promised_by_tester
+from analysis.gap.screening import (
+    Promise,
+    best_laws,
+    by_gain,
+    inserted,
+    plausible,
+    promised_by_a_step,
+    promised_by_tester,
+)
 from analysis.gap.simulation import Simulation
 from analysis.gap.structure import Misfit, misfit
 
@@ -192,7 +200,7 @@ class Search:
         found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
         while remaining:
             names, remaining = remaining[:AT_ONCE], remaining[AT_ONCE:]
-            own = [[promise for promise in ranked if promise.effect.id == name][:laws] for name in names]
+            own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
             models = self._fitted(on, [promise for promises in own for promise in promises], laws)
             found += models
             if any(model.clean for model in models):

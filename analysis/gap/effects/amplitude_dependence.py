@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
@@ -21,6 +22,8 @@ FALL = Parameter("fall", "1", 0.5, 0.8)
 """Power of frequency with which that amplitude falls above the first modes."""
 FIRST_MODES = 80.0
 """Hz; below, a beam on joints moves as the blow drives it, and above ever less."""
+KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
+"""m, of a curve that is zero in the middle besides."""
 SAME = 1e-6
 """Share by which levels, and amplitudes, differ that are one."""
 SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
@@ -74,6 +77,42 @@ class AmplitudeDependence(Effect):
         size = (amplitude / given["xc"]) ** given["m"]
         ratio = (given["k0_over_kinf"] - 1) * (1 + (given["shear_share"] - 1) * SHEAR_ALONE)
         return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
+
+
+@dataclass(frozen=True)
+class AmplitudeCurve(Effect):
+    """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of compression's.
+
+    Attributes:
+        component: whether a cylinder at 45 degrees feels the components of its deformation, or the whole.
+    """
+
+    id = "amplitude_dependence"
+    title = "stiffness and loss that follow amplitude"
+    law = "smooth curve"
+    component: bool = False
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return cls(component=False), cls(component=True)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        curves = [Parameter(f"{part}_{1e6 * x:g}um", "1", 0.0, 0.35) for part in ("storage", "loss") for x in KNOTS]
+        shares = [Parameter(f"shear_share_of_{part}", "1", 0.9, 0.2) for part in ("storage", "loss")]
+        return (*curves, *shares, BLOW_AMPLITUDE, FALL)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        amplitude = blow_amplitude(given, loading, self.component)
+        storage, loss = (self._factor(given, part, amplitude) for part in ("storage", "loss"))
+        return cylinders.scaled(storage, loss)
+
+    def _factor(self, given: Given, part: str, amplitude: Real) -> Real:
+        """(3, n), one in the middle."""
+        heights = {x: given[f"{part}_{1e6 * x:g}um"] for x in KNOTS} | {MIDDLE: 0.0}
+        curve = make_interp_spline(np.log(sorted(heights)), [heights[x] for x in sorted(heights)], 2)
+        exponent = curve(np.log(np.clip(amplitude, min(KNOTS), max(KNOTS))))
+        return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 
 @dataclass(frozen=True)

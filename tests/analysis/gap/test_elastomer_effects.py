@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import MIDDLE, AmplitudeDependence, AmplitudeTable
+from analysis.gap.effects.amplitude_dependence import KNOTS, MIDDLE, AmplitudeCurve, AmplitudeDependence, AmplitudeTable
 from analysis.gap.effects.conditioning_drift import ConditioningDrift, LogarithmicDrift, SaturatingDrift
 from analysis.gap.effects.coulomb_friction import CoulombFriction, StickingFriction
 from analysis.gap.effects.cubic_stiffness import CubicStiffness, SaturatingStiffness
@@ -104,6 +104,23 @@ def test_harder_blows_soften_and_high_frequencies_move_less() -> None:
     assert hard[1] > hard[0]
     even, _ = ratios(effect, own(effect, fall=0.0), struck(1.0, np.array([20.0, 500.0])))
     assert even[1, 0] == pytest.approx(even[1, 1])
+
+
+def test_a_curve_goes_through_its_knots_and_keeps_the_baseline_in_the_middle() -> None:
+    effect = AmplitudeCurve()
+    heights = {f"storage_{1e6 * x:g}um": 0.1 * place for place, x in enumerate(KNOTS, start=1)}
+    given = own(effect, **heights, shear_share_of_storage=0.5)
+    storage, loss = ratios(effect, given, in_tester(np.array([*KNOTS, MIDDLE])))
+    assert np.log(storage[1]) == pytest.approx([*heights.values(), 0.0])
+    assert np.log(storage[0]) == pytest.approx(np.log(storage[1]) / 2)
+    assert np.all(loss == 1)
+
+
+def test_a_curve_ends_where_its_knots_do() -> None:
+    effect = AmplitudeCurve()
+    given = own(effect, **{f"loss_{1e6 * x:g}um": 0.2 for x in KNOTS})
+    _, loss = ratios(effect, given, in_tester(np.array([1e-9, min(KNOTS), max(KNOTS), 1e-3])))
+    assert loss[1] == pytest.approx(np.exp(0.2))
 
 
 def test_the_table_has_factors_for_each_amplitude_configuration_and_level(empty: Measurement) -> None:

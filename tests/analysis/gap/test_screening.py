@@ -7,15 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.dof import Direction, Dof
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
 from analysis.gap.effects.coulomb_friction import StickingFriction
 from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.impact_angle import AllBlows, BlowsAtOnePoint, ImpactAngle
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Likelihood, evaluated, fit
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.screening import (
     MOST_STARTS,
     Promise,
+    best_laws,
     by_gain,
     inserted,
     plausible,
@@ -73,6 +76,13 @@ def test_a_law_that_promises_little_comes_along_with_its_rivals() -> None:
     rival = replace(friction)
     promises = [Promise(friction, -5.0, ()), Promise(mass, 3.0, ()), Promise(lag, 50.0, ()), Promise(rival, 20.0, ())]
     assert [each.gain for each in by_gain(promises, 12.0)] == [50.0, 20.0, -5.0]
+
+
+def test_two_variants_of_each_of_the_best_laws_are_fitted() -> None:
+    points = [BlowsAtOnePoint(point=Dof(node, Direction.Y)) for node in (1, 3, 4)]
+    ranked = [Promise(each, 0.0, ()) for each in (*points, ImpactAngle(), AllBlows())]
+    assert [each.effect for each in best_laws(ranked, 2)] == [*points[:2], ImpactAngle()]
+    assert [each.effect for each in best_laws(ranked, 1)] == points[:1]
 
 
 def test_starts_are_all_combinations_up_to_a_number() -> None:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
@@ -24,6 +23,8 @@ FIRST_MODES = 80.0
 """Hz; below, a beam on joints moves as the blow drives it, and above ever less."""
 KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
 """m, of a curve that is zero in the middle besides."""
+THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))
+"""From heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over the middle's."""
 SAME = 1e-6
 """Share by which levels, and amplitudes, differ that are one."""
 SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
@@ -109,9 +110,9 @@ class AmplitudeCurve(Effect):
 
     def _factor(self, given: Given, part: str, amplitude: Real) -> Real:
         """(3, n), one in the middle."""
-        heights = {x: given[f"{part}_{1e6 * x:g}um"] for x in KNOTS} | {MIDDLE: 0.0}
-        curve = make_interp_spline(np.log(sorted(heights)), [heights[x] for x in sorted(heights)], 2)
-        exponent = curve(np.log(np.clip(amplitude, min(KNOTS), max(KNOTS))))
+        heights = np.array([given[f"{part}_{1e6 * x:g}um"] for x in KNOTS])
+        ratio = np.log(np.clip(amplitude, min(KNOTS), max(KNOTS)) / MIDDLE)
+        exponent = np.polyval([*(THROUGH_KNOTS @ heights)[::-1], 0.0], ratio)
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 

@@ -1,0 +1,75 @@
+"""What a measurement cannot tell for want of something measured: said, so that silence is not taken for an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from analysis.gap.catalogue import effect_ids, laws
+from analysis.gap.effect import Effect
+from analysis.gap.measurement import Configuration, Measurement
+from analysis.gap.simulation import TOUCHES
+
+BY_AMPLITUDE = "amplitude_dependence, cubic_stiffness and coulomb_friction"
+
+
+def lost(measurement: Measurement) -> tuple[str, ...]:
+    """Sentences; none where both rigs were measured with several rows, levels, amplitudes and temperatures."""
+    return (*_rigs(measurement), *_beam(measurement), *_tester(measurement), *_temperatures(measurement))
+
+
+def _rigs(measurement: Measurement) -> Iterator[str]:
+    if measurement.points is not None and measurement.sets:
+        return
+    missing, other = ("tester", "beam") if measurement.points is None else ("beam", "tester")
+    own = ", ".join(name for name in effect_ids() if name in _of_one_rig(missing))
+    yield (
+        f"no {missing}: whether an effect shows in both rigs cannot be told, which would be the strongest evidence for "
+        f"or against the rubber, and the {other} stands alone; {own} cannot be seen at all"
+    )
+
+
+def _of_one_rig(rig: str) -> frozenset[str]:
+    """Ids of effects that show in this rig alone."""
+    hooks = {"tester": {"tester"}, "beam": {"joints", "beam"}}
+    changed = {law.id: {hook for hook in TOUCHES if getattr(law, hook) is not getattr(Effect, hook)} for law in laws()}
+    return frozenset(name for name, own in changed.items() if own and own <= hooks[rig])
+
+
+def _beam(measurement: Measurement) -> Iterator[str]:
+    sets = measurement.sets
+    if not sets:
+        return
+    if len({dof for each in sets for dof in each.inputs}) == 1:
+        yield (
+            f"one row, {sets[0].inputs[0]}: where along the bar an effect sits, and the gap on rows that no fit saw, "
+            "cannot be told"
+        )
+    bare = [str(number) for number, each in enumerate(sets, start=1) if each.coherence is None]
+    if bare:
+        yield (
+            f"no coherence in hammer set {', '.join(bare)}: noise is judged by how neighbouring lines differ, and "
+            "hum in averages cannot be seen"
+        )
+    if len({each.peak_force for each in sets}) == 1:
+        yield f"one hammer level, {sets[0].peak_force:g} N: what depends on amplitude cannot be told from the beam"
+
+
+def _tester(measurement: Measurement) -> Iterator[str]:
+    points = measurement.points
+    if points is None:
+        return
+    amplitudes = np.unique(np.round(2e3 * points.amplitude, 6))
+    if amplitudes.size == 1:
+        yield f"one amplitude in the tester, {amplitudes[0]:g} mm: {BY_AMPLITUDE} cannot be told from each other there"
+    absent = [each.name.lower() for each in Configuration if not np.any(points.configuration == each)]
+    if absent:
+        yield f"nothing in the tester in {' or '.join(absent)}: the other configurations alone tell of its cylinders"
+
+
+def _temperatures(measurement: Measurement) -> Iterator[str]:
+    known = [each.temperature for each in measurement.sets]
+    known += [] if measurement.points is None else measurement.points.temperature.tolist()
+    if not np.all(np.isfinite(known)):
+        yield "no temperatures: temperature_shift and preload_stiffening cannot be told by a thermometer"

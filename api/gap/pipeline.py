@@ -12,6 +12,7 @@ from analysis.gap.diagnosis import Diagnosis, diagnose
 from api.errors import ApiError
 from api.gap.curves import asking_for_rows, curves_of, divided
 from api.gap.document import diagnosis_document
+from api.gap.hands import processes
 from api.gap.source import Subject, subject_of_bundle, subject_of_run
 from api.progress import Advance, Progress, silent
 from store.bundle import read_bundle
@@ -36,13 +37,16 @@ class Diagnosed:
     document: dict[str, Any]
 
 
-def diagnosed(subject: Subject, without: Iterable[str] = (), progress: Progress = silent) -> Diagnosed:
+def diagnosed(
+    subject: Subject, without: Iterable[str] = (), progress: Progress = silent, workers: int | None = None
+) -> Diagnosed:
     """Diagnose a subject.
 
     Args:
         subject: a bundle or a run.
         without: ids of effects that the catalogue is to do without.
         progress: told how far the work is.
+        workers: processes that share the work; by default as many as there are processors.
 
     Raises:
         ApiError: the catalogue has no such effect.
@@ -52,9 +56,9 @@ def diagnosed(subject: Subject, without: Iterable[str] = (), progress: Progress 
     for effect in sorted(left_out):
         if effect not in known:
             raise ApiError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
-    with progress("diagnosis", PARTS) as advance:
+    with progress("diagnosis", PARTS) as advance, processes(workers) as hands:
         show = _by_share(advance)
-        found = diagnose(asking_for_rows(subject.measurement), left_out, show)
+        found = diagnose(asking_for_rows(subject.measurement), left_out, show, hands)
         show("done", 1.0)
     rows = None
     if found.predicted is not None:
@@ -64,14 +68,16 @@ def diagnosed(subject: Subject, without: Iterable[str] = (), progress: Progress 
     return Diagnosed(subject, found, {"title": subject.title} | document)
 
 
-def diagnose_bundle(path: Path, without: Iterable[str] = (), progress: Progress = silent) -> Diagnosed:
+def diagnose_bundle(
+    path: Path, without: Iterable[str] = (), progress: Progress = silent, workers: int | None = None
+) -> Diagnosed:
     """Diagnose a bundle: a folder, or a zip of it.
 
     Raises:
         StoreError: the bundle is refused.
         ApiError, AnalysisError: as of `diagnosed`.
     """
-    return diagnosed(subject_of_bundle(read_bundle(path)), without, progress)
+    return diagnosed(subject_of_bundle(read_bundle(path)), without, progress, workers)
 
 
 def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> dict[str, Any]:

@@ -46,6 +46,6 @@ def answer(measured: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
 
 def _diagnosed(measured: Path, without: tuple[str, ...]) -> Diagnosed:
     if not (measured / DATABASE).exists():
-        return diagnose_bundle(measured, without)
+        return diagnose_bundle(measured, without, workers=1)
     with Catalogue.open(f"sqlite:///{measured / DATABASE}") as catalogue:
-        return diagnosed(subject_of_run(catalogue, 1), without)
+        return diagnosed(subject_of_run(catalogue, 1), without, workers=1)

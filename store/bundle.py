@@ -34,8 +34,8 @@ class Bundle:
 
     Attributes:
         setup: what was built and how it was measured; without checksums, which have been verified.
-        inverse: the roving-hammer sets, in the order of setup.json; the first is the reference set.
-        direct: the rows of the tester's table, in the order of the file.
+        inverse: the roving-hammer sets, in the order of setup.json; the first is the reference set. None without beam.
+        direct: the rows of the tester's table, in the order of the file. None without tester.
         blows: single blows, by file name.
         warnings: unknown keys and columns, and files that are not named: ignored.
     """
@@ -60,7 +60,7 @@ def read_bundle(path: Path) -> Bundle:
         _verify_checksums(folder, setup.checksums)
         setup = setup.model_copy(update={"checksums": {}})
         sets, set_warnings = _read_sets(folder, setup)
-        direct, direct_warnings = read_direct(_file(folder, setup.direct.file), setup.specimens)
+        direct, direct_warnings = _read_direct(folder, setup)
         blows = tuple(_read_blow(file, setup) for file in sorted(folder.glob(f"{BLOWS}/*.unv")))
         return Bundle(
             setup=setup,
@@ -101,6 +101,12 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
     return tuple(sets), tuple(warnings)
 
 
+def _read_direct(folder: Path, setup: BundleSetup) -> tuple[tuple[DirectPoint, ...], tuple[str, ...]]:
+    if setup.direct is None:
+        return (), ()
+    return read_direct(_file(folder, setup.direct.file), setup.specimens)
+
+
 def _how_measured(entry: InverseSet) -> dict[str, Any]:
     return entry.model_dump(exclude={"file"})
 
@@ -128,7 +134,7 @@ def _verify_checksums(folder: Path, checksums: dict[str, str]) -> None:
 
 
 def _not_named(folder: Path, setup: BundleSetup) -> tuple[str, ...]:
-    named = {SETUP, setup.direct.file, *(entry.file for entry in setup.inverse)}
+    named = {SETUP, *setup.files}
     others = [file.name for file in sorted(folder.iterdir()) if file.is_file() and file.name not in named]
     return tuple(f"{name} is not named in setup.json and is ignored" for name in others)
 

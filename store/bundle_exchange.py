@@ -150,7 +150,9 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         sets = _newest_sets(session, runs)
         direct = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
-    setup = _setup(first, sets)
+    if not sets and not direct:
+        raise StoreError(f"run {_names(runs)} has neither frequency responses nor dynamic stiffness to export")
+    setup = _setup(first, sets, bool(direct))
     for entry, measured in zip(setup.inverse, sets, strict=True):
         write_uff(
             folder / entry.file,
@@ -158,7 +160,8 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
                 measured.response, measured.inputs, measured.frequency, measured.accelerance, measured.coherence
             ),
         )
-    write_direct(folder / setup.direct.file, direct)
+    if setup.direct is not None:
+        write_direct(folder / setup.direct.file, direct)
     response = Dof(setup.accelerometer.node, setup.accelerometer.direction)
     for blow in blows:
         if blow.accepted and blow.waveform is not None:
@@ -180,8 +183,6 @@ def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyRespons
         except NotFoundError:
             # A sweep has none; what counts is that some run has.
             continue
-    if not sets:
-        raise StoreError(f"run {_names(runs)} has no frequency responses to export")
     return sets
 
 
@@ -193,12 +194,10 @@ def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
         except NotFoundError:
             continue
         points += [to_direct_point(point) for point in list_dynamic_stiffness(session, analysis.id)]
-    if not points:
-        raise StoreError(f"run {_names(runs)} has no dynamic stiffness to export")
     return points
 
 
-def _setup(run: Run, sets: Sequence[FrequencyResponseSet]) -> BundleSetup:
+def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> BundleSetup:
     inverse: list[dict[str, Any]] = [
         {
             "file": measured.source or f"inverse_{number}.unv",
@@ -211,7 +210,7 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet]) -> BundleSetup:
         }
         for number, measured in enumerate(sets, start=1)
     ]
-    direct = {"file": "direct.csv", **run.setup.get("direct", {})}
+    direct = {"file": "direct.csv", **(run.setup.get("direct") or {})} if tested else None
     try:
         return setup_from({**run.setup, "format": FORMAT, "title": run.title, "inverse": inverse, "direct": direct})
     except StoreError as error:

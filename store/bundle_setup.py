@@ -147,22 +147,32 @@ class Article(_Part):
 
 
 class BundleSetup(Article):
-    """All of setup.json; `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files."""
+    """All of setup.json; of both rigs one may be missing, its key left out.
+
+    `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files.
+    """
 
     format: Literal["jointlab-bundle/1"]
     title: str
-    inverse: Annotated[tuple[InverseSet, ...], Field(min_length=1)]
-    direct: DirectTable
+    inverse: tuple[InverseSet, ...] = ()
+    direct: DirectTable | None = None
     predict: tuple[Prediction, ...] = ()
     checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if not self.inverse and self.direct is None:
+            raise ValueError("there is neither a hammer set in inverse nor a table of the tester in direct")
         for prediction in self.predict:
             self.check_known(prediction.response[0], "a predicted response")
             self.check_known(prediction.input[0], "a predicted input")
-        _once("a file", [entry.file for entry in self.inverse] + [self.direct.file, "setup.json"])
+        _once("a file", [*self.files, "setup.json"])
         return self
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files that hold what was measured."""
+        return (*(entry.file for entry in self.inverse), *(() if self.direct is None else (self.direct.file,)))
 
 
 def _once(what: str, names: list[str]) -> None:

@@ -90,7 +90,7 @@ def read_direct(path: Path, specimens: Collection[str]) -> tuple[tuple[DirectPoi
             raise StoreError(f"{where}: order {point.order} comes twice")
         points[point.order] = point
     if not points:
-        raise StoreError(f"{path.name} has no rows")
+        raise StoreError(f"{path.name} has no rows; where the tester was not used, leave direct out of setup.json")
     return tuple(points.values()), tuple(f"{path.name}: unknown column {name!r} is ignored" for name in unknown)
 
 

@@ -241,3 +241,5 @@ def ranking(document: Mapping[str, Any]) -> Table:
 def _show_faults(document: Mapping[str, Any]) -> None:
     for fault in document["faults"]:
         out.print(f"FAULT in the measurement: {fault}", style="red")
+    for sentence in document.get("lost", ()):
+        out.print(f"NOT TOLD by this measurement: {sentence}", style="yellow")

@@ -21,8 +21,9 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     """The whole document; numbers that are not known are null.
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
-    each explanation, ``titles`` of effects, ``maps``, ``faults``, and in ``trial`` how often this catalogue was right
-    on sealed cases like this one; None where it was never tried.
+    each explanation, ``titles`` of effects, ``maps``, ``faults``, what is ``lost`` for want of
+    measurements, and in ``trial`` how often this catalogue was right on sealed cases like
+    this one; None where it was never tried.
 
     Args:
         found: the diagnosis.
@@ -52,6 +53,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
             "faults": found.faults,
+            "lost": found.lost,
             "seconds": round(found.seconds, 3),
         }
     )

@@ -66,7 +66,7 @@ def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silen
 def _subject(measured: Measurement, setup: Mapping[str, Any], blows: tuple[BundleBlow, ...]) -> Subject:
     """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
     asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
-    preset_mm = setup.get("direct", {}).get("preset_mm", 0.0)
+    preset_mm = (setup.get("direct") or {}).get("preset_mm", 0.0)
     return Subject(measured.title, gap_measurement(measured, preset_mm, asked, tuple(map(_raw_blow, blows))))
 
 

@@ -10,6 +10,8 @@ from api.gap.document import UNKNOWN, probability
 from api.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
+IN_RECORDS = frozenset({"double_hit", "mains_hum"})
+"""Effects that are faults of records, and move no accelerance."""
 MAP_WARNING = (
     "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
     "the joint's doing, the sensor's or the bar's. What names a cause is that the simulation with it fits both rigs."
@@ -41,6 +43,11 @@ def verdict_sentence(document: Mapping[str, Any]) -> str:
     match verdict["status"]:
         case "none":
             return f"nothing beyond noise and stated tolerances: the gap is {percent(before)}{interval}, floor {floor}"
+        case "explained" if set(verdict["effects"]) <= IN_RECORDS:
+            return (
+                f"{effects} in the records of blows; nothing else beyond noise and stated tolerances: the gap is "
+                f"{percent(before)}{interval}, floor {floor}"
+            )
         case "explained":
             return fall
         case "partial":

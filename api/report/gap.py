@@ -50,6 +50,7 @@ def gap_sections(document: Mapping[str, Any]) -> list[Section]:
 def _verdict(document: Mapping[str, Any]) -> Section:
     status, verdict = document["verdict"]["status"], document["verdict"]
     sentences = [f"FAULT in the measurement, to be seen to before anything below: {f}." for f in document["faults"]]
+    sentences += [f"Not told by this measurement: {sentence}." for sentence in document.get("lost", ())]
     sentences += [f"{_capital(status)}: {words.verdict_sentence(document)}."]
     sentences += [f"{_capital(words.probability_sentence(document))}."]
     content: list[str | Table | Picture] = [*sentences]

@@ -127,7 +127,7 @@ def test_a_wrong_value_is_refused_by_line_and_column(tmp_path: Path, column: str
     ("text", "said"),
     [
         ("", "line 1: missing column order, time_s"),
-        (HEADER, "has no rows"),
+        (HEADER, "has no rows; where the tester was not used"),
         (HEADER.replace("amplitude_pp_mm", "amplitude_pp_m") + "\n" + LINE, "missing column amplitude_pp_mm"),
         (f"{HEADER},order\n{LINE},1", "a column comes twice"),
         (f"{HEADER}\n{LINE}\n{LINE}", "line 3: order 1 comes twice"),

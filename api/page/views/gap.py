@@ -78,6 +78,8 @@ def _draw(found: Diagnosis, analysis: Analysis) -> None:
     )
     for fault in document.get("faults", ()):
         paragraph(f"Wrong with the measurement itself: {fault}.", "notice trouble")
+    for sentence in document.get("lost", ()):
+        paragraph(f"Not told by this measurement: {sentence}.", "notice")
     _next(document, analysis)
     show("<h2>How far</h2>")
     chart(

@@ -9,6 +9,7 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
+from analysis.gap.leakage import without_leakage
 from analysis.gap.mains import Hum, mains_hum, without_tones
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
 
@@ -92,3 +93,17 @@ def test_lines_of_tones_are_left_out_of_every_set(empty: Measurement) -> None:
         assert gone.tolist() == [49.0, 49.5, 50.0, 50.5, 51.0, 99.0, 99.5, 100.0, 100.5, 101.0]
         assert each.coherence is not None
         assert each.coherence.shape == each.accelerance.shape
+
+
+def test_what_a_tone_off_its_line_leaks_is_taken_off() -> None:
+    frequency, random = np.arange(5.0, 400.0, 0.5), np.random.default_rng(2)
+    clean = 1 / (1 - (frequency / 77.0) ** 2 + 0.05j * frequency / 77.0) * np.ones((6, 1))
+    away = (180.06 - frequency) / 0.5
+    heights = random.standard_normal((6, 1)) + 1j * random.standard_normal((6, 1))
+    leaked = heights * np.sinc(away) * np.exp(1j * np.pi * away)
+    points = tuple(Dof(node, Direction.Y) for node in range(1, 7))
+    each = HammerSet(points, frequency, clean + leaked, np.full(clean.shape, 1e-3), 100.0)
+    (found,) = without_leakage([each], [180.0])
+    beside = np.abs(frequency - 180.0) > 1.2
+    assert np.max(np.abs(leaked[:, beside])) > 0.02
+    assert np.max(np.abs((found.accelerance - clean)[:, beside])) < 0.1 * np.max(np.abs(leaked[:, beside]))

@@ -11,7 +11,6 @@ from rich.table import Table
 
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from api.commands.terminal import (
     LARGEST_RUN,
@@ -23,6 +22,7 @@ from api.commands.terminal import (
     write_json,
 )
 from api.identification.document import identification_document, modes_document, plain
+from api.identification.inverse import exponent_texts
 from api.identification.measurement import dof
 from api.identification.options import AS_MEASURED, MOST_ELEMENTS, Options
 from api.identification.pipeline import Identification, identify
@@ -202,12 +202,8 @@ def show(found: Identification) -> None:
                     " .. ".join(f"{end / 1e6:.3f}" for end in paper.k_ci95[at]),
                 )
         out.print(table)
-        for name, exponent in found.inverse.fit.exponents.items():
-            low, high = exponent.interval()
-            out.print(
-                f"joint {name} follows the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency; "
-                f"its terms are those at {REFERENCE_FREQUENCY:g} Hz"
-            )
+        for text in exponent_texts(found.inverse.fit):
+            out.print(text)
         gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]
         for gate in gates:
             if not gate.passed:

@@ -12,6 +12,7 @@ import numpy as np
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.inverse.joint_estimate import IdentifiedJoint
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.modal.estimation import ModalEstimate
 from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.direct import Direct
@@ -35,6 +36,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "suspended_beam": _suspended(found.suspended) if found.suspended else None,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
+            "inverse_model": _model(found.inverse) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],
@@ -111,6 +113,18 @@ def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
 def _inverse(route: Route[Any]) -> dict[str, Any]:
     joints = {name: _joint(joint) for name, joint in route.joints.items()}
     return joints | {"weak_directions": _weak_directions(route)}
+
+
+def _model(inverse: Inverse) -> dict[str, Any]:
+    """What the fit took the beam to be, and how joints follow frequency; constant ones have no exponent."""
+    beam, fit = inverse.free_beam, inverse.fit
+    return {
+        "youngs_modulus": beam.beam.youngs_modulus,
+        "density": beam.beam.density,
+        "elements": beam.mesh.positions.size - 1,
+        "reference_hz": REFERENCE_FREQUENCY,
+        "exponents": {name: {"value": found.value, "ci95": found.interval()} for name, found in fit.exponents.items()},
+    }
 
 
 def _gates(inverse: Inverse) -> list[dict[str, Any]]:

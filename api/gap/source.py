@@ -24,6 +24,8 @@ from store.runs import get_run
 
 LOWEST_LINE = 5.0
 """Hz. Below, ten blows of two seconds say little, and an accelerometer less."""
+FINEST = 1e-6
+"""Of the rms of a set's accelerances, below which nobody's noise is."""
 NEIGHBOURS = 9
 """Lines over which the variance of ten blows is averaged before it serves as a weight."""
 
@@ -153,11 +155,13 @@ def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
     variance = responses.variance
     if variance is None:
         variance = variance_from_neighbours(responses.accelerance)
+    # a row without signal, or a coherence of exactly one, knows no noise
+    finest = max(FINEST * float(np.sqrt(np.mean(np.abs(responses.accelerance) ** 2))), float(np.finfo(float).tiny))
     return gap.HammerSet(
         inputs=responses.inputs,
         frequency=responses.frequency[keep],
         accelerance=responses.accelerance[:, keep],
-        deviation=np.sqrt(smoothed_variance(variance, NEIGHBOURS))[:, keep],
+        deviation=np.maximum(np.sqrt(smoothed_variance(variance, NEIGHBOURS)), finest)[:, keep],
         peak_force=stored.peak_force,
         temperature=stored.temperature_c,
         coherence=None if responses.coherence is None else responses.coherence[:, keep],

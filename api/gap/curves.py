@@ -13,7 +13,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.diagnosis import Predicted
 from analysis.gap.measurement import Configuration, HammerSet, Indices, Measurement, TesterPoints
 
-LINES = 360
+LINES = 600
 """Of a whole row, at most; what matters of thousands is its extremes."""
 CLOSE_UP = 0.1
 """Of the lines of a row: so wide is the band of which every line is kept, where measured and before differ most."""

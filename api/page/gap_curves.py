@@ -46,7 +46,7 @@ def _charts(curve: Mapping[str, Any]) -> None:
     chart(f"{QUANTITIES[first].title}: {place}", over_each_other(curve, first), "gap-curves", height="24rem")
     with ui.element("div").classes("cards"):
         if band := curve.get("close_up_hz"):
-            title = f"Closer, from {band[0]:.0f} to {band[1]:.0f} Hz, where measured and before differ most"
+            title = f"Where they differ most: {band[0]:.0f} to {band[1]:.0f} Hz"
             chart(title, over_each_other(curve, first, band), "gap-close-up", height="19rem")
         title = QUANTITIES[second].title
         chart(f"{title}: {place}", over_each_other(curve, second), f"gap-{second.replace('_', '-')}", height="19rem")

@@ -9,7 +9,7 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.frame import Frame
 from api.page.hammer_session import HammerSession
-from store.runs import RunState
+from store.runs import RunState, get_run
 
 
 class Redo:
@@ -24,8 +24,7 @@ class Redo:
     def offer(self, found: HammerSession) -> None:
         """Offer the points that have blows which count; anew only where they are others than before."""
         points = [point for point, (done, _) in found.counts.items() if done]
-        finished = found.run.state is RunState.FINISHED
-        now = (found.run.id, found.set_number, finished, *points)
+        now = (found.run.id, found.set_number, *points)
         if now == self._offered:
             return
         self._offered = now
@@ -36,7 +35,7 @@ class Redo:
             self._chosen = points[-1]
         with self._place:
             self._list(points)
-            button("Do this point again", lambda: self._again(found.run.id, found.set_number, finished))
+            button("Do this point again", lambda: self._again(found.run.id, found.set_number))
 
     def _list(self, points: list[str]) -> None:
         with ui.element("label").classes("field"):
@@ -52,9 +51,9 @@ class Redo:
     def _choose(self, point: str) -> None:
         self._chosen = point
 
-    async def _again(self, run_id: int, set_number: int, finished: bool) -> None:
+    async def _again(self, run_id: int, set_number: int) -> None:
         point = self._chosen
-        if finished:
+        if await self._frame.read(lambda: self._is_finished(run_id)):
             ui.navigate.to(f"/measure?like={run_id}&points={point}&parts=hammer")  # NiceGUI puts /page before it
             return
         await self._frame.deeds.drive(
@@ -62,3 +61,7 @@ class Redo:
             f"run {run_id}, {point}",
             lambda runs, caller: runs.redo_point(run_id, set_number, point, caller.name),
         )
+
+    def _is_finished(self, run_id: int) -> bool:
+        with self._frame.services.catalogue.reading() as session:
+            return get_run(session, run_id).state is RunState.FINISHED

@@ -20,6 +20,16 @@ SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
 
 
+def frequency_axis(frequency: Real) -> Options:
+    """An axis from 0 to the last of (lines,) frequencies in Hz, and no further."""
+    return axis("frequency (Hz)", low=0, high=float(frequency[-1]))
+
+
+def phase_axis() -> Options:
+    """An axis of all phases in degrees."""
+    return axis("phase (°)", low=-180, high=180) | {"interval": 90}
+
+
 def axis(name: str, *, log: bool = False, low: float | None = None, high: float | None = None) -> Options:
     """An axis called `name`, unit included."""
     made: Options = {

@@ -56,8 +56,9 @@ def _joint(x: float, name: str) -> str:
 
 def _accelerometer(x: float) -> str:
     return (
+        f'<path d="M{x} {BAR + 24}V{BAR + 84}" stroke="#222"/>'
         f'<rect x="{x - 8}" y="{BAR + 10}" width="16" height="14" fill="#009e73" stroke="#222"/>'
-        f'<text x="{x}" y="{BAR + 44}" text-anchor="middle" font-size="16">accelerometer</text>'
+        f'<text x="{x}" y="{BAR + 100}" text-anchor="middle" font-size="16">accelerometer</text>'
     )
 
 
@@ -75,6 +76,7 @@ def _point(positions: Sequence[float], point: str, accepted: int, wanted: int, l
     return (
         f'<g data-point="{point}" data-next="{str(lit).lower()}">{ring}<path d="{arrow}" stroke="#222" '
         f'stroke-width="2.5"/><circle cx="{cx}" cy="{cy}" r="{size}" fill="{fill}" stroke="#222" stroke-width="2"/>'
-        f'<text x="{cx}" y="{cy + 7}" text-anchor="middle" font-size="19" font-weight="700" fill="{ink}">{point}</text>'
+        f'<text x="{cx}" y="{cy + 7}" text-anchor="middle" font-size="{19 if len(point) < 3 else 16}" '
+        f'font-weight="700" fill="{ink}">{point}</text>'
         f'<text x="{cx}" y="{label_y}" text-anchor="middle" font-size="17">{accepted}/{wanted}</text></g>'
     )

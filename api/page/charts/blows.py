@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from api.page.charts.axes import Options, Real, axis, line, plot, thinned
+from api.page.charts.axes import Options, Real, axis, frequency_axis, line, plot, thinned
 from api.report.plots import BLACK, BLUE, ORANGE
 
 FORCE_SHOWN = (-0.005, 0.1)  # s around the trigger: a bounce of the hammer comes within
@@ -27,10 +27,10 @@ def accelerance(frequency: Real, magnitude: Real) -> Options:
     """|A| in (m/s^2)/N over frequency in Hz, of the accepted blows so far."""
     shown = magnitude > 0
     series = line("accelerance", *thinned(frequency[shown], magnitude[shown], 1600), color=BLACK)
-    return plot([series], axis("frequency (Hz)"), axis("|A| ((m/s²)/N)", log=True), legend=False)
+    return plot([series], frequency_axis(frequency), axis("|A| ((m/s²)/N)", log=True), legend=False)
 
 
 def coherence(frequency: Real, value: Real) -> Options:
     """Coherence of the accepted blows so far over frequency in Hz."""
     series = line("coherence", *thinned(frequency, np.clip(value, 0, 1), 1600), color=BLUE)
-    return plot([series], axis("frequency (Hz)"), axis("coherence", low=0, high=1), legend=False)
+    return plot([series], frequency_axis(frequency), axis("coherence", low=0, high=1), legend=False)

@@ -29,6 +29,6 @@ def intervals(compared: Sequence[Comparison], scale: float, unit: str) -> Option
             ("direct", ORANGE, 2, [each.direct for each in compared]),
         )
     ]
-    made = plot(series, axis(unit or "1"), axis("") | {"type": "category", "data": names, "inverse": True})
+    made = plot(series, axis(unit or "loss factor"), axis("") | {"type": "category", "data": names, "inverse": True})
     made["yAxis"]["axisLabel"].pop(":formatter")
     return made | {"tooltip": {"show": False}, "grid": made["grid"] | {"left": 110}}

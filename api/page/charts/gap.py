@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from api.gap.words import RIGS
-from api.page.charts.axes import INK, Options, axis, dots, line, plot
+from api.page.charts.axes import INK, Options, axis, dots, line, phase_axis, plot
 from api.report.plots import BLACK, BLUE, ORANGE
 
 SIGNIFICANT = 3.0
@@ -65,10 +65,7 @@ def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] |
         else:
             stroke = {"width": width, "type": kind, "opacity": opacity}
             series.append(line(moment, frequency[shown], values, color=colour, lineStyle=stroke, symbol="none"))
-    ends = {"low": -180.0, "high": 180.0} if quantity.jumps else {}
-    scale = axis(quantity.axis, log=quantity.log and band is None, **ends)
-    if quantity.jumps:
-        scale |= {"interval": 90}
+    scale = phase_axis() if quantity.jumps else axis(quantity.axis, log=quantity.log and band is None)
     return plot(series, axis("frequency (Hz)", low=low, high=high), scale, zoom=True)
 
 
@@ -118,6 +115,7 @@ def before_and_after(gap: Mapping[str, Any]) -> Options:
             "symbol": "none",
             "label": {"show": False},
             "lineStyle": stroke,
+            "z": 1,
             "data": [{"xAxis": gap["floor_percent"]}],
         }
         name = "floor: measuring again"
@@ -134,6 +132,7 @@ def _bars(name: str, colour: str, values: Sequence[float | None]) -> Options:
         "position": "right",
         "color": INK,
         "fontSize": 13,
+        "backgroundColor": "#fffd",
         ":formatter": "each => `${thin(each.value)} %`",
     }
     return {"type": "bar", "name": name, "color": colour, "data": [_tenths(value) for value in values], "label": shown}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.modal.stabilisation import Stabilisation
-from api.page.charts.axes import COLOURS, Options, Real, axis, dots, line, plot
+from api.page.charts.axes import COLOURS, Options, Real, axis, dots, frequency_axis, line, phase_axis, plot
 from api.report.plots import BLACK, BLUE, ORANGE
 from api.report.section import number
 
@@ -28,8 +28,8 @@ def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *,
         line(name, frequency[keep], row[keep], color=colour, **HEAVY)
         for name, row, colour in zip(names, values, COLOURS * 9, strict=False)
     ]
-    scale = axis("phase (°)", low=-180, high=180) if phase else axis("|A| ((m/s²)/N)", log=True)
-    made = plot(series, axis("frequency (Hz)", low=0, high=float(frequency[-1])), scale, zoom=True)
+    scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
+    made = plot(series, frequency_axis(frequency), scale, zoom=True)
     made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
     return made
 
@@ -40,7 +40,7 @@ def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Option
         line(name, frequency, row, color=colour, **HEAVY)
         for name, row, colour in zip(names, coherence, COLOURS * 9, strict=False)
     ]
-    made = plot(series, axis("frequency (Hz)"), axis("coherence", low=0, high=1), zoom=True)
+    made = plot(series, frequency_axis(frequency), axis("coherence", low=0, high=1), zoom=True)
     made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
     return made
 
@@ -63,7 +63,7 @@ def stabilisation(chart: Stabilisation, frequency: Real, sum_of_rows: Real, foun
         line("sum of accelerances", frequency, sum_of_rows, color=BLACK, yAxisIndex=1, lineStyle={"width": 1})
         | {"markLine": {"symbol": "none", "silent": True, "label": {"show": False}, "data": marks}}
     )
-    made = plot(series, axis("frequency (Hz)"), axis("model order"), zoom=True)
+    made = plot(series, frequency_axis(frequency), axis("model order"), zoom=True)
     right = axis("Σ|A| ((m/s²)/N)", log=True) | {"nameGap": 56, "splitLine": {"show": False}}
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
 

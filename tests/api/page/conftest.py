@@ -13,11 +13,14 @@ from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 from api.simulated import as_toml
 from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
-expect.set_options(timeout=20_000)  # ms; these machines are busy
+expect.set_options(timeout=40_000)  # ms; these machines are busy
 SIZE = ViewportSize(width=1000, height=800)
+TABLET = ViewportSize(width=800, height=1100)
 
 
 @pytest.fixture(scope="session")
@@ -76,7 +79,7 @@ def tab(rig: Service, open_tab: Callable[[Service], Tab]) -> Iterator[Tab]:
     assert not tab.errors
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def demo_copy(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the demo measured and found, that tests may add to."""
     folder = tmp_path_factory.mktemp("campaign")
@@ -84,3 +87,28 @@ def demo_copy(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(demo / "jointlab-waveforms", folder / "jointlab-waveforms")
     (folder / "jointlab.toml").write_text("", encoding="utf-8")
     return folder
+
+
+@pytest.fixture(scope="session")
+def campaign(demo_copy: Path) -> Iterator[Service]:
+    """A service in front of a whole campaign, which it does not drive."""
+    with serving(demo_copy) as service:
+        yield service
+
+
+@pytest.fixture(scope="session")
+def reader(campaign: Service, browser: Browser) -> Iterator[Tab]:
+    """One tab that is logged in to the campaign, on a tablet."""
+    context = browser.new_context(viewport=TABLET, accept_downloads=True)
+    context.set_default_timeout(60_000)
+    tab = Tab(context.new_page(), campaign)
+    tab.log_in()
+    yield tab
+    context.close()
+
+
+@pytest.fixture(scope="session")
+def diagnosis(campaign: Service) -> int:
+    """Number of a diagnosis of the campaign."""
+    with Catalogue.open(campaign.database) as catalogue:
+        return add_example_diagnosis(catalogue, run_id=1)

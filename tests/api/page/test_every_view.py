@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ViewportSize, expect
+from playwright.sync_api import expect
 
-from store.catalogue import Catalogue
-from tests.api.page.diagnosis import add_example_diagnosis
-from tests.api.page.technician import Service, Tab, serving
+from tests.api.page.technician import Service, Tab
 
 AXE = Path(sys.prefix) / "axe/node_modules/axe-core/axe.min.js"
 VIEWS = (
@@ -36,36 +34,14 @@ VIEWS = (
 GRAVE = ("serious", "critical")
 
 
-@pytest.fixture(scope="module")
-def campaign(demo_copy: Path) -> Iterator[tuple[Service, int]]:
-    """A service in front of a whole campaign and a diagnosis of it."""
-    with serving(demo_copy) as service:
-        with Catalogue.open(service.database) as catalogue:
-            diagnosis = add_example_diagnosis(catalogue, run_id=1)
-        yield service, diagnosis
-
-
-@pytest.fixture(scope="module")
-def tab(campaign: tuple[Service, int], browser: Browser) -> Iterator[Tab]:
-    """One tab that looks at all views, on a tablet."""
-    context = browser.new_context(viewport=ViewportSize(width=800, height=1100))
-    context.set_default_timeout(60_000)
-    tab = Tab(context.new_page(), campaign[0])
-    tab.log_in()
-    yield tab
-    context.close()
-
-
 @pytest.mark.parametrize("path", VIEWS)
-def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
-    path: str, campaign: tuple[Service, int], tab: Tab
-) -> None:
-    page = tab.go(path.format(diagnosis=campaign[1]))
+def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(path: str, diagnosis: int, reader: Tab) -> None:
+    page = reader.go(path.format(diagnosis=diagnosis))
     page.wait_for_function("() => window.socket?.connected && !document.body.classList.contains('dead')")
     expect(page.get_by_text("…", exact=True)).to_have_count(0)  # nothing is still being read
     assert not page.locator('[role="alert"]:visible').all_inner_texts()
-    assert tab.hosts == {"127.0.0.1"}
-    assert not tab.errors
+    assert reader.hosts == {"127.0.0.1"}
+    assert not reader.errors
     if not AXE.is_file():
         pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
     page.add_script_tag(path=str(AXE))
@@ -82,10 +58,8 @@ def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
     assert not grave
 
 
-def test_the_form_to_log_in_has_no_grave_fault(
-    campaign: tuple[Service, int], open_tab: Callable[[Service], Tab]
-) -> None:
-    page = open_tab(campaign[0]).go("/page/")
+def test_the_form_to_log_in_has_no_grave_fault(campaign: Service, open_tab: Callable[[Service], Tab]) -> None:
+    page = open_tab(campaign).go("/page/")
     if not AXE.is_file():
         pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
     page.add_script_tag(path=str(AXE))

@@ -4,32 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
-from store.catalogue import Catalogue
-from tests.api.page.diagnosis import add_example_diagnosis
-from tests.api.page.technician import Service, Tab, serving
+from tests.api.page.technician import Service, Tab
 
 JOB = 90_000  # ms, for an identification on a busy machine
 
 
-@pytest.fixture(scope="module")
-def campaign(demo_copy: Path) -> Iterator[Service]:
-    """A service in front of a whole campaign, which it does not drive."""
-    with serving(demo_copy) as service:
-        yield service
-
-
 @pytest.fixture
-def page(campaign: Service, open_tab: Callable[[Service], Tab]) -> Page:
-    tab = open_tab(campaign)
-    tab.log_in()
-    return tab.go("/page/results?run=1")
+def page(reader: Tab) -> Page:
+    return reader.go("/page/results?run=1")
 
 
 def part(page: Page, name: str) -> None:
@@ -83,11 +71,7 @@ def test_the_report_opens_with_every_figure(page: Page) -> None:
         expect(page.locator("figcaption").filter(has_text=figure).first).to_be_visible()
 
 
-def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(
-    page: Page, campaign: Service, open_tab: Callable[[Service], Tab]
-) -> None:
-    with Catalogue.open(campaign.database) as catalogue:
-        diagnosis = add_example_diagnosis(catalogue, run_id=1)
+def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(page: Page, diagnosis: int) -> None:
     page.get_by_role("link", name="Gap").click()
     page.get_by_role("link", name=f"diagnosis {diagnosis}").click()
     expect(page.locator("#verdict")).to_have_text("explained")

@@ -30,7 +30,7 @@ from tests.api.page.technician import Service, Tab, serving
 
 SPEED = 20.0
 SIZE = ViewportSize(width=1000, height=760)
-TALL = ViewportSize(width=1000, height=1820)
+TALL = ViewportSize(width=1000, height=1480)
 TABLET = ViewportSize(width=800, height=1100)
 
 
@@ -130,8 +130,6 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
         page.set_viewport_size(TALL)
         page.wait_for_timeout(1500)
         _take(page, folder, "gap")
-        page.get_by_text("Where is this from?").scroll_into_view_if_needed()
-        _take(page, folder, "gap-where")
         page.get_by_role("link", name="Open the sequence for it").click()
         page.set_viewport_size(SIZE)
         page.locator("#steps").wait_for()

@@ -115,7 +115,8 @@ Fold = dict[int, int]
 def _rows(found: Fit) -> list[_Sums]:
     """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
-    predicted_without = _by_a_step(found) if found.per_datum < HOLDS else _fitted_anew
+    only = sum(len(each.inputs) for each in sets) == 1  # nothing of the beam would be left to be fitted anew
+    predicted_without = _by_a_step(found) if only or found.per_datum < HOLDS else _fitted_anew
     sums = []
     for fold in _folds(sets):
         for number, accelerance in predicted_without(found, fold).items():
@@ -125,8 +126,10 @@ def _rows(found: Fit) -> list[_Sums]:
 
 
 def _folds(sets: Sequence[HammerSet]) -> list[Fold]:
-    """Each leaves another point out of every set, so that the others still know it."""
+    """Each leaves another point out of every set, so that the others still know it; of one point, another set."""
     most = max((len(each.inputs) for each in sets), default=0)
+    if most == 1:
+        return [{number: 0} for number in range(len(sets))]
     folds = [
         {
             number: (turn + APART * number) % most
@@ -171,11 +174,13 @@ def _fitted_anew(found: Fit, fold: Fold) -> dict[int, Complex]:
     simulation, measurement = likelihood.simulation, likelihood.measurement
     keep = [np.arange(len(each.inputs)) != fold.get(number, -1) for number, each in enumerate(measurement.sets)]
     shared, sets = len(simulation.shared), len(measurement.sets)
-    rest = replace(measurement, sets=tuple(each.rows(rows) for each, rows in zip(measurement.sets, keep, strict=True)))
-    start = np.concatenate([found.scores[: shared + sets], found.scores[shared + sets :][np.concatenate(keep)]])
+    left = [number for number, rows in enumerate(keep) if np.any(rows)]
+    rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
+    known = [*range(shared), *(shared + number for number in left)]
+    start = np.concatenate([found.scores[known], found.scores[shared + sets :][np.concatenate(keep)]])
     again = fit(simulation.of(rest), start, (FINAL,), ANEW_GAIN, ANEW_STEPS)
     scores = np.zeros(likelihood.unknowns)
-    scores[: shared + sets] = again.scores[: shared + sets]
+    scores[known] = again.scores[: len(known)]
     accelerances = likelihood.predict(scores, derivatives=False).accelerances
     return {number: accelerances[number][row] for number, row in fold.items()}
 

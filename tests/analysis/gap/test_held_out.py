@@ -111,3 +111,15 @@ def test_the_tester_alone_is_left_out_in_eighths(found: Fit) -> None:
     assert points is not None
     noise = np.sum(2 * points.deviation**2) / np.sum(np.abs(points.stiffness) ** 2)
     assert floor_percent(alone) == pytest.approx(100 * np.sqrt(noise + tolerances.tester_gain**2))
+
+
+@pytest.mark.parametrize("sets", [1, 2])
+@pytest.mark.parametrize("holds", [True, False])
+def test_one_row_is_left_out_of_one_set_at_a_time(found: Fit, sets: int, holds: bool) -> None:
+    measurement = found.likelihood.measurement
+    some = tuple(each.rows(np.arange(len(each.inputs)) == 0) for each in measurement.sets[:sets])
+    if not holds:
+        some = tuple(replace(each, deviation=each.deviation / 10) for each in some)
+    gaps = held_out(fitted(replace(measurement, sets=some)))
+    assert gaps.inverse is not None
+    assert 0 < gaps.inverse.percent < 30

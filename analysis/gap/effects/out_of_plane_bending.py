@@ -112,7 +112,7 @@ class RowsOfTheirOwn(OutOfPlaneBending):
         added = super().beam(given, bench, setting).added
         largest = np.max(np.abs(np.array(self.at_nodes)), axis=0) * np.abs(np.array(self.at_sensor))
         for place, resonance in enumerate(self._resonances(given, bench.pole)):
-            share = np.array([given[_own(dof, place)] for dof in setting.inputs])
+            share = np.array([given.get(_own(dof, place), 0.0) for dof in setting.inputs])  # 0 where none was struck
             added = added + np.multiply.outer(share * largest[place], resonance)
         return replace(bench, added=added)
 

@@ -358,6 +358,15 @@ def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(empt
     assert peak == pytest.approx(effect.parameters[2].centre, abs=4)
 
 
+def test_every_law_answers_for_points_that_were_not_struck(empty: Measurement, bar: Bar, baseline: Baseline) -> None:
+    unseen = tuple(Dof(node, Direction.Y) for node in (5, 8))
+    elsewhere = Setting(unseen, empty.sets[0].frequency, 100.0, 23.0)
+    mounting = baseline.mounting(values(baseline))
+    for effect in candidates(empty):
+        found = effect.beam(values(effect), baseline.beam(values(baseline), elsewhere, mounting), elsewhere)
+        assert found.blow_offset.shape == found.lean.shape == (2,), effect.law
+
+
 def test_a_gain_is_one_factor_on_all_rows(empty: Measurement, bar: Bar) -> None:
     once, more = (read(SensorGain(), empty, bar, gain=gain) for gain in (0.0, 0.04))
     assert np.allclose(more, 1.04 * once, rtol=1e-12)

@@ -40,7 +40,7 @@ def points() -> TesterPoints:
         configuration=np.full(4, Configuration.SHEAR, dtype=np.intp),
         amplitude=np.full(4, 0.5e-4),
         frequency=np.array([200.0, 200.0, 100.0, 100.0]),
-        stiffness=1e6 * np.array([1 + 0.1j, 2 + 0.2j, 3 + 0.3j, 4 + 0.4j]),
+        stiffness=np.array([1 + 0.1j, 2 + 0.2j, 3 + 0.3j, 4 + 0.4j], dtype=np.complex128) * 1e6,
         deviation=np.full(4, 1e4),
         temperature=np.full(4, 23.0),
     )
@@ -60,7 +60,7 @@ def test_rows_are_asked_for_after_what_was_asked_for_already(measurement: Measur
 
 
 def test_what_was_asked_for_and_the_rows_are_told_apart() -> None:
-    both = np.arange(8.0).reshape(4, 2) + 0j
+    both = np.arange(8).reshape(4, 2).astype(np.complex128)
     asked, rows = divided(Predicted(np.arange(2.0), both, -both), 1)
     assert asked is not None
     assert (asked.before.tolist(), asked.after.tolist()) == ([[0, 1]], [[0, -1]])

@@ -9,6 +9,7 @@ from typing import Any
 
 from analysis.gap.diagnosis import Status
 from api.report.gap import write_gap_report
+from tests.api.page.diagnosis import row, series
 
 Make = Callable[..., dict[str, Any]]
 
@@ -39,3 +40,14 @@ def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_
     assert "What the effect measures" not in page
     assert "cannot tell apart" not in page
     assert 'aria-label="Map: beam rig, 100 N"' in page
+
+
+def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(document: Make, tmp_path: Path) -> None:
+    one, other, tester = row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()
+    write_gap_report(document() | {"curves": [one, other, tester]}, tmp_path / "both.html")
+    both = (tmp_path / "both.html").read_text(encoding="utf-8")
+    assert 'aria-label="Measured, before and after: beam rig, blow at 3y, level 1"' in both
+    assert "Elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %" in both  # the first of each rig
+    assert "blow at 1x, level 1:" not in both
+    write_gap_report(document() | {"curves": [one, other]}, tmp_path / "beam.html")
+    assert "blow at 1x, level 1: 11.0 % to 2.9 %" in (tmp_path / "beam.html").read_text(encoding="utf-8")

@@ -19,8 +19,9 @@ from analysis.gap.estimate import Estimate
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
+from analysis.gap.floor import carried_over, floor_percent, floor_percent_of
 from analysis.gap.hands import Hands, one_by_one
-from analysis.gap.held_out import HOLDS, HeldOut, floor_percent, held_out
+from analysis.gap.held_out import HOLDS, HeldOut, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.lost import lost
 from analysis.gap.measurement import HammerSet, Measurement
@@ -81,8 +82,9 @@ class Diagnosis:
     Attributes:
         status: what it comes to.
         effects: the verdict's, empty for none and unknown.
-        before, after: gaps of the paper's model, and of the verdict's.
-        floor_percent: what measuring again would differ by.
+        before, after: gaps of the paper's model, and of the verdict's; to be expected on the rows of which predictions
+            are asked, where those were not measured.
+        floor_percent: what measuring again would differ by, on the same rows.
         where: places of the gap, the largest first.
         maps: for pictures.
         ranking: explanations, the most probable first.
@@ -91,6 +93,7 @@ class Diagnosis:
         faults: what is wrong with the measurement itself, in sentences; these come before any physics.
         predicted: what was asked for; None where nothing was.
         seconds: that it took.
+        readings: (points,) N/m that the tester would read, of the paper's model and of the verdict's; None without it.
         lost: what cannot be told for want of measurements, in sentences.
     """
 
@@ -107,6 +110,7 @@ class Diagnosis:
     faults: tuple[str, ...]
     predicted: Predicted | None
     seconds: float
+    readings: tuple[Complex, Complex] | None = None
     lost: tuple[str, ...] = ()
 
 
@@ -128,6 +132,7 @@ EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
 CERTAINTY = 0.99
 """That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
+LAW = 0.01
 TWO_SIDED = float(norm.ppf(0.95))
 
 
@@ -179,6 +184,7 @@ def diagnose(
     models = {id(each.model): on(each.model, coarse) for each in listed if each.effects != UNKNOWN}
     models |= {id(each): _held(each, coarse) for each in (none, after)}
     gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
+    gaps, floor = _where_asked(gaps, after.fit)
     before_gap, after_gap = gaps[id(none)], gaps[id(after)]
     ranking = tuple(_ranked(each, none, gaps.get(id(each.model))) for each in listed)
     alike = twins(weighed)
@@ -187,7 +193,7 @@ def diagnose(
         effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
         before=before_gap,
         after=after_gap,
-        floor_percent=floor_percent(after.fit),
+        floor_percent=floor,
         where=places(found_maps),
         maps=found_maps,
         ranking=_normalised(ranking),
@@ -196,6 +202,7 @@ def diagnose(
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
+        readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
         lost=lost(measurement),
     )
     tell("done", 1.0)
@@ -256,6 +263,12 @@ def predictions(measurement: Measurement, before: Fit, after: Fit) -> Predicted 
     return Predicted(frequency, _predicted(before, inputs, frequency), _predicted(after, inputs, frequency))
 
 
+def _readings(found: Fit) -> Complex:
+    simulation, points = found.likelihood.simulation, found.likelihood.measurement.points
+    assert points is not None, "asked for where there is a tester only"
+    return simulation.tester(found.scores[: len(simulation.shared)].tolist(), points)
+
+
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
     reference = measurement.sets[0]
@@ -290,6 +303,17 @@ def _held_out(model: Model) -> HeldOut:
     return held_out(model.fit)
 
 
+def _where_asked(gaps: dict[int, HeldOut], after: Fit) -> tuple[dict[int, HeldOut], float]:
+    """Gaps and their floor: for rows of which a prediction is asked and none was measured, else as they are."""
+    measurement, floor = after.likelihood.measurement, floor_percent(after)
+    measured = {point for each in measurement.sets for point in each.inputs}
+    unseen = [point for _, point in measurement.predict if point not in measured]
+    if not (unseen and measurement.sets):
+        return gaps, floor
+    unseen_floor = floor_percent_of(after, unseen)
+    return {model: carried_over(gap, floor, unseen_floor) for model, gap in gaps.items()}, unseen_floor
+
+
 def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:
     """A model on the lines of the contest, fitted to them unless it is hopeless."""
     model, hopeless = chosen
@@ -319,16 +343,22 @@ def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
 
 
 def estimates(model: Model) -> dict[str, dict[str, Estimate]]:
-    """Parameters of the effects with their intervals, which the model's own misfit widens."""
+    """Parameters of the effects with their intervals, which the model's own misfit widens.
+
+    No bench follows a law exactly: the size of an effect is known no better than to `LAW` of itself.
+    """
     temperature = max(1.0, model.fit.per_datum, model.misfit.certain / PATTERNS)
     deviations = np.sqrt(np.diag(np.linalg.inv(tempered(model.fit, temperature))))
     found = dict[str, dict[str, Estimate]]()
     for number, effect in enumerate(model.effects):
         found[effect.id] = {}
         for place, parameter in zip(model.places(number), effect.parameters, strict=True):
-            score, reach = float(model.fit.scores[place]), TWO_SIDED * float(deviations[place])
+            score = float(model.fit.scores[place])
+            value = parameter.value(score)
+            form = LAW * score if parameter.centre == 0.0 else 0.0
+            reach = TWO_SIDED * float(np.hypot(deviations[place], form))
             interval = parameter.value(score - reach), parameter.value(score + reach)
-            found[effect.id][parameter.name] = Estimate(parameter.value(score), interval, parameter.unit)
+            found[effect.id][parameter.name] = Estimate(value, interval, parameter.unit)
     return found
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fit import FINAL, Fit, fit
 from analysis.gap.measurement import HammerSet
@@ -25,7 +24,6 @@ FOLDS = 8
 """Of the tester's points."""
 RESAMPLED = 400
 LEVEL = 90.0
-DRAWS = 24
 HOLDS = 1.5
 """Chi-square per datum up to which a step of the linearised fit does for leaving out."""
 ANEW_GAIN, ANEW_STEPS = 3.0, 4
@@ -81,31 +79,6 @@ def held_out(found: Fit) -> HeldOut:
     inverse_gap = _gap(rows) if rows else None
     direct_gap = _gap(points) if points else None
     return HeldOut(inverse_gap, direct_gap, _interval(rows or points))
-
-
-def floor_percent(found: Fit) -> float:
-    """What measuring again would differ by: blows beside their marks, another gain, and noise, in percent.
-
-    The rms over `DRAWS` seeded set-ups of the beam rig; of the tester alone, its noise and gain.
-    """
-    likelihood = found.likelihood
-    measurement, tolerances = likelihood.measurement, likelihood.measurement.tolerances
-    if not measurement.sets:
-        assert measurement.points is not None
-        noise = float(np.sum(2 * measurement.points.deviation**2) / np.sum(np.abs(measurement.points.stiffness) ** 2))
-        return 100 * float(np.sqrt(noise + tolerances.tester_gain**2))
-    random = np.random.default_rng(0)
-    predicted = likelihood.predict_some(found.scores, (0,))
-    differing = measured = 0.0
-    for number, each in enumerate(measurement.sets):
-        size = np.abs(predicted.accelerances[number]) ** 2
-        for _ in range(DRAWS):
-            gain = tolerances.sensor_gain * random.standard_normal()
-            blows = random.standard_normal((len(each.inputs), 1)) * _across(each)[:, None]
-            change = gain * predicted.accelerances[number] + blows * predicted.by_blow[number]
-            differing += float(np.sum(np.abs(change) ** 2 + 2 * each.deviation**2))
-            measured += float(np.sum(size))
-    return 100 * float(np.sqrt(differing / measured))
 
 
 Fold = dict[int, int]
@@ -232,7 +205,3 @@ def _interval(sums: Sequence[_Sums]) -> tuple[float, float]:
     drawn = 100 * np.sqrt(np.sum(residual[chosen], axis=1) / np.sum(measured[chosen], axis=1))
     low, high = np.percentile(drawn, [50 - LEVEL / 2, 50 + LEVEL / 2])
     return float(low), float(high)
-
-
-def _across(each: HammerSet) -> Real:
-    return np.array([dof.direction is Direction.Y for dof in each.inputs], dtype=float)

@@ -64,7 +64,7 @@ def diagnosed(
     if found.predicted is not None:
         asked, rows = divided(found.predicted, len(subject.measurement.predict))
         found = replace(found, predicted=asked)
-    document = diagnosis_document(found) | {"curves": curves_of(subject.measurement, rows)}
+    document = diagnosis_document(found) | {"curves": curves_of(subject.measurement, rows, found.readings)}
     return Diagnosed(subject, found, {"title": subject.title} | document)
 
 

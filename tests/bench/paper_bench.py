@@ -123,7 +123,7 @@ def effect_parameters() -> dict[str, Parameter]:
         replace(Density().parameters[0], name="density"),
         *(Parameter(f"c_{name}", "m/N", 0.0, 1 / 1.5e7, least=0.0) for name in JOINTS),
         *(Parameter(f"delta_{name}", "deg", 0.0, angle) for name in JOINTS),
-        Parameter("temperature", "1", 0.0, SOFTENING * kelvin),
+        Parameter("temperature", "1", 0.0, SOFTENING.centre * kelvin),
         Parameter("preload", "1", 0.0, 0.5 * per_mm),  # the tester's preset is 0.5 mm
         Parameter("amplitude", "1", 0.0, 0.35),
     ]

@@ -17,7 +17,7 @@ from analysis.gap.effects.cubic_stiffness import CubicStiffness, SaturatingStiff
 from analysis.gap.effects.frequency_dependence import REFERENCE, FractionalZener, FrequencyDependence, SpringPot
 from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
 from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss
-from analysis.gap.effects.temperature_shift import SOFTENING, TemperatureShift
+from analysis.gap.effects.temperature_shift import TemperatureShift
 from analysis.gap.measurement import Measurement
 
 STORAGE = np.array([[[4e5], [2.4e6], [20.0]]])
@@ -253,12 +253,12 @@ def test_a_loss_law_changes_the_imaginary_part_alone() -> None:
 # --- between the rigs, and in the order of measuring ---
 
 
-def test_temperature_shows_under_the_beam_alone_and_takes_loss_along() -> None:
+def test_temperature_shows_in_the_tester_alone_and_takes_loss_along() -> None:
     effect = TemperatureShift()
-    given = {"delta_t": 5.0, "loss_ratio": 2.0}
-    assert np.allclose(ratios(effect, given, in_tester()), 1.0)
-    storage, loss = ratios(effect, given, struck())
-    assert np.allclose(storage, np.exp(-5 * SOFTENING))
+    given = {"delta_t": 5.0, "loss_ratio": 2.0, "softening": 0.006}
+    assert np.allclose(ratios(effect, given, struck()), 1.0)
+    storage, loss = ratios(effect, given, in_tester())
+    assert np.allclose(storage, np.exp(-5 * 0.006))
     assert np.allclose(loss, storage**2)
 
 

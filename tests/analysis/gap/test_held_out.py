@@ -1,4 +1,4 @@
-"""Gaps on data that a fit did not see, and the floor that no model can go below."""
+"""Gaps on data that a fit did not see."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pytest
 from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, floor_percent, held_out
+from analysis.gap.floor import floor_percent
+from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, held_out
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
@@ -74,32 +75,6 @@ def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
     assert worse.overall.sigma > 2 * once.overall.sigma
 
 
-def with_tolerances(found: Fit, **tolerances: float) -> Fit:
-    simulation = found.likelihood.simulation
-    measurement = found.likelihood.measurement
-    changed = replace(measurement, tolerances=replace(measurement.tolerances, **tolerances))
-    baseline = replace(simulation.baseline, measurement=changed)
-    return replace(found, likelihood=Likelihood(replace(simulation, baseline=baseline)))
-
-
-def test_the_floor_grows_with_what_is_not_known(found: Fit) -> None:
-    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
-    once = floor_percent(found)
-    assert 0 < silent < once
-    assert once < floor_percent(with_tolerances(found, sensor_gain=0.02))
-    assert once < floor_percent(with_tolerances(found, impact_position=4e-3))
-
-
-def test_the_floor_without_tolerances_is_noise_and_a_gain_is_one_percent_for_one(found: Fit) -> None:
-    measurement = found.likelihood.measurement
-    noise = sum(float(np.sum(2 * each.deviation**2)) for each in measurement.sets)
-    size = sum(float(np.sum(np.abs(each.accelerance) ** 2)) for each in measurement.sets)
-    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
-    assert silent == pytest.approx(100 * np.sqrt(noise / size), rel=0.02)
-    gain = floor_percent(with_tolerances(found, sensor_gain=0.05, impact_position=0.0))
-    assert gain == pytest.approx(5.0, rel=0.25)  # the rms of 48 draws
-
-
 def test_the_tester_alone_is_left_out_in_eighths(found: Fit) -> None:
     measurement = replace(found.likelihood.measurement, sets=())
     alone = fitted(measurement)
@@ -107,10 +82,6 @@ def test_the_tester_alone_is_left_out_in_eighths(found: Fit) -> None:
     assert gap.inverse is None
     assert gap.overall is gap.direct
     assert gap.overall.sigma == pytest.approx(1.0, abs=0.25)
-    points, tolerances = measurement.points, measurement.tolerances
-    assert points is not None
-    noise = np.sum(2 * points.deviation**2) / np.sum(np.abs(points.stiffness) ** 2)
-    assert floor_percent(alone) == pytest.approx(100 * np.sqrt(noise + tolerances.tester_gain**2))
 
 
 @pytest.mark.parametrize("sets", [1, 2])

@@ -150,8 +150,10 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         sets = _newest_sets(session, runs)
         direct = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
-    if not sets and not direct:
-        raise StoreError(f"run {_names(runs)} has neither frequency responses nor dynamic stiffness to export")
+    # what came as a bundle of one rig goes as one; of a run measured here, the other run has been forgotten
+    for found, what in ((sets, "frequency responses"), (direct, "dynamic stiffness")):
+        if not found and first.kind != IMPORT:
+            raise StoreError(f"run {_names(runs)} has no {what} to export")
     setup = _setup(first, sets, bool(direct))
     for entry, measured in zip(setup.inverse, sets, strict=True):
         write_uff(

@@ -54,8 +54,9 @@ class RoughFit:
         return _unlikeness(self.thin[number], self.expected[number])
 
     def unlikeness_between(self, number: int, other: int) -> Real:
-        """(rows, rows) of the rows of one set with those of another."""
-        return _unlikeness(self.thin[number], self.thin[other].accelerance)
+        """(rows, rows) of the rows of one set with those of another, whatever their polarity."""
+        one, against = self.thin[number], self.thin[other].accelerance
+        return np.minimum(_unlikeness(one, against), _unlikeness(one, -against))
 
     def _pair(self, number: int) -> tuple[Complex, Complex]:
         return self.thin[number].accelerance, self.expected[number]

@@ -2,8 +2,8 @@
 
 Where hammer sets differ in which of two rows is which, most of them are right, or else the model says which. What all
 sets show alike is swapped in all or in none; two swapped rows lead the fit astray, so that none is believed before a
-fit to the exchanged rows says so. Rows along the bar are hardly more than what the paper's model leaves out: of these,
-only sets tell.
+fit to the exchanged rows says so. Two rows along the bar are hardly more than what the paper's model leaves out: of
+these, only most of three sets or more tell.
 """
 
 from __future__ import annotations
@@ -75,13 +75,12 @@ def _possible(rough: RoughFit) -> Iterator[Exchange]:
             for number in places
         }
         accused = [number for number, sets_against in contradicted.items() if 2 * sets_against > len(places) - 1]
-        across = all(dof.direction is Direction.Y for dof in pair)
+        told = any(dof.direction is Direction.Y for dof in pair)
         if len(accused) == 1:
             yield Exchange({accused[0]: places[accused[0]]}, np.inf)
-        elif accused:
-            options = [Exchange({number: places[number]}, OF_TWO_SETS if across else BELIEVED) for number in accused]
-            yield from options
-        elif across and _gain(_block(rough, places)) < TRIED:
+        elif accused and told:
+            yield from (Exchange({number: places[number]}, OF_TWO_SETS) for number in accused)
+        elif not accused and told and _gain(_block(rough, places)) < TRIED:
             yield Exchange(places, BELIEVED)
 
 

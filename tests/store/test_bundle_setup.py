@@ -80,7 +80,7 @@ def test_unknown_keys_are_ignored_with_a_warning_each() -> None:
 
 KEYS = [
     "beam", "beam.length", "beam.free_damping_ratios", "node_positions", "joints", "joints.0.node", "accelerometer",
-    "accelerometer.direction", "inverse", "inverse.0.file", "inverse.0.peak_force", "direct", "direct.preset_mm",
+    "accelerometer.direction", "inverse.0.file", "inverse.0.peak_force", "direct.preset_mm",
     "tolerances", "tolerances.tester_gain", "title",
 ]  # fmt: skip
 
@@ -89,6 +89,19 @@ KEYS = [
 def test_a_missing_key_is_named(key: str) -> None:
     with pytest.raises(StoreError, match=rf"setup\.json: {key}: Field required"):
         parse(changed(key, KeyError))
+
+
+@pytest.mark.parametrize("key", ["inverse", "direct"])
+def test_one_of_both_rigs_may_be_missing(key: str) -> None:
+    setup, _ = parse(changed(key, KeyError))
+    assert not getattr(setup, key)
+
+
+def test_both_rigs_may_not_be_missing() -> None:
+    document = changed("inverse", KeyError)
+    del document["direct"]
+    with pytest.raises(StoreError, match="neither a hammer set in inverse nor a table of the tester in direct"):
+        parse(document)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +124,6 @@ def test_a_missing_key_is_named(key: str) -> None:
         ("joints.0.inclinations_deg", [45], "joints.0.inclinations_deg"),
         ("accelerometer.direction", "z", "accelerometer.direction"),
         ("accelerometer.node", 6, "the accelerometer is at node 6"),
-        ("inverse", [], "inverse: .*at least 1"),
         ("inverse.0.averages", 0, "inverse.0.averages"),
         ("inverse.0.averages", 10**30, "inverse.0.averages"),
         ("inverse.0.file", "../inverse_1.unv", "inverse.0.file: is not the plain name"),

@@ -92,6 +92,15 @@ def test_rows_swapped_in_every_set_are_put_back(clean: Measurement, first: int, 
         assert np.array_equal(each.accelerance, of.accelerance)
 
 
+def test_two_rows_of_wrong_polarity_are_turned_and_not_swapped(clean: Measurement) -> None:
+    def turn(rows: Complex) -> None:
+        rows[[1, 3]] *= -1
+
+    found, faults = looked_at(spoilt(clean, turn))
+    assert faults == ("hammer set 2: rows 3y and 7y have the wrong polarity; put right",)
+    assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
+
+
 def test_an_accelerometer_upside_down_is_turned(clean: Measurement) -> None:
     sets = tuple(replace(each, accelerance=-each.accelerance) for each in clean.sets)
     found, faults = looked_at(replace(clean, sets=sets))

@@ -37,10 +37,11 @@ TRIAL = "api.gap.trial.run"
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of job; `needs` are the names of its parameters."""
+    """A kind of job; `needs` are the names of its parameters, `takes` of those that it can do without."""
 
     needs: tuple[str, ...]
     work: Work
+    takes: tuple[str, ...] = ()
 
 
 def kind_named(name: str) -> Kind:
@@ -111,7 +112,7 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
 KINDS: Mapping[str, Kind] = {
-    "identify": Kind(("run",), identify),
+    "identify": Kind(("run",), identify, takes=("free_beam", "elements", "joint_exponent")),
     "diagnose": Kind(("run",), diagnose),
     "trial": Kind(("cases", "seed"), trial),
     "export": Kind(("run", "form"), export),

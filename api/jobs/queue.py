@@ -43,8 +43,9 @@ class JobQueue:
             ApiError: there is no such kind, or its parameters are others.
             StoreError: it cannot be stored.
         """
-        needs = kind_named(kind).needs
-        assert set(parameters) == set(needs), f"a job {kind} needs {', '.join(needs)}"
+        needs, takes = kind_named(kind).needs, kind_named(kind).takes
+        given = set(parameters)
+        assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"
         with self._catalogue.writing() as session:
             job = add_job(session, kind, parameters, who)
         self._wake.set()

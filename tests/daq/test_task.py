@@ -142,9 +142,10 @@ def test_overloads_are_found_without_the_help_of_the_instrument(
 
 def test_without_excitation_an_iepe_sensor_gives_nothing(chassis: Chassis, plant: Plant, hammer_table: Table) -> None:
     off = replace(hammer_table[1], excitation_current=0.0)
-    with chassis.record((hammer_table[0], off), 5120, 0.5) as recorder:
+    with chassis.triggered((hammer_table[0], off), 5120, 0.5, TRIGGER) as task:
+        task.arm()
         plant.strike()
-        block = recorder.record()
+        block = task.wait(5)
     assert np.max(block.value("hammer")) > 50
     assert np.max(np.abs(block.volts("accelerometer"))) < 1e-3
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 from sqlalchemy import text
 
@@ -12,6 +9,7 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.rig_limits import keep_rig_limits, rig_limits
 from store.rig_lock import RigBusyError, driving_alone
+from tests.store.another_process import another_process
 
 
 def test_the_limits_that_were_set_last_are_in_force_at_their_own_rig(catalogue: Catalogue) -> None:
@@ -48,9 +46,7 @@ def test_a_rig_is_free_when_whoever_drove_it_was_killed(catalogue: Catalogue) ->
         f"with held_alone(Path({str(folder.with_name(folder.name + '-rig.lock'))!r})):\n"
         "    print('held', flush=True); sys.stdin.read()"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
-        assert holder.stdout is not None
-        assert holder.stdout.readline() == b"held\n"
+    with another_process(script) as holder:
         with pytest.raises(RigBusyError, match="driven by another process"), driving_alone(catalogue, "rig"):
             pass
         holder.kill()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from store.errors import NotFoundError, StoreError
 from store.migrate import configuration
 from store.run_lock import RunBusyError, discard_lock, holding
 from store.runs import Run, RunState, finish_run, get_run, list_run_events, reopen_run, start_run
+from tests.store.another_process import another_process
 
 
 @pytest.fixture
@@ -95,9 +94,7 @@ def test_a_lock_ends_with_the_process_that_held_it(catalogue: Catalogue, run: Ru
         f"held = sqlite3.connect({str(path)!r}, isolation_level=None)\n"
         "held.execute('BEGIN EXCLUSIVE'); print('held', flush=True); sys.stdin.read()"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
-        assert holder.stdout is not None
-        assert holder.stdout.readline() == b"held\n"
+    with another_process(script) as holder:
         with pytest.raises(RunBusyError), holding(catalogue, run):
             pass
         holder.kill()

@@ -81,21 +81,10 @@ class AmplitudeDependence(Effect):
 
 
 @dataclass(frozen=True)
-class AmplitudeCurve(Effect):
-    """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of compression's.
+class AmplitudeCurve(AmplitudeDependence):
+    """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of its own."""
 
-    Attributes:
-        component: whether a cylinder at 45 degrees feels the components of its deformation, or the whole.
-    """
-
-    id = "amplitude_dependence"
-    title = "stiffness and loss that follow amplitude"
     law = "smooth curve"
-    component: bool = False
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return cls(component=False), cls(component=True)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -103,15 +92,13 @@ class AmplitudeCurve(Effect):
         shares = [Parameter(f"shear_share_of_{part}", "1", 0.9, 0.2) for part in ("storage", "loss")]
         return (*curves, *shares, BLOW_AMPLITUDE, FALL)
 
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = blow_amplitude(given, loading, self.component)
-        storage, loss = (self._factor(given, part, amplitude) for part in ("storage", "loss"))
-        return cylinders.scaled(storage, loss)
+    def _law(self, given: Given, amplitude: Real) -> tuple[Real, Real]:
+        ratio = np.log(np.clip(amplitude, min(KNOTS), max(KNOTS)) / MIDDLE)
+        return self._factor(given, "storage", ratio), self._factor(given, "loss", ratio)
 
-    def _factor(self, given: Given, part: str, amplitude: Real) -> Real:
+    def _factor(self, given: Given, part: str, ratio: Real) -> Real:
         """(3, n), one in the middle."""
         heights = np.array([given[f"{part}_{1e6 * x:g}um"] for x in KNOTS])
-        ratio = np.log(np.clip(amplitude, min(KNOTS), max(KNOTS)) / MIDDLE)
         exponent = np.polyval([*(THROUGH_KNOTS @ heights)[::-1], 0.0], ratio)
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 

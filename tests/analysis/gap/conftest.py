@@ -71,6 +71,13 @@ def empty(drawing: Drawing) -> Measurement:
 
 
 @pytest.fixture(scope="session")
+def points(empty: Measurement) -> TesterPoints:
+    """The tester's."""
+    assert empty.points is not None
+    return empty.points
+
+
+@pytest.fixture(scope="session")
 def made(empty: Measurement) -> Made:
     """A function that measures the bench with some effects: `made(effects, own scores, seed)`."""
 

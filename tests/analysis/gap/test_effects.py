@@ -1,4 +1,4 @@
-"""Effects of the catalogue by their laws: what each does to cylinders, joints, beam rig and tester, in numbers."""
+"""Effects of joints, bar, measuring chain and blows by their laws, in numbers; of the tester: `test_tester_effects`."""
 
 from __future__ import annotations
 
@@ -28,10 +28,7 @@ from analysis.gap.effects.cross_axis_sensitivity import CrossAxisSensitivity
 from analysis.gap.effects.cylinder_angle import CylinderAngle
 from analysis.gap.effects.density import Density
 from analysis.gap.effects.exponential_window import ExponentialWindow
-from analysis.gap.effects.fixture_inertia import FixtureInertia, InertiaOfEachFixture
 from analysis.gap.effects.foundation_compliance import FoundationBothWays, FoundationCompliance
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.frame_resonance import FrameResonance
 from analysis.gap.effects.highpass_corner import HighpassCorner, SecondOrderCorner
 from analysis.gap.effects.impact_angle import AllBlows, BlowsAtOnePoint, ImpactAngle, SurfaceBlows
 from analysis.gap.effects.impact_position import ImpactPosition
@@ -40,7 +37,6 @@ from analysis.gap.effects.mesh_error import MeshError
 from analysis.gap.effects.out_of_plane_bending import OutOfPlaneBending, RowsOfTheirOwn
 from analysis.gap.effects.sensor_gain import SensorGain
 from analysis.gap.effects.support_position import SupportPosition
-from analysis.gap.effects.transducer_lag import FilteredDisplacement, TransducerLag
 from analysis.gap.effects.vertical_offset import VerticalOffset
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import Likelihood
@@ -48,12 +44,6 @@ from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.simulation import Simulation
 
 SHEAR, COMPRESSION, ROTATION = 4e5 * (1 + 0.1j), 2.4e6 * (1 + 0.12j), 20.0 * (1 + 0.12j)
-
-
-@pytest.fixture
-def points(empty: Measurement) -> TesterPoints:
-    assert empty.points is not None
-    return empty.points
 
 
 @pytest.fixture
@@ -121,56 +111,7 @@ def test_elastomer_and_leaning_act_in_both_rigs_and_every_instrument_in_one(empt
             assert in_beam != acts_on(effect, "tester"), effect.id
 
 
-# --- the tester ---
-
-
-def test_frame_compliance_is_in_series(points: TesterPoints) -> None:
-    found = FrameCompliance().tester({"c": 2e-7}, points.stiffness, points)
-    assert np.allclose(1 / found, 1 / points.stiffness + 2e-7, rtol=1e-12)
-    lost = 1 - np.abs(found / points.stiffness)
-    compressed, sheared = (points.configuration == each for each in (Configuration.COMPRESSION, Configuration.SHEAR))
-    assert np.min(lost[compressed]) > np.max(lost[sheared])
-
-
-def test_fixture_inertia_takes_the_same_from_every_configuration(points: TesterPoints) -> None:
-    found = FixtureInertia().tester({"m": 0.1}, points.stiffness, points)
-    assert np.allclose(points.stiffness - found, 0.1 * (2 * np.pi * points.frequency) ** 2, rtol=1e-6)
-
-
-def test_a_fixture_for_each_configuration_takes_its_share(points: TesterPoints) -> None:
-    effect, inertia = InertiaOfEachFixture(), (2 * np.pi * points.frequency) ** 2
-    given = values(effect, m=0.1, share_shear=0.9, share_angled=1.2)
-    taken = (points.stiffness - effect.tester(given, points.stiffness, points)) / inertia
-    for configuration, mass in zip(Configuration, (0.1, 0.09, 0.12), strict=True):
-        assert taken[points.configuration == configuration] == pytest.approx(mass)
-
-
-def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: TesterPoints) -> None:
-    found = FrameResonance().tester({"f_r": 360.0}, points.stiffness, points)
-    ratio = found / points.stiffness
-    assert np.allclose(ratio[points.frequency == 180.0], 4 / 3, rtol=1e-12)
-    assert np.allclose(ratio.imag, 0.0, atol=1e-12)
-
-
-def test_transducer_lag_turns_the_phase_in_proportion_to_frequency(points: TesterPoints) -> None:
-    found = TransducerLag().tester({"tau": 1e-4}, points.stiffness, points)
-    assert np.allclose(np.angle(found / points.stiffness), 2 * np.pi * points.frequency * 1e-4, rtol=1e-9)
-    assert np.allclose(np.abs(found), np.abs(points.stiffness), rtol=1e-12)
-
-
 # --- the joints ---
-
-
-def test_a_filter_of_displacement_lags_as_a_delay_at_low_frequency_and_reads_too_stiff_above(
-    points: TesterPoints,
-) -> None:
-    filtered, delayed = (
-        effect.tester({"tau": 1e-4}, points.stiffness, points) / points.stiffness
-        for effect in (FilteredDisplacement(), TransducerLag())
-    )
-    low = points.frequency == np.min(points.frequency)
-    assert np.angle(filtered[low]) == pytest.approx(np.angle(delayed[low]), rel=1e-3)
-    assert np.abs(filtered) == pytest.approx(np.hypot(1, 2e-4 * np.pi * points.frequency))
 
 
 def test_joint_mass_adds_inertia_to_both_translations(cylinders: Cylinders, mounting: Mounting) -> None:

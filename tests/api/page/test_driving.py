@@ -128,13 +128,19 @@ def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand
     expect(page.locator("#steps")).to_contain_text("sweep: ")
 
 
-def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:
+def struck_twice(tab: Tab, hand: Hand) -> Page:
+    """A session that has two blows at 1y and has gone on to 3y."""
     page = start(tab, HAMMER)
     go_to(page, "1y")
     for blow in (1, 2):
         asked(page, f"Strike 1y (blow {blow})")
         hand.do("strike", node=1, direction="y", what="clean")
     go_to(page, "3y")
+    return page
+
+
+def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:
+    page = struck_twice(tab, hand)
     page.keyboard.press("Escape")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
     page.get_by_role("button", name="Resume run").click()
@@ -143,12 +149,7 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: 
 
 
 def test_a_point_is_done_again_within_its_session(tab: Tab, hand: Hand) -> None:
-    page = start(tab, HAMMER)
-    go_to(page, "1y")
-    for blow in (1, 2):
-        asked(page, f"Strike 1y (blow {blow})")
-        hand.do("strike", node=1, direction="y", what="clean")
-    go_to(page, "3y")
+    page = struck_twice(tab, hand)
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
     page.get_by_label("A point to do again").select_option("1y")
     page.get_by_role("button", name="Do this point again").click()

@@ -1,0 +1,58 @@
+"""Effects of the tester by their laws: what each makes of the stiffness that it reads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.gap.effects.fixture_inertia import FixtureInertia, InertiaOfEachFixture
+from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.frame_resonance import FrameResonance
+from analysis.gap.effects.transducer_lag import FilteredDisplacement, TransducerLag
+from analysis.gap.measurement import Configuration, TesterPoints
+
+
+def test_frame_compliance_is_in_series(points: TesterPoints) -> None:
+    found = FrameCompliance().tester({"c": 2e-7}, points.stiffness, points)
+    assert np.allclose(1 / found, 1 / points.stiffness + 2e-7, rtol=1e-12)
+    lost = 1 - np.abs(found / points.stiffness)
+    compressed, sheared = (points.configuration == each for each in (Configuration.COMPRESSION, Configuration.SHEAR))
+    assert np.min(lost[compressed]) > np.max(lost[sheared])
+
+
+def test_fixture_inertia_takes_the_same_from_every_configuration(points: TesterPoints) -> None:
+    found = FixtureInertia().tester({"m": 0.1}, points.stiffness, points)
+    assert np.allclose(points.stiffness - found, 0.1 * (2 * np.pi * points.frequency) ** 2, rtol=1e-6)
+
+
+def test_a_fixture_for_each_configuration_takes_its_share(points: TesterPoints) -> None:
+    effect, inertia = InertiaOfEachFixture(), (2 * np.pi * points.frequency) ** 2
+    given = {"m": 0.1, "share_compression": 1.0, "share_shear": 0.9, "share_angled": 1.2}
+    taken = (points.stiffness - effect.tester(given, points.stiffness, points)) / inertia
+    for configuration, mass in zip(Configuration, (0.1, 0.09, 0.12), strict=True):
+        assert taken[points.configuration == configuration] == pytest.approx(mass)
+
+
+def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: TesterPoints) -> None:
+    found = FrameResonance().tester({"f_r": 360.0}, points.stiffness, points)
+    ratio = found / points.stiffness
+    assert np.allclose(ratio[points.frequency == 180.0], 4 / 3, rtol=1e-12)
+    assert np.allclose(ratio.imag, 0.0, atol=1e-12)
+
+
+def test_transducer_lag_turns_the_phase_in_proportion_to_frequency(points: TesterPoints) -> None:
+    found = TransducerLag().tester({"tau": 1e-4}, points.stiffness, points)
+    assert np.allclose(np.angle(found / points.stiffness), 2 * np.pi * points.frequency * 1e-4, rtol=1e-9)
+    assert np.allclose(np.abs(found), np.abs(points.stiffness), rtol=1e-12)
+
+
+def test_a_filter_of_displacement_lags_as_a_delay_at_low_frequency_and_reads_too_stiff_above(
+    points: TesterPoints,
+) -> None:
+    filtered, delayed = (
+        effect.tester({"tau": 1e-4}, points.stiffness, points) / points.stiffness
+        for effect in (FilteredDisplacement(), TransducerLag())
+    )
+    low = points.frequency == np.min(points.frequency)
+    assert np.angle(filtered[low]) == pytest.approx(np.angle(delayed[low]), rel=1e-3)
+    assert np.abs(filtered) == pytest.approx(np.hypot(1, 2e-4 * np.pi * points.frequency))

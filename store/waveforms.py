@@ -171,7 +171,8 @@ class WaveformFolder:
         if not path.is_file():
             raise NotFoundError(f"waveform file {file} is not in {self._folder}; was the folder moved?")
         with _explained(path.with_name(what), done):
-            reader = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=write_ahead.PATIENCE)
+            _take_back_half_a_change(path)
+            reader = _connected(path, "ro")
             # Damaged text is for the checksum to find: without this, reading it would fail for the whole file.
             reader.text_factory = lambda text: text.decode(errors="replace")
             try:
@@ -197,6 +198,18 @@ def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> Damaged
     except (sqlite3.Error, NotFoundError, UnicodeDecodeError) as error:
         return DamagedError(f"waveform file {reference}", f"the record cannot be read ({error})")
     return None
+
+
+def _connected(path: Path, mode: str) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=write_ahead.PATIENCE)
+
+
+def _take_back_half_a_change(path: Path) -> None:
+    """What whoever was killed while opening or finishing the file left half done, which a reader may not undo."""
+    # Only then is there such a journal: records are written by way of another one.
+    if path.with_name(f"{path.name}-journal").exists():
+        with closing(_connected(path, "rw")) as writer:
+            writer.execute("PRAGMA schema_version").close()
 
 
 def _open_for_writing(path: Path) -> sqlite3.Connection:

@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -237,6 +238,31 @@ def test_every_acknowledged_record_survives_a_killed_process(folder: WaveformFol
     for record in acknowledged:
         assert folder.read(WaveformReference(FILE, record)).samples[0, 0] == record - 1
     assert folder.append(FILE, blow()).record == len(folder.records(FILE))
+
+
+# Finishing a file ends in such a change; this one is long enough to be cut off with certainty.
+CUT_OFF = """
+import os
+import signal
+import sqlite3
+import sys
+half_done = sqlite3.connect(sys.argv[1], isolation_level=None)
+half_done.execute("PRAGMA cache_size = 1")
+half_done.execute("BEGIN IMMEDIATE")
+half_done.executemany("INSERT INTO records (header, samples, crc) VALUES ('', ?, 0)", [(bytes(10_000),)] * 100)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_file_that_was_cut_off_half_changed_is_read_as_it_was_before(folder: WaveformFolder, tmp_path: Path) -> None:
+    references = folder.append_all(FILE, [blow(), blow(32)])
+    folder.finish(FILE)
+    subprocess.run([sys.executable, "-c", CUT_OFF, str(tmp_path / FILE)], check=False)
+    reader = sqlite3.connect(f"{(tmp_path / FILE).as_uri()}?mode=ro", uri=True)
+    with closing(reader), pytest.raises(sqlite3.OperationalError, match="readonly"):
+        reader.execute("SELECT * FROM records")
+    assert folder.records(FILE) == references
+    assert damage(folder) == []
 
 
 def test_a_blow_is_stored_in_less_than_six_tenths_of_its_raw_size() -> None:

@@ -1,8 +1,8 @@
-"""Buttons and charts as every view uses them."""
+"""Buttons, lists and charts as every view uses them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from html import escape
 
 from nicegui import ui
@@ -30,6 +30,21 @@ def enable(element: ui.element, enabled: bool) -> None:
         element.props(remove="disabled")
     else:
         element.props("disabled")
+
+
+def choice(
+    label: str, name: str, options: Mapping[str, str], choose: Callable[[str], None], chosen: str | None = None
+) -> None:
+    """A list with its label, to choose one of `options` (shown words by value) from; the first unless one is chosen."""
+    with ui.element("label").classes("field"):
+        ui.html(escape(label), sanitize=False, tag="span")
+        chooser = ui.element("select").props(f'name="{escape(name)}"')
+        with chooser:
+            for value, words in options.items():
+                option = ui.html(escape(words), sanitize=False, tag="option").props(f'value="{escape(value)}"')
+                if value == chosen:
+                    option.props("selected")
+        chooser.on("change", lambda event: choose(str(event.args)), js_handler="(event) => emit(event.target.value)")
 
 
 def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -> ui.echart:

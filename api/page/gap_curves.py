@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
-from nicegui import events, ui
+from nicegui import ui
 
 from api.gap import words
 from api.page.charts.gap import QUANTITIES, over_each_other
-from api.page.controls import chart
-from api.page.markup import paragraph, show
+from api.page.controls import chart, choice
+from api.page.markup import paragraph
 
 
 def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
@@ -20,12 +19,8 @@ def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
         paragraph("This diagnosis has no curves with it; diagnose the run again to see them.", "quiet")
         return
     paragraph(words.CURVES_NOTE, "quiet")
-    with ui.element("label").classes("field"):
-        show("Measured, before and after at")
-        chooser = ui.element("select").props('name="curve"')
-        with chooser:
-            for number, curve in enumerate(curves):
-                ui.html(escape(words.curve_words(curve)), sanitize=False, tag="option").props(f'value="{number}"')
+    offered = {str(number): words.curve_words(curve) for number, curve in enumerate(curves)}
+    choice("Measured, before and after at", "curve", offered, lambda value: draw(int(value)))
     place = ui.element("div").classes("w-full")
 
     def draw(number: int) -> None:
@@ -33,10 +28,6 @@ def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
         with place:
             _charts(curves[number])
 
-    def choose(event: events.GenericEventArguments) -> None:
-        draw(int(event.args))
-
-    chooser.on("change", choose, js_handler="(event) => emit(event.target.value)")
     draw(0)
 
 

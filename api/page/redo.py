@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from nicegui import ui
 
-from api.page.controls import button
+from api.page.controls import button, choice
 from api.page.frame import Frame
 from api.page.hammer_session import HammerSession
 from store.runs import RunState, get_run
@@ -34,19 +32,9 @@ class Redo:
         if self._chosen not in points:
             self._chosen = points[-1]
         with self._place:
-            self._list(points)
+            offered = {point: point for point in points}
+            choice("A point to do again", "redo", offered, self._choose, self._chosen)
             button("Do this point again", lambda: self._again(found.run.id, found.set_number))
-
-    def _list(self, points: list[str]) -> None:
-        with ui.element("label").classes("field"):
-            ui.html("A point to do again", sanitize=False, tag="span")
-            chooser = ui.element("select").props('name="redo"')
-            with chooser:
-                for point in points:
-                    option = ui.html(escape(point), sanitize=False, tag="option").props(f'value="{escape(point)}"')
-                    if point == self._chosen:
-                        option.props("selected")
-            chooser.on("change", lambda event: self._choose(str(event.args)), js_handler="(e) => emit(e.target.value)")
 
     def _choose(self, point: str) -> None:
         self._chosen = point

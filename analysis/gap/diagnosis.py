@@ -27,7 +27,7 @@ from analysis.gap.lost import lost
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.next_experiment import next_experiment
 from analysis.gap.record_effect import RecordEffect
-from analysis.gap.search import Model, best_by_id, on, refined, search_of
+from analysis.gap.search import HOPELESS, Model, best_by_id, on, refined, search_of
 from analysis.gap.twins import twins
 from analysis.gap.verdict import UNKNOWN, Weighed, weigh
 
@@ -117,8 +117,6 @@ class Diagnosis:
 Progress = Callable[[str, float], None]
 """Called with what is being done and how much of all is done, 0 to 1."""
 
-HOPELESS = 500.0
-"""By how much a model's log evidence may lie below that of one that leaves next to nothing, and still be refined."""
 REFINED_SINGLES = 3
 REFINED_PAIRS = 2
 RANKED = 5
@@ -171,7 +169,7 @@ def diagnose(
     chosen = _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)
     best = max((each.log_evidence for each in chosen), default=0.0)
     clean = any(each.clean for each in chosen)
-    hopeless = [clean and each.log_evidence < best - HOPELESS for each in chosen]
+    hopeless = [clean and each.log_evidence < best - HOPELESS / 2 for each in chosen]
     contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)

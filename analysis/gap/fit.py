@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import HammerSet, Measurement
-from analysis.gap.simulation import Prediction, Simulation
-from analysis.inverse.levenberg_marquardt import Linearised, Minimum, inverse, minimise
+from analysis.gap.simulation import Prediction, Simulation, State
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, inverse, minimise
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,10 @@ class Likelihood:
 
     def predict_some(self, scores: Real, derivatives: Sequence[int] | None) -> Prediction:
         """The same, with derivatives in some of the shared parameters, or in all."""
+        return self._state(scores).prediction(derivatives)
+
+    def _state(self, scores: Real) -> State:
+        """Of both rigs for `scores` (unknowns,)."""
         shared, sets = len(self.simulation.shared), self.measurement.sets
         tolerances = self.measurement.tolerances
         gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
@@ -127,7 +131,7 @@ class Likelihood:
             offset = scores[self._first_blow[number] : self._first_blow[number + 1]]
             across = np.array([dof.direction is Direction.Y for dof in each.inputs])
             blows.append(tolerances.impact_position * np.where(across, offset, 0.0))
-        return self.simulation.predict(scores[:shared], gains, blows, derivatives)
+        return self.simulation.state(scores[:shared], gains, blows)
 
     def deviation(self, hammer_set: HammerSet) -> Real:
         """(rows, lines) of a set, inflated."""
@@ -140,22 +144,27 @@ class Likelihood:
         assert points is not None
         return np.hypot(points.deviation, self.tester * np.abs(points.stiffness))
 
-    def cost(self, values: Real) -> float:
-        """Chi-square and the scores' own squares; infinite for a bench that cannot be."""
+    def at(self, values: Real) -> Trial:
+        """Chi-square and the scores' own squares at `values` (unknowns,); nowhere for a bench that cannot be."""
         if np.max(np.abs(values)) > FARTHEST:
-            return float("inf")
+            return NOWHERE
         with np.errstate(all="ignore"):
-            predicted = self.predict(values, derivatives=False)
-            total = float(values @ values)
+            state = self._state(values)
+            predicted, total = state.prediction(()), float(values @ values)
             for each, found in zip(self.measurement.sets, predicted.accelerances, strict=True):
                 total += _square((each.accelerance - found) / self.deviation(each))
             if self.measurement.points is not None:
                 total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
-        return total if np.isfinite(total) else float("inf")
+        if not np.isfinite(total):
+            return NOWHERE
+        return Trial(total, lambda: together(self._blocks(values, state.prediction()), values))
 
     def blocks(self, values: Real) -> tuple[Block, ...]:
         """What each row and the tester say, about `values`."""
-        predicted, shared = self.predict(values), len(self.simulation.shared)
+        return self._blocks(values, self.predict(values))
+
+    def _blocks(self, values: Real, predicted: Prediction) -> tuple[Block, ...]:
+        shared = len(self.simulation.shared)
         tolerances, found = self.measurement.tolerances, list[Block]()
         for number, each in enumerate(self.measurement.sets):
             weight = 1 / self.deviation(each)
@@ -207,10 +216,6 @@ class Likelihood:
                     found[self._first_blow[number] - first + row, at] = by_blow[row]
                 place = at.stop
         return found
-
-    def linearised(self, values: Real) -> Linearised:
-        """The normal equations about `values` (unknowns,)."""
-        return together(self.blocks(values), values)
 
 
 def together(blocks: Sequence[Block], values: Real) -> Linearised:
@@ -297,7 +302,7 @@ class Fit:
 
 def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
     """A likelihood looked at where it is not necessarily highest."""
-    return Fit(likelihood, scores, likelihood.linearised(scores), converged=False)
+    return Fit(likelihood, scores, likelihood.at(scores).linearised(), converged=False)
 
 
 def fit(
@@ -306,8 +311,12 @@ def fit(
     schedule: Sequence[Stage] = FROM_AFAR,
     tolerance: float = 1e-2,
     most_steps: int = 30,
+    hopeless: float = np.inf,
 ) -> Fit:
     """Search the most likely parameters.
+
+    What a stage leaves with its inflated noise can only grow as noise is taken back: where it exceeds `hopeless`
+    already, the search ends there.
 
     Args:
         simulation: the model.
@@ -315,6 +324,7 @@ def fit(
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each.
+        hopeless: cost of a model that is not worth to be searched for.
     """
     found: Minimum | None = None
     scores, likelihood = start, Likelihood(simulation)
@@ -322,6 +332,8 @@ def fit(
         likelihood = Likelihood(_below(simulation, stage.highest), stage.inflation, stage.tester)
         found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
         scores = found.values
+        if stage != FINAL and found.at.cost > hopeless:
+            return evaluated(Likelihood(simulation), scores)
     assert found is not None
     return Fit(likelihood, found.values, found.at, found.converged)
 

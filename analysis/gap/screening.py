@@ -40,7 +40,7 @@ def plausible(found: Fit) -> Likelihood:
     likelihood = found.likelihood
     for inflation in INFLATIONS:
         likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
-        if likelihood.cost(found.scores) < PLAUSIBLE * likelihood.data:
+        if likelihood.at(found.scores).cost < PLAUSIBLE * likelihood.data:
             break
     return likelihood
 

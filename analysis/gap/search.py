@@ -57,6 +57,8 @@ FITTED_PAIRS = 6
 MOST_STEPS = 10
 SETTLING_STEPS = 30
 REFINING_STEPS = 6
+HOPELESS = 1000.0
+"""Cost (twice the log evidence) by which a model may exceed one that leaves next to nothing, and still matter."""
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 
@@ -138,7 +140,7 @@ class Search:
             found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
             if not any(model.clean for model in found):
                 found += self.fitted(beam, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
-        best = best_by_id(found)[:FITTED_SEEDS]
+        best = _seeds(found)
         rest = [model for model in found if not any(model is each for each in best)]
         return sorted([*rest, *self.hands(_settled, best)], key=lambda model: -model.log_evidence)
 
@@ -156,10 +158,8 @@ class Search:
 
         Where nothing on top of the best single promises anything, no other can do better with two.
         """
-        found, seeds = list[Model](), best_by_id(singles)[:FITTED_SEEDS]
-        if seeds and seeds[0].clean:
-            seeds = seeds[:1]
-        for seed in seeds:
+        found = list[Model]()
+        for seed in _seeds(singles):
             known = {frozenset(model.ids) for model in found}
             others = [each for each in self.candidates if frozenset((*seed.ids, each.id)) not in known]
             ranked = self.screened(seed, [each for each in others if each.id not in seed.ids])
@@ -201,15 +201,16 @@ class Search:
         while remaining:
             names, remaining = remaining[:AT_ONCE], remaining[AT_ONCE:]
             own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
-            models = self._fitted(on, [promise for promises in own for promise in promises], laws)
+            best = min((model.fit.at.cost for model in (on, *found) if model.clean), default=np.inf)
+            models = self._fitted(on, [promise for promises in own for promise in promises], laws, best + HOPELESS)
             found += models
             if any(model.clean for model in models):
                 remaining = remaining[:AFTER_CLEAN]
         return sorted(found, key=lambda model: -model.log_evidence)
 
-    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int) -> list[Model]:
+    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: float) -> list[Model]:
         """Each promise fitted from its best starts, and once more from the model itself where these lead astray."""
-        tasks = [task for promise in promises for task in self._tasks(on, promise, tries)]
+        tasks = [task for promise in promises for task in self._tasks(on, promise, tries, hopeless)]
         best = _best(tasks, self.hands(_carried_out, tasks))
         shared = len(on.fit.likelihood.simulation.shared)
         astray = [
@@ -220,7 +221,7 @@ class Search:
         best |= _best(astray, self.hands(_carried_out, astray))
         return [Model((*on.effects, task.promise.effect), found) for task, found in best.values()]
 
-    def _tasks(self, on: Model, promise: Promise, tries: int) -> list[_Task]:
+    def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: float) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
         elastic = acts_on(promise.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
@@ -228,7 +229,7 @@ class Search:
         # a model that does not hold drives its unknowns where no bench is: no place to start from
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         return [
-            _Task(promise, simulation, inserted(known, shared, start), schedule)
+            _Task(promise, simulation, inserted(known, shared, start), schedule, hopeless)
             for start in promise.starts[: 1 if elastic else tries]
         ]
 
@@ -241,10 +242,11 @@ class _Task:
     simulation: Simulation
     start: Real
     schedule: tuple[Stage, ...]
+    hopeless: float
 
 
 def _carried_out(task: _Task) -> Fit:
-    return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS)
+    return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS, task.hopeless)
 
 
 def _settled(model: Model) -> Model:
@@ -253,6 +255,12 @@ def _settled(model: Model) -> Model:
         return model
     again = fit(model.fit.likelihood.simulation, model.fit.scores, (FINAL,), ENOUGH, SETTLING_STEPS)
     return Model(model.effects, again)
+
+
+def _seeds(singles: Sequence[Model]) -> list[Model]:
+    """The best singles, to which others are tried; of those that leave next to nothing, the best alone."""
+    best = best_by_id(singles)[:FITTED_SEEDS]
+    return best[:1] if best and best[0].clean else best
 
 
 def _best(tasks: Sequence[_Task], fits: Iterable[Fit]) -> dict[Effect, tuple[_Task, Fit]]:

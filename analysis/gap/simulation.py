@@ -17,7 +17,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bar import Bar
 from analysis.gap.baseline import Baseline, changed_by
-from analysis.gap.beam_rig import BeamRig
+from analysis.gap.beam_rig import Answer, BeamRig
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
@@ -80,7 +80,7 @@ class Simulation:
         return (*self.baseline.parameters, *own)
 
     @cached_property
-    def _groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[Group, ...]:
         """Hammer sets that see one bench: at the same lines, and at the same level where an effect asks for it."""
         measurement = self.baseline.measurement
         by_level = any(acts_on(effect, "cylinders") for effect in self.effects)
@@ -120,7 +120,7 @@ class Simulation:
     # --- what parameters make of the bench ---
 
     @cached_property
-    def _touched(self) -> tuple[frozenset[str], ...]:
+    def touched(self) -> tuple[frozenset[str], ...]:
         """For each shared parameter, which parts of the bench it changes: joints, surroundings, tester."""
         found = [changed_by(name) for name in self._names[0]]
         for effect in self.effects:
@@ -194,53 +194,31 @@ class Simulation:
             blows: for each set, (rows,) how far the blows fell beside their nodes, m.
             derivatives: places of the shared parameters whose derivatives are wanted; all by default.
         """
-        measurement = self.baseline.measurement
-        wanted = range(scores.size) if derivatives is None else derivatives
-        accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * len(measurement.sets) for _ in range(3))
-        for group in self._groups:
-            offsets = np.concatenate([blows[number] for number in group.numbers])
+        return self.state(scores, gains, blows).prediction(derivatives)
+
+    def state(self, scores: Real, gains: Real, blows: Sequence[Real]) -> State:
+        """Both rigs at the arguments of `predict`."""
+        answers = []
+        for group in self.groups:
             around = self.surroundings(scores.tolist(), group.setting)
             at = replace(around, joints=self.joints(scores.tolist(), group.setting, around.pole))
-            answer = group.rig.answer(at, offsets)
-            changes = (self._change(group.setting, scores, place, at) for place in wanted)
-            slopes = [answer.derivative(change) for change in changes]
-            columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
-            for number, rows in zip(group.numbers, group.rows, strict=True):
-                gain = 1 + gains[number]
-                accelerances[number] = gain * answer.accelerance[rows]
-                by_shared[number] = gain * columns[:, rows]
-                if len(wanted):
-                    by_blow[number] = gain * measurement.tolerances.impact_position * answer.by_blow_offset[rows]
-        points = measurement.points
-        stiffness, by_score = np.zeros(0, dtype=complex), [np.zeros(0, dtype=complex)] * len(wanted)
-        if points is not None:
-            stiffness = self.tester(scores.tolist(), points)
-            by_score = [self._tester_slope(scores, place, points, stiffness) for place in wanted]
-        return Prediction(
-            tuple(accelerances),
-            tuple(by_shared),
-            tuple(by_blow),
-            stiffness,
-            np.array(by_score).reshape(len(wanted), stiffness.size),
-        )
+            answers.append(group.rig.answer(at, np.concatenate([blows[number] for number in group.numbers])))
+        points = self.baseline.measurement.points
+        stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(scores.tolist(), points)
+        return State(self, scores, gains, tuple(answers), stiffness)
 
-    def _tester_slope(self, scores: Real, place: int, points: TesterPoints, stiffness: Complex) -> Complex:
-        if "tester" not in self._touched[place]:
-            return np.zeros(points.order.size, dtype=complex)
-        return np.asarray((self.tester(beside(scores, place), points) - stiffness) / STEP)
-
-    def _change(self, setting: Setting, scores: Real, place: int, at: BeamBench) -> dict[str, Complex | Real]:
+    def change(self, setting: Setting, scores: Real, place: int, at: BeamBench) -> dict[str, Complex | Real]:
         """Derivatives in one parameter of those fields of the bench that it changes."""
         moved = beside(scores, place)
         change, pole = dict[str, Complex | Real](), at.pole
-        if "surroundings" in self._touched[place]:
+        if "surroundings" in self.touched[place]:
             bench = self.surroundings(moved, setting)
             pole = bench.pole
             for field in SURROUNDINGS:
                 difference = np.asarray(getattr(bench, field) - getattr(at, field))
                 if difference.any():
                     change[field] = difference / STEP
-        if "joints" in self._touched[place] or "pole" in change:
+        if "joints" in self.touched[place] or "pole" in change:
             difference = self.joints(moved, setting, pole) - at.joints
             if difference.any():
                 change["joints"] = difference / STEP
@@ -262,6 +240,55 @@ class Group:
     setting: Setting
     numbers: tuple[int, ...]
     rows: tuple[slice, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Both rigs at one point: what they read is known, and how that changes is worked out when it is asked for.
+
+    Attributes:
+        simulation: of both.
+        scores: (shared,).
+        gains: (sets,) relative to one.
+        answers: of the beam rig, to each group of hammer sets.
+        stiffness: (points,) that the tester reads, N/m.
+    """
+
+    simulation: Simulation
+    scores: Real
+    gains: Real
+    answers: tuple[Answer, ...]
+    stiffness: Complex
+
+    def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
+        """What both rigs read, with derivatives in the shared parameters at some places; in all by default."""
+        simulation, wanted = self.simulation, range(self.scores.size) if derivatives is None else derivatives
+        own = simulation.baseline.measurement.tolerances.impact_position
+        accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
+        for group, answer in zip(simulation.groups, self.answers, strict=True):
+            slopes = [answer.derivative(simulation.change(group.setting, self.scores, n, answer.bench)) for n in wanted]
+            columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
+            for number, rows in zip(group.numbers, group.rows, strict=True):
+                gain = 1 + self.gains[number]
+                accelerances[number] = gain * answer.accelerance[rows]
+                by_shared[number] = gain * columns[:, rows]
+                if len(wanted):
+                    by_blow[number] = gain * own * answer.by_blow_offset[rows]
+        by_score = [self._tester_slope(place) for place in wanted]
+        return Prediction(
+            tuple(accelerances),
+            tuple(by_shared),
+            tuple(by_blow),
+            self.stiffness,
+            np.array(by_score).reshape(len(wanted), self.stiffness.size),
+        )
+
+    def _tester_slope(self, place: int) -> Complex:
+        """(points,) derivative in one parameter."""
+        simulation, points = self.simulation, self.simulation.baseline.measurement.points
+        if points is None or "tester" not in simulation.touched[place]:
+            return np.zeros_like(self.stiffness)
+        return np.asarray((simulation.tester(beside(self.scores, place), points) - self.stiffness) / STEP)
 
 
 def beside(scores: Real, place: int) -> list[float]:

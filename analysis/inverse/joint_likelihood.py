@@ -16,7 +16,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.joint_fit import JointFit, described
 from analysis.inverse.joint_parameters import JointParameters, SymmetricTerms
-from analysis.inverse.levenberg_marquardt import Linearised, Minimum, minimise
+from analysis.inverse.levenberg_marquardt import Linearised, Minimum, Trial, minimise
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.tolerances import EXACT, Tolerances
@@ -158,13 +158,12 @@ class _Held:
     def data(self) -> int:
         return self.likelihood.data
 
-    def cost(self, values: Real) -> float:
-        return self.likelihood.cost(values) + float(np.sum(self.weight * (values - self.start) ** 2))
+    def at(self, values: Real) -> Trial:
+        free, off = self.likelihood.at(values), values - self.start
+        pull = float(np.sum(self.weight * off**2))
 
-    def linearised(self, values: Real) -> Linearised:
-        at, off = self.likelihood.linearised(values), values - self.start
-        return Linearised(
-            cost=at.cost + float(np.sum(self.weight * off**2)),
-            descent=at.descent - self.weight * off,
-            normal=at.normal + np.diag(self.weight),
-        )
+        def linearised() -> Linearised:
+            at = free.linearised()
+            return Linearised(at.cost + pull, at.descent - self.weight * off, at.normal + np.diag(self.weight))
+
+        return Trial(free.cost + pull, linearised)

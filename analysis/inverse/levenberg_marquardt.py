@@ -5,14 +5,17 @@ D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431-441, with the columns
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 FIRST_DAMPING = 1e-3
+PUSH = 8.0  # and twice that at each further refusal of a step: damping that is far too small is soon enough
 RELIEF = 0.02  # directions a million times weaker than others need the damping gone before they move
 LEAST_DAMPING = 1e-14
 MOST_DAMPING = 1e8
@@ -33,6 +36,27 @@ class Linearised:
     normal: Real
 
 
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A sum of squares at a point that may be refused: its derivatives are asked for only where it is not.
+
+    Attributes:
+        cost: the sum of squares.
+        linearised: gives the normal equations there.
+    """
+
+    cost: float
+    linearised: Callable[[], Linearised]
+
+
+def _begun_nowhere() -> Linearised:
+    raise AnalysisError("a search has begun where there is nothing to be minimised; start it from what can be")
+
+
+NOWHERE = Trial(float("inf"), _begun_nowhere)
+"""Where there is no sum of squares."""
+
+
 class SumOfSquares(Protocol):
     """What is minimised."""
 
@@ -40,11 +64,8 @@ class SumOfSquares(Protocol):
     def data(self) -> int:
         """Number of squares, each about one where the model holds."""
 
-    def cost(self, values: Real) -> float:
-        """The sum of squares; infinite where there is none."""
-
-    def linearised(self, values: Real) -> Linearised:
-        """The normal equations."""
+    def at(self, values: Real) -> Trial:
+        """The sum of squares at `values` (parameters,); `NOWHERE` where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,23 +94,24 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
     model does not hold, squares exceed one and so do the variances that the misfit stands for.
     """
     values, damping = start, FIRST_DAMPING
-    at = target.linearised(values)
+    at = target.at(values).linearised()
     for steps in range(most_steps):
         step, expected = _step(at, 0.0)
         if expected < tolerance * max(1.0, at.cost / target.data):
             return Minimum(values, at, expected, steps, converged=True)
+        push = PUSH
         while True:
             step, predicted = _step(at, damping)
-            cost = target.cost(values + step)
-            gain = (at.cost - cost) / predicted
+            trial = target.at(values + step)
+            gain = (at.cost - trial.cost) / predicted
             if gain > 1e-3:
                 break
-            damping = max(8 * damping, 1e-6)
+            damping, push = max(push * damping, 1e-6), 2 * push
             if damping > MOST_DAMPING:
                 return Minimum(values, at, expected, steps, converged=False)
         values = values + step
         damping = max(damping * (RELIEF if gain > 0.7 else 1.0 if gain > 0.25 else 4.0), LEAST_DAMPING)
-        at = target.linearised(values)
+        at = trial.linearised()
     _, expected = _step(at, 0.0)
     return Minimum(values, at, expected, most_steps, converged=expected < tolerance * max(1.0, at.cost / target.data))
 

@@ -7,7 +7,7 @@ Errors are Gaussian, independent from line to line and of known variance, per re
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.joint_parameters import HALF, JointParameters, matrices
-from analysis.inverse.levenberg_marquardt import Linearised
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_model import CondensedBeam, ResponseModel, SupportedResponse
 from analysis.inverse.tolerances import COMMON, Deviations
@@ -120,15 +120,17 @@ class ResponseLikelihood:
         own = self.parameters.upper(values[: len(self.parameters.labels)])
         return np.asarray(self._moved(self.deviations(values))[0] @ own)
 
-    def cost(self, values: Real) -> float:
-        """Chi-square with priors; infinite for a bench that cannot be."""
+    def at(self, values: Real) -> Trial:
+        """Chi-square with priors at parameters (parameters,); nowhere for a bench that cannot be."""
         deviations = self.deviations(values)
         if min(deviations.gain, deviations.youngs_modulus, deviations.density) <= -1:
-            return float("inf")
+            return NOWHERE
         mean, weight = self.prior
-        left = (self.measured - self.response(values).accelerance) / self.deviation
+        response = self.response(values)
+        left = (self.measured - response.accelerance) / self.deviation
         off = values - mean
-        return float(np.vdot(left, left).real + off @ weight @ off)
+        cost = float(np.vdot(left, left).real + off @ weight @ off)
+        return Trial(cost, partial(self._linearised, values, response))
 
     def information(self, response: SupportedResponse) -> Information:
         """Products of the whitened derivatives about `response`."""
@@ -175,9 +177,8 @@ class ResponseLikelihood:
             own[joint, at, at] = slope
         return np.asarray(block_diag(*maps)), own
 
-    def linearised(self, values: Real) -> Linearised:
-        """The normal equations about parameters (parameters,)."""
-        found, chain, (mean, weight) = self.information(self.response(values)), self.chain(values), self.prior
+    def _linearised(self, values: Real, response: SupportedResponse) -> Linearised:
+        found, chain, (mean, weight) = self.information(response), self.chain(values), self.prior
         off = values - mean
         return Linearised(
             cost=found.chi_square + float(off @ weight @ off),

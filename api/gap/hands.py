@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import forkserver
 from typing import TypeVar
 
 from analysis.gap import diagnosis
@@ -33,6 +34,7 @@ def processes(count: int | None = None) -> Iterator[Hands]:
     one_thread_each()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["__main__", diagnosis.__name__])
+    forkserver.ensure_running()  # it loads while the first steps are taken, which nobody can share
     with ProcessPoolExecutor(wanted, mp_context=context) as pool:
 
         def together(work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:

@@ -71,7 +71,7 @@ class Detectability:
         if model.fit.at.cost < PLAIN**2:
             return refined(model, noiseless).fit.at.cost
         whole = model.fit.likelihood.simulation.of(noiseless)
-        return Likelihood(whole).cost(model.fit.scores)
+        return Likelihood(whole).at(model.fit.scores).cost
 
 
 def _extended(search: Search, model: Model, effect: str) -> Model:

@@ -66,7 +66,7 @@ def test_noise_is_inflated_until_a_model_that_does_not_hold_could_be_right(made:
     astray = evaluated(exact, np.zeros(exact.unknowns))
     found = plausible(astray)
     assert found.inflation > 0
-    assert found.cost(astray.scores) < astray.at.cost
+    assert found.at(astray.scores).cost < astray.at.cost
     held = fit(search.simulation((AccelerometerMass(),)), np.zeros(exact.unknowns + 1))
     assert plausible(held).inflation == 0.0
 

@@ -64,7 +64,7 @@ def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> No
     simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
     bench = simulation.joints(
-        scores[: len(simulation.shared)].tolist(), simulation._groups[0].setting, np.zeros(1, dtype=complex)
+        scores[: len(simulation.shared)].tolist(), simulation.groups[0].setting, np.zeros(1, dtype=complex)
     )
     joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
     free = simulation.bar.free

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.inverse.levenberg_marquardt import Linearised, inverse, minimise
+from analysis.errors import AnalysisError
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, inverse, minimise
 
 Real = NDArray[np.float64]
 
@@ -15,17 +17,15 @@ class Rosenbrock:
 
     data = 2
 
-    def cost(self, values: Real) -> float:
+    def at(self, values: Real) -> Trial:
         residual = self.residual(values)
-        return float(residual @ residual)
+        jacobian = np.array([[-20 * values[0], 10.0], [-1.0, 0.0]])
+        cost = float(residual @ residual)
+        return Trial(cost, lambda: Linearised(cost, jacobian.T @ residual, jacobian.T @ jacobian))
 
     def residual(self, values: Real) -> Real:
         x, y = values
         return np.array([10 * (x**2 - y), x - 1])
-
-    def linearised(self, values: Real) -> Linearised:
-        jacobian = np.array([[-20 * values[0], 10.0], [-1.0, 0.0]])
-        return Linearised(self.cost(values), jacobian.T @ self.residual(values), jacobian.T @ jacobian)
 
 
 @settings(deadline=None)
@@ -41,6 +41,36 @@ def test_running_out_of_steps_is_told() -> None:
     assert not found.converged
     assert found.steps == 2
     assert found.expected > 1e-12
+
+
+class Fenced(Rosenbrock):
+    """The same valley, of which the part left of a fence does not exist; derivatives are counted."""
+
+    def __init__(self) -> None:
+        self.slopes = 0
+
+    def at(self, values: Real) -> Trial:
+        if values[0] < 0:
+            return NOWHERE
+        trial = super().at(values)
+
+        def counted() -> Linearised:
+            self.slopes += 1
+            return trial.linearised()
+
+        return Trial(trial.cost, counted)
+
+
+def test_derivatives_are_asked_for_only_where_a_step_was_taken() -> None:
+    fenced = Fenced()
+    found = minimise(fenced, np.array([0.1, 3.0]), tolerance=1e-12, most_steps=200)
+    assert found.converged
+    assert fenced.slopes == found.steps + 1
+
+
+def test_a_search_cannot_begin_where_there_is_nothing() -> None:
+    with pytest.raises(AnalysisError, match="start it from what can be"):
+        minimise(Fenced(), np.array([-1.0, 0.0]))
 
 
 def test_the_inverse_holds_where_si_units_spread_over_fifteen_decades() -> None:

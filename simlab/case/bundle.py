@@ -28,7 +28,6 @@ from simlab.case.campaign import (
     MEASURED,
     PRESET_MM,
     ROWS,
-    WITHHELD,
     Campaign,
     Row,
     Setup,
@@ -124,7 +123,7 @@ def truth(case: Case) -> dict[str, object]:
     """What was put into a case, ready for JSON.
 
     ``size`` is the fraction of each effect's plausible range; ``effects`` are those of the catalogue and ``novel``
-    those outside it.  ``noise_percent`` is what sensor noise alone does to the withheld rows at 100 N,
+    those outside it.  ``noise_percent`` is what sensor noise alone does to the rows asked for at 100 N,
     ``floor_percent`` how far an honest re-measurement of them, after a new set-up, would be off, and
     ``effect_percent`` how far the effects move both rigs' readings, all as 100 sqrt(sum |y - f|^2 / sum |y|^2).
     """
@@ -195,16 +194,16 @@ def percent(model: Complex, data: Complex) -> float:
 
 
 def floor_percent(case: Case) -> float:
-    """How far measurements of the withheld rows after a new set-up are off, rms over a few, at the reference level."""
+    """How far measurements of the rows asked for after a new set-up are off, rms over a few at 100 N."""
     rng = np.random.default_rng([case.seed, 7, 5])
     simulated = simulate(case)
     reference = case.campaign.setups[0]
-    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    rows = slice(len(MEASURED), len(ROWS))
     straight, slope = simulated.accelerance[0, rows], simulated.slope[0, rows]
     found = []
     for _ in range(FLOOR_REDRAWS):
         again = draw_setup(rng, reference.peak_force, reference.temperature)
-        moved = np.array(again.offsets[: len(WITHHELD)])[:, None]
+        moved = np.array(again.offsets[: len(ASKED_FOR)])[:, None]
         true = again.gain / reference.gain * (straight + moved * slope)
         blows = strike(
             rng, AVERAGES, true, slope, simulated.frequency, reference.peak_force, case.campaign, case.effects
@@ -214,7 +213,7 @@ def floor_percent(case: Case) -> float:
 
 
 def _noise_percent(simulated: Simulated) -> float:
-    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    rows = slice(len(MEASURED), len(ROWS))
     true = simulated.accelerance[0, rows]
     deviation = noise_deviation(true, simulated.frequency, simulated.campaign, simulated.campaign.setups[0].peak_force)
     return 100.0 * float(np.sqrt(2 * np.sum(deviation**2) / np.sum(np.abs(true) ** 2)))

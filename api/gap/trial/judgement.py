@@ -13,7 +13,7 @@ from api.gap.document import probability
 from api.gap.track_record import strength
 from api.gap.trial.detectability import Detectability
 from simlab.case.bundle import percent
-from simlab.case.campaign import WITHHELD
+from simlab.case.campaign import ASKED_FOR
 from simlab.case.draw import Case
 from simlab.case.simulate import simulate
 
@@ -193,17 +193,17 @@ def _is_honest(verdict: Mapping[str, Any], standing: Detectability) -> bool:
 
 
 def _unseen(case: Case, predicted: Mapping[str, Any] | None, floor: float) -> dict[str, float]:
-    """Gap of predictions on the withheld rows as an honest new measurement would show it: truth and floor together."""
+    """Gap of predictions on the rows asked for as an honest new measurement would show it: truth and floor together."""
     if predicted is None:
         return {}
     simulated = simulate(case)
     inputs = [str(name) for name in predicted["input"]]
-    rows = [inputs.index(row.name) for row in WITHHELD if row.name in inputs]
-    if len(rows) < len(WITHHELD):
+    rows = [inputs.index(row.name) for row in ASKED_FOR if row.name in inputs]
+    if len(rows) < len(ASKED_FOR):
         return {}
     frequency = np.asarray(predicted["frequency"])
     lines = np.searchsorted(simulated.frequency, frequency - 1e-6)
-    places = [simulated.rows.index(row) for row in WITHHELD]
+    places = [simulated.rows.index(row) for row in ASKED_FOR]
     true: Complex = simulated.accelerance[0][places][:, lines]
     return {
         moment: float(np.hypot(percent(np.asarray(predicted[moment])[rows], true), floor))

@@ -12,7 +12,7 @@ import pytest
 import pyuff
 
 from simlab.case.bundle import asked_for, floor_percent, truth, write_case
-from simlab.case.campaign import MEASURED, WITHHELD
+from simlab.case.campaign import MEASURED, ROWS
 from simlab.case.draw import Kind, draw_case
 from simlab.case.estimate import noise_deviation
 from simlab.case.simulate import simulate
@@ -97,7 +97,7 @@ def test_the_truth_is_json_and_names_effects_and_novelties_apart() -> None:
 def test_the_floor_is_what_gain_and_marks_make_it() -> None:
     case = draw_case(6, Kind.NONE)
     seen = simulate(case)
-    rows = slice(len(MEASURED), len(MEASURED) + len(WITHHELD))
+    rows = slice(len(MEASURED), len(ROWS))
     accelerance, slope = seen.accelerance[0, rows], seen.slope[0, rows]
     by_place = 1.4e-3**2 * np.sum(np.abs(slope) ** 2) / np.sum(np.abs(accelerance) ** 2)
     expected = 100 * np.sqrt(by_place + 2 * 0.0047**2)

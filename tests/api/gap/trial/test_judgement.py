@@ -96,9 +96,9 @@ def test_a_diagnosis_that_failed_is_wrong_and_counted(document: Make) -> None:
 def test_the_gap_of_predictions_is_that_on_rows_that_were_never_shown(document: Make) -> None:
     simulated = simulate(CASE)
     lines = simulated.frequency >= 5.0
-    rows = [row.name for row in simulated.rows]
-    true = simulated.accelerance[0][[rows.index("5y"), rows.index("8y")]][:, lines]
-    predicted = {"frequency": simulated.frequency[lines], "before": 1.1 * true, "after": true, "input": ["5y", "8y"]}
+    rows, asked = [row.name for row in simulated.rows], ["5y", "8y", "2y", "10y"]
+    true = simulated.accelerance[0][[rows.index(name) for name in asked]][:, lines]
+    predicted = {"frequency": simulated.frequency[lines], "before": 1.1 * true, "after": true, "input": asked}
     found = judge(document() | {"predicted": predicted}, truth([EFFECT]))
     assert found.unseen_percent == pytest.approx(3.0)
     assert found.unseen_before_percent == pytest.approx(np.hypot(10.0, 3.0))

@@ -15,6 +15,8 @@ REFERENCE = 50.0
 """Hz at which stiffness keeps the value that the baseline gives it."""
 RELAXATIONS = (2.0, 8.0, 30.0, 100.0, 350.0, 1200.0, 4500.0)
 """Hz; broad enough for any smooth law over the rigs' five to thousand."""
+FEW = (10.0, 80.0, 600.0)
+"""Hz where relaxations of their own places are looked for first."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,35 @@ class FrequencyDependence(Effect):
 
     def _modulus(self, given: Given, frequency: Real) -> tuple[Real, Real]:
         """(n,) storage and loss over the stiffness at rest."""
-        ratio = frequency / np.array(RELAXATIONS)[:, None]
-        strength = np.array([given[parameter.name] for parameter in self.parameters])
+        places, strength = self._relaxations(given)
+        ratio = frequency / places[:, None]
         return 1 + strength @ (ratio**2 / (1 + ratio**2)), strength @ (ratio / (1 + ratio**2))
+
+    def _relaxations(self, given: Given) -> tuple[Real, Real]:
+        """(n,) Hz, and their strengths over the stiffness at rest."""
+        return np.array(RELAXATIONS), np.array([given[parameter.name] for parameter in self.parameters])
+
+
+@dataclass(frozen=True)
+class FewRelaxations(FrequencyDependence):
+    """Three relaxations that sit wherever they sit, far apart or close: sharper than a series with fixed places."""
+
+    law = "three relaxations"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(
+            parameter
+            for number, frequency in enumerate(FEW, start=1)
+            for parameter in (
+                Parameter(f"g_{number}", "1", 0.1, 1.0, positive=True),
+                Parameter(f"f_{number}", "Hz", frequency, 0.8, positive=True),
+            )
+        )
+
+    def _relaxations(self, given: Given) -> tuple[Real, Real]:
+        places = range(1, len(FEW) + 1)
+        return np.array([given[f"f_{n}"] for n in places]), np.array([given[f"g_{n}"] for n in places])
 
 
 @dataclass(frozen=True)

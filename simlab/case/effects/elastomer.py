@@ -128,20 +128,20 @@ def _jenkins(force: float, stick: Real, amplitude: Real) -> Complex:
 
 
 class FrequencyDependence(Effect):
-    """Stiffness and loss tied over frequency: fractional Zener, three Maxwell elements, or a spring-pot in parallel."""
+    """Stiffness and loss tied over frequency: fractional Zener, four Maxwell elements, or a spring-pot in parallel."""
 
     name = "frequency_dependence"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FrequencyDependence:
-        law = one_of(rng, "fractional_zener", "prony3", "springpot")
+        law = one_of(rng, "fractional_zener", "prony4", "springpot")
         if law == "fractional_zener":
             f0 = log_uniform(rng, 5.0, 500.0)
             values = {"B": 1.0 + size, "C": 1.0, "a": rng.uniform(0.2, 0.7), "tau": 1.0 / (2 * np.pi * f0)}
-        elif law == "prony3":
-            centres = np.array([15.0, 90.0, 550.0]) * np.exp(rng.uniform(-0.3, 0.3, 3))
+        elif law == "prony4":
+            centres = np.array([8.0, 45.0, 220.0, 900.0]) * np.exp(rng.uniform(-0.3, 0.3, 4))
             values = {f"f{i}": float(f) for i, f in enumerate(centres, 1)}
-            values |= {f"g{i}": float(g) for i, g in enumerate(size * rng.uniform(0.25, 0.45, 3), 1)}
+            values |= {f"g{i}": float(g) for i, g in enumerate(size * rng.uniform(0.2, 0.35, 4), 1)}
         else:
             values = {"g": 0.4 * size, "a": rng.uniform(0.2, 0.6)}
         return cls(size, law, values)
@@ -154,8 +154,8 @@ class FrequencyDependence(Effect):
         if self.law == "fractional_zener":
             power = (2j * np.pi * frequency * self.number("tau")) ** self.number("a")
             return np.asarray((1.0 + self.number("B") * power) / (1.0 + self.number("C") * power))
-        if self.law == "prony3":
-            ratios = [(self.number(f"g{i}"), 1j * frequency / self.number(f"f{i}")) for i in (1, 2, 3)]
+        if self.law == "prony4":
+            ratios = [(self.number(f"g{i}"), 1j * frequency / self.number(f"f{i}")) for i in (1, 2, 3, 4)]
             return np.asarray(1.0 + sum(g * ratio / (1.0 + ratio) for g, ratio in ratios))
         return np.asarray(1.0 + self.number("g") * (1j * frequency / REFERENCE_FREQUENCY) ** self.number("a"))
 

@@ -14,7 +14,13 @@ from analysis.gap.effects.amplitude_dependence import KNOTS, MIDDLE, AmplitudeCu
 from analysis.gap.effects.conditioning_drift import ConditioningDrift, LogarithmicDrift, SaturatingDrift
 from analysis.gap.effects.coulomb_friction import CoulombFriction, StickingFriction
 from analysis.gap.effects.cubic_stiffness import CubicStiffness, SaturatingStiffness
-from analysis.gap.effects.frequency_dependence import REFERENCE, FractionalZener, FrequencyDependence, SpringPot
+from analysis.gap.effects.frequency_dependence import (
+    REFERENCE,
+    FewRelaxations,
+    FractionalZener,
+    FrequencyDependence,
+    SpringPot,
+)
 from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
 from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss
 from analysis.gap.effects.temperature_shift import TemperatureShift
@@ -194,7 +200,7 @@ def test_a_sticking_slider_is_a_spring_when_small_and_rubs_when_large() -> None:
 # --- frequency ---
 
 FREQUENCIES = np.geomspace(1.0, 2000.0, 60)
-CAUSAL = (FrequencyDependence(), FractionalZener(), SpringPot())
+CAUSAL = (FrequencyDependence(), FewRelaxations(), FractionalZener(), SpringPot())
 
 
 @pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)

@@ -129,7 +129,7 @@ def test_an_amplitude_law_is_the_baseline_at_its_reference_and_softens(law: str)
     assert np.all(changed.imag > 0)
 
 
-@pytest.mark.parametrize("law", ["fractional_zener", "prony3", "springpot"])
+@pytest.mark.parametrize("law", ["fractional_zener", "prony4", "springpot"])
 def test_a_frequency_law_ties_stiffness_and_loss_as_causality_does(law: str) -> None:
     effect = with_law("frequency_dependence", law).effects[0]
 

@@ -116,6 +116,13 @@ class Mesh:
         return cls(np.interp(steps, np.arange(nodes.size), nodes), tuple(range(0, steps.size, elements_between)))
 
     @property
+    def coarser(self) -> Mesh | None:
+        """Elements twice as long between the same named nodes; None where some have no two elements between them."""
+        if any(place % 2 for place in self.named):
+            return None
+        return Mesh(self.positions[::2], tuple(place // 2 for place in self.named))
+
+    @property
     def degrees(self) -> int:
         """Number of degrees of freedom N."""
         return len(DIRECTIONS) * self.positions.size

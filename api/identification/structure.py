@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.converged import converged
 from analysis.suspended.characterisation import FreeBeamResult
 from store.bundle_setup import Article
 
@@ -53,12 +54,13 @@ def free_beam_of(article: Article, tested: FreeBeamResult | None = None, element
     masses[article.accelerometer.node] += article.accelerometer.mass
     drawn = beam_of(article)
     material = None if tested is None else tested.material
-    return assemble(
-        drawn if material is None else material.of(drawn),
-        mesh_of(article, elements),
-        damping_ratios=article.beam.free_damping_ratios if tested is None else tested.damping_ratios,
-        point_masses=masses,
-    )
+    beam = drawn if material is None else material.of(drawn)
+    ratios = article.beam.free_damping_ratios if tested is None else tested.damping_ratios
+    mesh = mesh_of(article, elements)
+    fine = assemble(beam, mesh, damping_ratios=ratios, point_masses=masses)
+    if mesh.coarser is None:
+        return fine
+    return converged(fine, assemble(beam, mesh.coarser, damping_ratios=ratios, point_masses=masses))
 
 
 def _is_uncertain(article: Article) -> bool:

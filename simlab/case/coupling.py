@@ -12,11 +12,8 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from simlab.assembly import DYNAMIC_BELOW, Complex
-from simlab.beam import TERMS, FreeModes, Real
+from simlab.beam import FreeModes, Real
 from simlab.case.article import Article
-
-DERIVATIVE: Real = np.asarray(legendre.legder(np.eye(TERMS)), dtype=np.float64)
-"""(TERMS - 1, TERMS) coefficients of each Legendre polynomial's derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +31,8 @@ class Attachment:
 
 def slope(modes: FreeModes, direction: str, position: float) -> Real:
     """(modes,) derivative along the bar of the shapes in `direction` at `position` m."""
-    polynomials = legendre.legvander(np.array([2.0 * position / modes.length - 1.0]), TERMS - 2)
-    return np.asarray((polynomials @ DERIVATIVE @ modes.series[direction])[0] * 2.0 / modes.length)
+    derivative = legendre.legder(modes.series[direction])
+    return np.asarray(legendre.legval(2.0 * position / modes.length - 1.0, derivative) * 2.0 / modes.length)
 
 
 class CoupledBar:

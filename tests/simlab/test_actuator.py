@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -188,15 +187,3 @@ def test_an_empty_tester_moves_without_force() -> None:
     assert np.ptp(displacement) > 9e-5
     assert not force.any()
     assert actuator.log == ()
-
-
-def test_ten_thousand_samples_cost_less_than_three_milliseconds() -> None:
-    _, actuator = cycling(1e-4, 60.0, Servo())
-    times = 3.0 + np.arange(10_000) / 10_000
-
-    def cost() -> float:
-        start = time.thread_time()
-        actuator.signals(times)
-        return time.thread_time() - start
-
-    assert min(cost() for _ in range(10)) < 3e-3

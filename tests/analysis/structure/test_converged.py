@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from analysis.errors import AnalysisError
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.converged import converged
+
+NODES = np.array([0.0, 0.055, 0.156, 0.257, 0.358, 0.457, 0.556, 0.657, 0.758, 0.859, 0.914])
+
+
+def on_elements(beam: Beam, elements_between: int) -> FreeBeam:
+    mesh = Mesh.through(NODES, elements_between)
+    return assemble(beam, mesh, damping_ratios=(0.004, 0.001, 0.001), point_masses={3: 0.02})
+
+
+def determinant(beam: Beam, frequency: float) -> float:
+    """Zero where Timoshenko's beam can bend with free ends: of the map from one end's motion to the other's load."""
+    square = (2 * np.pi * frequency) ** 2
+    shear_modulus = beam.youngs_modulus / (2 * (1 + beam.poisson_ratio))
+    state = np.zeros((4, 4))  # deflection, rotation, moment, shear force along the beam
+    state[0, 1], state[0, 3] = 1.0, 1 / (beam.shear_correction * beam.area * shear_modulus)
+    state[1, 2] = 1 / beam.flexural_rigidity
+    state[2, 1], state[2, 3] = -square * beam.density * beam.second_moment, -1.0
+    state[3, 0] = -square * beam.density * beam.area
+    return float(np.linalg.det(expm(beam.length * state)[2:, :2]))
+
+
+def test_two_meshes_give_the_frequencies_of_a_continuous_beam(paper_beam: Beam) -> None:
+    coarse, fine = (assemble(paper_beam, Mesh.through(NODES, elements)) for elements in (4, 8))
+    found = converged(fine, coarse).frequency[3:8]
+    exact = [brentq(lambda f: determinant(paper_beam, f), 0.999 * each, 1.001 * each, xtol=1e-9) for each in found]
+    assert np.max(np.abs(found / exact - 1)[:3]) < 1.1e-6  # up to the 1024 Hz that are measured
+    assert np.min(fine.frequency[3:8] / exact - 1) > 0
+    assert np.max(np.abs(found - exact) / (fine.frequency[3:8] - exact)) < 0.1
+
+
+def test_matrices_and_modes_still_say_the_same(paper_beam: Beam) -> None:
+    beam = converged(on_elements(paper_beam, 4), on_elements(paper_beam, 2))
+    pole = 2j * np.pi * 123.0
+    low = beam.shapes[:, :12]
+    expected = np.diag(beam.modal_stiffness(np.array(pole))[:12])
+    assert np.allclose(low.T @ beam.dynamic_stiffness(pole) @ low, expected, rtol=1e-6, atol=1.0)
+    ratios = beam.damping_rate[3:6] / (2 * np.sqrt(beam.squared_frequency[3:6]))
+    assert ratios == pytest.approx([0.004, 0.001, 0.001])
+    assert np.all(beam.squared_frequency[:3] == 0)
+
+
+def test_meshes_that_are_not_halves_of_each_other_are_refused(paper_beam: Beam) -> None:
+    with pytest.raises(AnalysisError, match="every other node"):
+        converged(on_elements(paper_beam, 3), on_elements(paper_beam, 2))

@@ -16,6 +16,7 @@ class FrameCompliance(Effect):
 
     id = "frame_compliance"
     title = "compliance of the tester's frame"
+    law = "elastic"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -23,3 +24,17 @@ class FrameCompliance(Effect):
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return stiffness / (1 + given["c"] * stiffness)
+
+
+@dataclass(frozen=True)
+class LossyFrame(FrameCompliance):
+    """The same with loss of its own, as bolted joints and seals have it: c (1 - i loss)."""
+
+    law = "with loss"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, Parameter("loss", "1", 0.0, 0.03, least=0.0))
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return stiffness / (1 + given["c"] * (1 - 1j * given["loss"]) * stiffness)

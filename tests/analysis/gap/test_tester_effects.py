@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.fixture_inertia import FixtureInertia, InertiaOfEachFixture
-from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.frame_compliance import FrameCompliance, LossyFrame
 from analysis.gap.effects.frame_resonance import FrameResonance
 from analysis.gap.effects.transducer_lag import FilteredDisplacement, TransducerLag
 from analysis.gap.measurement import Configuration, TesterPoints
@@ -18,6 +18,13 @@ def test_frame_compliance_is_in_series(points: TesterPoints) -> None:
     lost = 1 - np.abs(found / points.stiffness)
     compressed, sheared = (points.configuration == each for each in (Configuration.COMPRESSION, Configuration.SHEAR))
     assert np.min(lost[compressed]) > np.max(lost[sheared])
+
+
+def test_a_frame_with_loss_dissipates_in_series(points: TesterPoints) -> None:
+    elastic = FrameCompliance().tester({"c": 2e-7}, points.stiffness, points)
+    lossy = LossyFrame().tester({"c": 2e-7, "loss": 0.04}, points.stiffness, points)
+    assert np.allclose(1 / lossy - 1 / elastic, -0.04j * 2e-7, rtol=1e-6, atol=1e-18)
+    assert np.allclose(LossyFrame().tester({"c": 2e-7, "loss": 0.0}, points.stiffness, points), elastic, rtol=1e-12)
 
 
 def test_fixture_inertia_takes_the_same_from_every_configuration(points: TesterPoints) -> None:

@@ -22,6 +22,8 @@ TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
 MOST_OF_A_TRACE = 4.0
 """Times that, beyond which an effect is none: what a Gaussian about the fit says so far off is worth nothing."""
+FAINT = 1.5**2
+"""Chi-square per datum of the paper's model up to which a trace is all that there need be."""
 FREEDOM = 12.0
 """What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
 UNKNOWN = ("unknown",)
@@ -59,11 +61,11 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
     for each in every:
         laws.setdefault(tuple(sorted(each.ids)), []).append(each)
     scores = {ids: _averaged([evidence[id(each)] for each in of]) for ids, of in laws.items()}
-    for each in models:  # a trace of one effect belongs to the explanation without it
+    for each in models:  # a trace of one effect belongs to the explanation without it, unless data cry out for it
         for place, effect in enumerate(each.effects):
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
             trace = evidence[id(each)] + _as_trace(each, place, temperature)
-            if rest in scores:
+            if rest in scores and (rest or none.fit.per_datum < FAINT):
                 scores[rest] = max(scores[rest], trace)
     top = max(every, key=lambda each: evidence[id(each)])
     weighed = {ids: score + _prior(ids) for ids, score in scores.items()}

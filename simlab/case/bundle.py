@@ -39,7 +39,7 @@ from simlab.case.simulate import Simulated, simulate, stand_of
 from simlab.case.universal_file import Function, Quantity, write_universal_file
 
 SENSOR = Row(SENSOR_NODE, "y")
-FLOOR_REDRAWS = 8
+FLOOR_REDRAWS = 64
 DIRECT_COLUMNS = (
     "order",
     "time_s",

@@ -31,7 +31,7 @@ from simlab.article import NODE_POSITIONS, Article
 from simlab.beam import Bar
 from simlab.supported_beam import Load, SupportedBeam
 
-BAR = Bar(terms=240)
+BAR = Bar(terms=400)
 DRAWN = Beam(BAR.length, BAR.height, BAR.width, BAR.youngs_modulus, BAR.poisson_ratio, BAR.density)
 NODES = np.array(NODE_POSITIONS)
 SENSOR = Dof.parse("3y")

@@ -24,7 +24,7 @@ class CoulombFriction(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("F_c", "N", 0.0, 3.3, least=0.0, starts=(0.05, 0.6)), BLOW_AMPLITUDE, FALL)
+        return (Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-1.2, 0.8)), BLOW_AMPLITUDE, FALL)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = blow_amplitude(given, loading, component=True)

@@ -100,6 +100,12 @@ def test_a_trace_within_tolerance_is_no_explanation() -> None:
     assert more[0].effects == ("transducer_lag",)
 
 
+def test_a_little_of_an_effect_that_makes_more_than_a_faint_gap_is_no_trace() -> None:
+    none = model((), 3000.0, 2000.0)
+    weighed = weigh(none, [model((TransducerLag(),), 1000.0, score=0.02)])
+    assert weighed[0].effects == ("transducer_lag",)
+
+
 def test_a_trace_in_a_pair_speaks_for_the_other_alone() -> None:
     none = model((), 4000.0, 3000.0)
     both = model((FrameCompliance(), TransducerLag()), 990.0)

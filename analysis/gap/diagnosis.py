@@ -131,6 +131,7 @@ EXPLAINED_SHARE = 0.95
 CERTAINTY = 0.99
 """That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
 LAW = 0.01
+"""To which share of itself the size of an effect can be known at best."""
 TWO_SIDED = float(norm.ppf(0.95))
 
 

@@ -7,15 +7,30 @@ them is what they leave themselves.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from analysis.errors import AnalysisError
-from analysis.structure.beam import RIGID_MODES, FreeBeam
+from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble
 
 RESOLVED = 1 / 3
 """Of the coarser mesh's modes, those whose error follows that law."""
+
+
+def assemble_converged(
+    beam: Beam, mesh: Mesh, damping_ratios: Sequence[float] = (), point_masses: Mapping[int, float] | None = None
+) -> FreeBeam:
+    """A free beam as `assemble` makes it, carried to convergence where the mesh can be halved.
+
+    Raises:
+        AnalysisError: as of `assemble`.
+    """
+    fine = assemble(beam, mesh, damping_ratios=damping_ratios, point_masses=point_masses)
+    if mesh.coarser is None:
+        return fine
+    return converged(fine, assemble(beam, mesh.coarser, point_masses=point_masses))
 
 
 def converged(fine: FreeBeam, coarse: FreeBeam) -> FreeBeam:
@@ -23,7 +38,7 @@ def converged(fine: FreeBeam, coarse: FreeBeam) -> FreeBeam:
 
     Args:
         fine: on elements half as long as those of
-        coarse: the same beam with the same masses and damping ratios.
+        coarse: the same beam with the same masses; its damping does not matter.
 
     Raises:
         AnalysisError: the coarser mesh is not every other node of the finer one.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
-from analysis.structure.converged import converged
+from analysis.structure.beam import Beam, FreeBeam, Mesh
+from analysis.structure.converged import assemble_converged
 from analysis.suspended.characterisation import FreeBeamResult
 from store.bundle_setup import Article
 
@@ -56,11 +56,7 @@ def free_beam_of(article: Article, tested: FreeBeamResult | None = None, element
     material = None if tested is None else tested.material
     beam = drawn if material is None else material.of(drawn)
     ratios = article.beam.free_damping_ratios if tested is None else tested.damping_ratios
-    mesh = mesh_of(article, elements)
-    fine = assemble(beam, mesh, damping_ratios=ratios, point_masses=masses)
-    if mesh.coarser is None:
-        return fine
-    return converged(fine, assemble(beam, mesh.coarser, damping_ratios=ratios, point_masses=masses))
+    return assemble_converged(beam, mesh_of(article, elements), ratios, masses)
 
 
 def _is_uncertain(article: Article) -> bool:

@@ -24,8 +24,8 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import TERMS
 from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
-from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble
-from analysis.structure.converged import converged
+from analysis.structure.beam import RIGID_MODES, Beam, Mesh
+from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from simlab.article import NODE_POSITIONS, Article
 from simlab.beam import Bar
@@ -114,11 +114,11 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
     mesh = Mesh.through(NODES, kind.elements)
     ratios = np.full(mesh.degrees - RIGID_MODES, BAR.damping_ratios[-1])  # as the simulation has it
     ratios[: len(BAR.damping_ratios)] = BAR.damping_ratios
-    model = _model(mesh, ratios)
+    model = assemble_converged(DRAWN, mesh, ratios.tolist())
     exact = joints()
     truth = _shown(np.array([joint.dynamic_stiffness for joint in exact]))
     sizes = kind.tolerances.deviations(SENSOR, INPUTS, len(exact))
-    errors, deviations, bands, seconds, arrived = [], [], [], [], 0
+    errors, deviations, bands, seconds, converged = [], [], [], [], 0
     for run in range(runs):
         rng = np.random.default_rng([run, 11])
         off = Deviations(sizes * np.clip(rng.standard_normal(sizes.size), -3, 3), len(exact))
@@ -131,7 +131,7 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
         starts = [_off(joint, rng) for joint in exact]
         fit = identify_from_responses(model, responses, starts, tolerances=kind.tolerances)
         seconds.append(time.process_time() - started)
-        arrived += fit.gates[-1].passed
+        converged += fit.gates[-1].passed
         of_joints = _shown(np.array([found.joint.dynamic_stiffness for found in fit.joints.values()])) - truth
         exponents = list(fit.exponents.values())
         of_exponents = [each.value - true for each, true in zip(exponents, off.joint_exponents, strict=False)]
@@ -155,7 +155,7 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
         )
         for n in range(error.shape[1])
     )
-    return Result(rows, float(np.mean(bands)), arrived, runs, float(np.median(seconds)))
+    return Result(rows, float(np.mean(bands)), converged, runs, float(np.median(seconds)))
 
 
 def table(result: Result) -> str:
@@ -191,16 +191,6 @@ def measured(off: Deviations, exact: tuple[Joint, Joint]) -> Complex:
         place = min(place, 2 * BAR.length - place)  # no blow lands beside the beam
         rows.append(bench.accelerance(lines, Load(place, **{point.direction.value: 1.0}), amplitude=1.0))
     return np.asarray(np.array(rows) * (1 + off.gain))
-
-
-def _model(mesh: Mesh, ratios: Real) -> FreeBeam:
-    """The free beam on a mesh, carried to convergence, with damping ratios (modes,)."""
-    coarser = mesh.coarser
-    assert coarser is not None
-    fine, coarse = (
-        assemble(DRAWN, each, damping_ratios=ratios[: each.degrees - RIGID_MODES].tolist()) for each in (mesh, coarser)
-    )
-    return converged(fine, coarse)
 
 
 def _shown(stiffness: Complex) -> Real:

@@ -25,9 +25,11 @@ from analysis.gap.held_out import HOLDS, HeldOut, held_out
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.lost import lost
 from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.model import Model, best_by_id, on, refined
 from analysis.gap.next_experiment import next_experiment
+from analysis.gap.pairs import pairs
 from analysis.gap.record_effect import RecordEffect
-from analysis.gap.search import HOPELESS, Model, best_by_id, on, refined, search_of
+from analysis.gap.search import HOPELESS, search_of
 from analysis.gap.twins import twins
 from analysis.gap.verdict import UNKNOWN, Weighed, weigh
 
@@ -163,11 +165,11 @@ def diagnose(
     tell("trying single effects", 0.15)
     singles = search.singles(none)
     tell("trying pairs", 0.4)
-    pairs = search.pairs(singles)
+    found = [*singles, *pairs(search, singles)]
     tell("weighing the best on all lines", 0.7)
     fine = _fine(measurement, none)
     none = refined(none, fine)
-    chosen = _contest(singles, REFINED_SINGLES) + _contest(pairs, REFINED_PAIRS)
+    chosen = _contest(found, 1, REFINED_SINGLES) + _contest(found, 2, REFINED_PAIRS)
     best = max((each.log_evidence for each in chosen), default=0.0)
     clean = any(each.clean for each in chosen)
     hopeless = [clean and each.log_evidence < best - HOPELESS / 2 for each in chosen]
@@ -347,7 +349,7 @@ def estimates(model: Model) -> dict[str, dict[str, Estimate]]:
     No bench follows a law exactly: the size of an effect is known no better than to `LAW` of itself.
     """
     temperature = max(1.0, model.fit.per_datum, model.misfit.certain / PATTERNS)
-    deviations = np.sqrt(np.diag(np.linalg.inv(tempered(model.fit, temperature))))
+    deviations = tempered(model.fit, temperature).deviations
     found = dict[str, dict[str, Estimate]]()
     for number, effect in enumerate(model.effects):
         found[effect.id] = {}
@@ -361,8 +363,9 @@ def estimates(model: Model) -> dict[str, dict[str, Estimate]]:
     return found
 
 
-def _contest(models: Sequence[Model], count: int) -> list[Model]:
-    """The best models with different effects, and the best other law of the very best."""
+def _contest(found: Sequence[Model], effects: int, count: int) -> list[Model]:
+    """The best models with so many effects, different ones, and the best other law of the very best."""
+    models = sorted((each for each in found if len(each.effects) == effects), key=lambda each: -each.log_evidence)
     chosen = best_by_id(models)[:count]
     rivals = [each for each in models if chosen and each.ids == chosen[0].ids and each is not chosen[0]]
     return chosen + rivals[:1]

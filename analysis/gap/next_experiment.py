@@ -14,10 +14,10 @@ from functools import partial
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.gap.evidence import PATTERNS, tempered
+from analysis.gap.evidence import PATTERNS
 from analysis.gap.fit import Likelihood
 from analysis.gap.measurement import HammerSet, Measurement
-from analysis.gap.search import Model
+from analysis.gap.model import Model
 from analysis.gap.verdict import UNKNOWN, Weighed
 from analysis.inverse.levenberg_marquardt import inverse
 
@@ -260,6 +260,6 @@ def _size(model: Model, effect: int) -> float:
     """Of an effect, in standard deviations of its prior, as far as the data are sure of it."""
     places = list(model.places(effect))
     scores = model.fit.scores[places]
-    certain = np.linalg.inv(np.linalg.inv(tempered(model.fit, 1.0))[np.ix_(places, places)])
+    certain = np.linalg.inv(model.fit.covariance[np.ix_(places, places)])
     weight = np.diag(certain) / np.max(np.diag(certain))
     return float(np.sqrt(np.sum(weight * scores**2) / np.sum(weight)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -17,11 +17,11 @@ from analysis.frequency_response import Real
 from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.effect import Effect, acts_on
-from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, Stage, evaluated, fit
 from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
+from analysis.gap.model import ENOUGH, Model, best_by_id
 from analysis.gap.screening import (
     Promise,
     best_laws,
@@ -32,7 +32,6 @@ from analysis.gap.screening import (
     promised_by_tester,
 )
 from analysis.gap.simulation import Simulation
-from analysis.gap.structure import Misfit, misfit
 
 LINES = 128
 """Of each hammer set that the search looks at; what it finds is fitted to all of them."""
@@ -42,8 +41,6 @@ CONTRADICTION = 20.0
 """Chi-square per datum of the paper's model."""
 FAR = 3.0
 """Standard deviations from what is known beforehand."""
-CLEAN = 1.2
-"""Chi-square per datum of a model that leaves next to nothing."""
 FITTED_SINGLES = 7
 AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model leaves next to nothing."""
@@ -53,48 +50,10 @@ LAWS = 3
 """Of an effect that are fitted: those that promise most."""
 FITTED_BY_TESTER = 3
 FITTED_SEEDS = 2
-FITTED_PAIRS = 6
 MOST_STEPS = 10
 SETTLING_STEPS = 30
-REFINING_STEPS = 6
 HOPELESS = 1000.0
 """Cost (twice the log evidence) by which a model may exceed one that leaves next to nothing, and still matter."""
-ENOUGH = 1.0
-"""Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
-    """A fitted model: the baseline with no, one or two effects."""
-
-    effects: tuple[Effect, ...]
-    fit: Fit
-
-    @property
-    def ids(self) -> tuple[str, ...]:
-        """Of its effects."""
-        return tuple(effect.id for effect in self.effects)
-
-    @property
-    def clean(self) -> bool:
-        """Whether it leaves next to nothing."""
-        return self.fit.per_datum < CLEAN
-
-    @cached_property
-    def log_evidence(self) -> float:
-        """Of this law, with noise alone."""
-        return log_evidence(self.fit)
-
-    @cached_property
-    def misfit(self) -> Misfit:
-        """Beyond noise."""
-        return misfit(self.fit)
-
-    def places(self, effect: int) -> range:
-        """Of the parameters of one of its effects among the shared."""
-        first = len(self.fit.likelihood.simulation.baseline.parameters)
-        counts = [len(each.parameters) for each in self.effects]
-        return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
 
 
 @dataclass(eq=False)
@@ -140,9 +99,9 @@ class Search:
             found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
             if not any(model.clean for model in found):
                 found += self.fitted(beam, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
-        best = _seeds(found)
+        best = seeds(found)
         rest = [model for model in found if not any(model is each for each in best)]
-        return sorted([*rest, *self.hands(_settled, best)], key=lambda model: -model.log_evidence)
+        return sorted([*rest, *self.hands(settled, best)], key=lambda model: -model.log_evidence)
 
     def beam_alone(self, none: Model) -> Model:
         """The paper's model where the beam has it, with the tester hardly counting; looked at with all data."""
@@ -152,35 +111,6 @@ class Search:
         alone = self.simulation().of(replace(self.measurement, points=deaf))
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
-
-    def pairs(self, singles: Sequence[Model]) -> list[Model]:
-        """The most promising second effects to the best singles, fitted, the best first.
-
-        Where nothing on top of the best single promises anything, no other can do better with two.
-        """
-        found = list[Model]()
-        for seed in _seeds(singles):
-            known = {frozenset(model.ids) for model in found}
-            others = [each for each in self.candidates if frozenset((*seed.ids, each.id)) not in known]
-            ranked = self.screened(seed, [each for each in others if each.id not in seed.ids])
-            if not found and not ranked:
-                break
-            clean = seed.clean or any(model.clean for model in found)
-            found += self.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1)
-        found.sort(key=lambda model: -model.log_evidence)
-        if found and not (singles[0].clean or found[0].clean):
-            found += self.with_other_laws(found[0], singles)
-        return sorted(found, key=lambda model: -model.log_evidence)
-
-    def with_other_laws(self, pair: Model, singles: Sequence[Model]) -> list[Model]:
-        """A pair whose seed follows other laws: by itself an effect may follow one that fits it less beside another."""
-        seed, second = pair.effects
-        rivals = best_by_law([model for model in singles if model.ids == (seed.id,) and model.effects != (seed,)])
-        found = list[Model]()
-        for rival in rivals[:LAWS]:
-            ranked = self.screened(rival, [each for each in self.candidates if each.id == second.id])
-            found += self.fitted(rival, ranked, 1)
-        return found
 
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that promise something on top of a model, the best first."""
@@ -249,7 +179,7 @@ def _carried_out(task: _Task) -> Fit:
     return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS, task.hopeless)
 
 
-def _settled(model: Model) -> Model:
+def settled(model: Model) -> Model:
     """A model of which the search went on until it ended by itself; what is built on it has to stand firm."""
     if model.fit.converged:
         return model
@@ -257,7 +187,7 @@ def _settled(model: Model) -> Model:
     return Model(model.effects, again)
 
 
-def _seeds(singles: Sequence[Model]) -> list[Model]:
+def seeds(singles: Sequence[Model]) -> list[Model]:
     """The best singles, to which others are tried; of those that leave next to nothing, the best alone."""
     best = best_by_id(singles)[:FITTED_SEEDS]
     return best[:1] if best and best[0].clean else best
@@ -280,34 +210,6 @@ def search_of(
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
     return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing), hands)
-
-
-def on(model: Model, measurement: Measurement) -> Model:
-    """A model looked at with other lines of the same sets, at the parameters that it has."""
-    other = model.fit.likelihood.simulation.of(measurement)
-    return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
-
-
-def refined(model: Model, measurement: Measurement) -> Model:
-    """A model fitted to other lines of the same sets, from where it is."""
-    other = model.fit.likelihood.simulation.of(measurement)
-    return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
-
-
-def best_by_id(models: Sequence[Model]) -> list[Model]:
-    """The best model of each set of effects, the best first."""
-    found = dict[frozenset[str], Model]()
-    for model in sorted(models, key=lambda each: -each.log_evidence):
-        found.setdefault(frozenset(model.ids), model)
-    return list(found.values())
-
-
-def best_by_law(models: Sequence[Model]) -> list[Model]:
-    """The best model of each combination of laws, the best first."""
-    found = dict[tuple[Effect, ...], Model]()
-    for model in sorted(models, key=lambda each: -each.log_evidence):
-        found.setdefault(model.effects, model)
-    return list(found.values())
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

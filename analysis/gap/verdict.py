@@ -15,7 +15,7 @@ from scipy.special import logsumexp
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
-from analysis.gap.search import Model
+from analysis.gap.model import Model
 
 PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
 TOLERANCE = 1 / 60
@@ -27,6 +27,8 @@ FAINT = 1.5**2
 FREEDOM = 12.0
 """What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
 UNKNOWN = ("unknown",)
+SECOND = 0.1
+"""Of the misfit of the best single, what a second effect leaves at most; one that leaves more mops up after a law."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +56,7 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
         models: with one or two effects, of any number of laws.
     """
     every = (none, *models)
-    best = min(every, key=lambda each: each.misfit.certain)
-    temperature = temperature_of(none.misfit.certain, best.misfit.certain)
+    temperature = temperature_of(none.misfit.certain, _left_by_laws(every))
     evidence = {id(each): log_evidence(each.fit, temperature) for each in every}
     laws = dict[tuple[str, ...], list[Model]]()
     for each in every:
@@ -82,6 +83,13 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
         for ids, score in weighed.items()
     ]
     return tuple(sorted(result, key=lambda each: -each.score))
+
+
+def _left_by_laws(every: Sequence[Model]) -> float:
+    """Misfit that the laws of the best explanation leave, where their form is not quite right."""
+    single = min(each.misfit.certain for each in every if len(each.effects) < 2)
+    pair = min((each.misfit.certain for each in every if len(each.effects) == 2), default=single)
+    return pair if pair < SECOND * single else single
 
 
 def _averaged(evidence: Sequence[float]) -> float:

@@ -24,7 +24,7 @@ class CoulombFriction(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-1.2, 0.8)), BLOW_AMPLITUDE, FALL)
+        return (Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-2.5, -1.2, 0.8)), BLOW_AMPLITUDE, FALL)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = blow_amplitude(given, loading, component=True)
@@ -34,7 +34,10 @@ class CoulombFriction(Effect):
 
 @dataclass(frozen=True)
 class StickingFriction(Effect):
-    """A slider behind a spring, which sticks at small amplitudes (Jenkins' element by harmonic balance)."""
+    """A slider behind a spring, which sticks at small amplitudes (Jenkins' element by harmonic balance).
+
+    A step from a stiff spring overshoots what the tester shows: a search starts from a soft one too.
+    """
 
     id = "coulomb_friction"
     title = "dry friction"
@@ -44,7 +47,7 @@ class StickingFriction(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return (
             Parameter("F_c", "N", 1.5, 0.9, positive=True),
-            Parameter("stick", "1", 0.2, 0.6, positive=True),
+            Parameter("stick", "1", 0.2, 0.6, positive=True, starts=(-3.0, -1.5, 0.0)),
             BLOW_AMPLITUDE,
             FALL,
         )

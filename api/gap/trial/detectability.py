@@ -17,7 +17,8 @@ from analysis.frequency_response import Complex
 from analysis.gap.catalogue import laws
 from analysis.gap.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from analysis.gap.search import Model, Search, refined, search_of
+from analysis.gap.model import Model, refined
+from analysis.gap.search import Search, search_of
 from simlab.case.campaign import ROWS, Row
 from simlab.case.draw import Case
 from simlab.case.simulate import Simulated, simulate

@@ -8,7 +8,8 @@ import pytest
 from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
 from analysis.gap.fit import Likelihood, fit
-from analysis.gap.search import Model, search_of
+from analysis.gap.model import Model
+from analysis.gap.search import search_of
 from tests.analysis.gap.conftest import Made
 
 

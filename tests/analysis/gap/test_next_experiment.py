@@ -17,6 +17,7 @@ from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import CLOSE, Likelihood, fit
 from analysis.gap.measurement import Measurement
+from analysis.gap.model import Model
 from analysis.gap.next_experiment import (
     CONVINCING,
     EXPERIMENTS,
@@ -26,7 +27,7 @@ from analysis.gap.next_experiment import (
     next_experiment,
     separation,
 )
-from analysis.gap.search import Model, search_of
+from analysis.gap.search import search_of
 from analysis.gap.verdict import UNKNOWN, Weighed
 from tests.analysis.gap.conftest import Made
 

@@ -15,7 +15,9 @@ from analysis.gap.effects.joint_mass import JointMass
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.search import Search, best_by_id
+from analysis.gap.model import best_by_id
+from analysis.gap.pairs import pairs
+from analysis.gap.search import Search
 from analysis.gap.structure import misfit
 from analysis.gap.verdict import UNKNOWN, weigh
 from tests.analysis.gap.conftest import Made
@@ -60,7 +62,7 @@ def test_both_of_a_pair_are_named(made: Made) -> None:
     search = searched(made((JointMass(), FrameCompliance()), (1.0, 0.6)))
     none = search.without_effects()
     singles = search.singles(none)
-    weighed = weigh(none, [*singles, *search.pairs(singles)])
+    weighed = weigh(none, [*singles, *pairs(search, singles)])
     assert set(weighed[0].effects) == {"joint_mass", "frame_compliance"}
 
 
@@ -69,7 +71,7 @@ def test_a_single_effect_gets_no_second(made: Made) -> None:
     singles = search.singles(search.without_effects())
     best = best_by_id(singles)[0]
     assert best.ids == ("frame_compliance",)
-    assert all(pair.log_evidence < best.log_evidence + 6.0 for pair in search.pairs(singles))
+    assert all(pair.log_evidence < best.log_evidence + 6.0 for pair in pairs(search, singles))
 
 
 def test_what_no_effect_explains_is_unknown(made: Made) -> None:
@@ -83,7 +85,7 @@ def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     search = searched(spoilt)
     none = search.without_effects()
     singles = search.singles(none)
-    weighed = weigh(none, [*singles, *search.pairs(singles)])
+    weighed = weigh(none, [*singles, *pairs(search, singles)])
     assert weighed[0].effects == UNKNOWN
 
 

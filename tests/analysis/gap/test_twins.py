@@ -14,7 +14,7 @@ from analysis.gap.effects.sensor_gain import SensorGain
 from analysis.gap.effects.temperature_shift import TemperatureShift
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import Fit, Likelihood
-from analysis.gap.search import Model
+from analysis.gap.model import Model
 from analysis.gap.twins import twins
 from analysis.gap.verdict import UNKNOWN, Weighed
 from analysis.inverse.levenberg_marquardt import Linearised

@@ -18,7 +18,7 @@ from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.highpass_corner import HighpassCorner
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Fit, Likelihood
-from analysis.gap.search import Model
+from analysis.gap.model import Model
 from analysis.gap.structure import Misfit
 from analysis.gap.verdict import FREEDOM, UNKNOWN, weigh
 from analysis.inverse.levenberg_marquardt import Linearised

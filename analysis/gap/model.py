@@ -1,0 +1,81 @@
+"""One fitted model, and the best of many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from analysis.gap.effect import Effect
+from analysis.gap.evidence import log_evidence
+from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
+from analysis.gap.measurement import Measurement
+from analysis.gap.structure import Misfit, misfit
+
+CLEAN = 1.2
+"""Chi-square per datum of a model that leaves next to nothing."""
+ENOUGH = 1.0
+"""Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
+REFINING_STEPS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model: the baseline with no, one or two effects."""
+
+    effects: tuple[Effect, ...]
+    fit: Fit
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Of its effects."""
+        return tuple(effect.id for effect in self.effects)
+
+    @property
+    def clean(self) -> bool:
+        """Whether it leaves next to nothing."""
+        return self.fit.per_datum < CLEAN
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Of this law, with noise alone."""
+        return log_evidence(self.fit)
+
+    @cached_property
+    def misfit(self) -> Misfit:
+        """Beyond noise."""
+        return misfit(self.fit)
+
+    def places(self, effect: int) -> range:
+        """Of the parameters of one of its effects among the shared."""
+        first = len(self.fit.likelihood.simulation.baseline.parameters)
+        counts = [len(each.parameters) for each in self.effects]
+        return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
+
+
+def on(model: Model, measurement: Measurement) -> Model:
+    """A model looked at with other lines of the same sets, at the parameters that it has."""
+    other = model.fit.likelihood.simulation.of(measurement)
+    return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
+
+
+def refined(model: Model, measurement: Measurement) -> Model:
+    """A model fitted to other lines of the same sets, from where it is."""
+    other = model.fit.likelihood.simulation.of(measurement)
+    return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
+
+
+def best_by_id(models: Sequence[Model]) -> list[Model]:
+    """The best model of each set of effects, the best first."""
+    found = dict[frozenset[str], Model]()
+    for model in sorted(models, key=lambda each: -each.log_evidence):
+        found.setdefault(frozenset(model.ids), model)
+    return list(found.values())
+
+
+def best_by_law(models: Sequence[Model]) -> list[Model]:
+    """The best model of each combination of laws, the best first."""
+    found = dict[tuple[Effect, ...], Model]()
+    for model in sorted(models, key=lambda each: -each.log_evidence):
+        found.setdefault(model.effects, model)
+    return list(found.values())

@@ -63,9 +63,10 @@ def _beside(search: Search, seed: Model, found: Sequence[Model]) -> list[Model]:
 
 
 def _leading(found: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
-    """Of each pair of effects the best model, where it is above every single; the best first."""
+    """Of each pair of effects the best model, where it is above every single, and as clean as the best; that first."""
     least = max((each.log_evidence for each in singles), default=-np.inf)
-    return [each for each in best_by_id(found) if each.log_evidence > least]
+    above = [each for each in best_by_id(found) if each.log_evidence > least]
+    return [each for each in above if each.clean or not above[0].clean]
 
 
 def _second_alone(search: Search, pair: Model) -> Model:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +11,11 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
+from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect
 from analysis.gap.fit import Likelihood
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
+from analysis.gap.search import Search
 from analysis.gap.simulation import Simulation
 from analysis.structure.beam import Beam
 
@@ -102,6 +104,12 @@ def made(empty: Measurement) -> Made:
         return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
 
     return measure
+
+
+def search_among(measurement: Measurement, ids: Collection[str]) -> Search:
+    """A search that tries a part of the catalogue at all lines of a measurement."""
+    tried = tuple(each for each in candidates(measurement) if each.id in ids)
+    return Search(measurement, tried, bar_of(measurement.drawing))
 
 
 def _noise(random: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:

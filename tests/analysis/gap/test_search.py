@@ -7,20 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.bar import bar_of
-from analysis.gap.catalogue import candidates
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
 from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.joint_mass import JointMass
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import best_by_id
 from analysis.gap.pairs import pairs
 from analysis.gap.search import Search
 from analysis.gap.structure import misfit
 from analysis.gap.verdict import UNKNOWN, weigh
-from tests.analysis.gap.conftest import Made
+from tests.analysis.gap.conftest import Made, search_among
 
 TRIED = {
     *("accelerometer_mass", "frame_compliance", "transducer_lag", "joint_mass", "temperature_shift", "beam_damping"),
@@ -30,8 +26,7 @@ TRIED = {
 
 
 def searched(measurement: Measurement) -> Search:
-    tried = tuple(each for each in candidates(measurement) if each.id in TRIED)
-    return Search(measurement, tried, bar_of(measurement.drawing))
+    return search_among(measurement, TRIED)
 
 
 def test_noise_and_tolerances_alone_leave_nothing_to_explain(made: Made) -> None:
@@ -56,22 +51,6 @@ def test_an_effect_is_named_with_its_size(
     found = weighed[0].model
     (place,) = found.places(0)
     assert abs(found.fit.scores[place] - score) < 4 * found.fit.deviations[place] + 1e-3
-
-
-def test_both_of_a_pair_are_named(made: Made) -> None:
-    search = searched(made((JointMass(), FrameCompliance()), (1.0, 0.6)))
-    none = search.without_effects()
-    singles = search.singles(none)
-    weighed = weigh(none, [*singles, *pairs(search, singles)])
-    assert set(weighed[0].effects) == {"joint_mass", "frame_compliance"}
-
-
-def test_a_single_effect_gets_no_second(made: Made) -> None:
-    search = searched(made((FrameCompliance(),), (0.6,)))
-    singles = search.singles(search.without_effects())
-    best = best_by_id(singles)[0]
-    assert best.ids == ("frame_compliance",)
-    assert all(pair.log_evidence < best.log_evidence + 6.0 for pair in pairs(search, singles))
 
 
 def test_what_no_effect_explains_is_unknown(made: Made) -> None:

@@ -143,3 +143,12 @@ def test_one_effect_goes_before_two_that_explain_as_much() -> None:
     none = model((), 4000.0, 3000.0)
     pair = model((AccelerometerMass(), TransducerLag()), 1000.0)
     assert weigh(none, [pair, model((FrameCompliance(),), 1000.0)])[0].effects == ("frame_compliance",)
+
+
+def test_a_second_effect_that_takes_up_half_of_what_a_law_leaves_is_none() -> None:
+    none = model((), 4e6, 4e6)
+    law = model((FrameCompliance(),), 5000.0, 4000.0)
+    mop = model((FrameCompliance(), TransducerLag()), 3000.0, 2000.0)
+    assert weigh(none, [law, mop])[0].effects == ("frame_compliance",)
+    second = model((FrameCompliance(), TransducerLag()), 1000.0, 0.0)
+    assert weigh(none, [law, second])[0].effects == ("frame_compliance", "transducer_lag")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
@@ -14,15 +14,14 @@ from store.errors import NotFoundError
 
 
 @dataclass(frozen=True)
-class Diagnosis:
-    """What a diagnosis found.
+class Verdict:
+    """What a diagnosis found, in short.
 
     Attributes:
         analysis_id: its analysis, which names the run.
         status: none, explained, partial or unknown.
         effects: that explain the gap, by their names.
         gap_before_percent, gap_after_percent: on data that no fit saw; None where it was not determined.
-        document: all of it.
     """
 
     analysis_id: int
@@ -30,8 +29,14 @@ class Diagnosis:
     effects: tuple[str, ...]
     gap_before_percent: float | None
     gap_after_percent: float | None
-    document: dict[str, Any]
     created_at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class Diagnosis(Verdict):
+    """What a diagnosis found, with all of it in a `document` of some hundred kilobytes."""
+
+    document: dict[str, Any] = field(kw_only=True)
 
 
 def add_diagnosis(session: Session, found: Diagnosis) -> None:
@@ -62,7 +67,15 @@ def get_diagnosis(session: Session, analysis_id: int) -> Diagnosis:
     row = session.scalars(select(models.Diagnosis).filter_by(analysis_id=analysis_id)).one_or_none()
     if row is None:
         raise NotFoundError(f"there is no diagnosis {analysis_id}")
-    return _diagnosis(row)
+    return Diagnosis(
+        analysis_id=row.analysis_id,
+        status=row.status,
+        effects=tuple(row.effects),
+        gap_before_percent=row.gap_before_percent,
+        gap_after_percent=row.gap_after_percent,
+        created_at=row.created_at,
+        document=row.document,
+    )
 
 
 def list_diagnoses(
@@ -71,25 +84,25 @@ def list_diagnoses(
     run_id: int | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[Diagnosis]:
-    """Diagnoses, newest first; `before` the number of an analysis, to go on with a list."""
-    query = select(models.Diagnosis).order_by(models.Diagnosis.analysis_id.desc()).limit(limit)
+) -> list[Verdict]:
+    """Verdicts, newest first; `before` the number of an analysis, to go on with a list."""
+    table = models.Diagnosis
+    query = select(
+        table.analysis_id,
+        table.status,
+        table.effects,
+        table.gap_before_percent,
+        table.gap_after_percent,
+        table.created_at,
+    )
     if run_id is not None:
         query = query.join(
-            models.AnalysisRun, models.AnalysisRun.analysis_id == models.Diagnosis.analysis_id
+            models.AnalysisRun, models.AnalysisRun.analysis_id == table.analysis_id
         ).where(models.AnalysisRun.run_id == run_id)  # fmt: skip
     if before is not None:
-        query = query.where(models.Diagnosis.analysis_id < before)
-    return [_diagnosis(row) for row in session.scalars(query)]
-
-
-def _diagnosis(row: models.Diagnosis) -> Diagnosis:
-    return Diagnosis(
-        analysis_id=row.analysis_id,
-        status=row.status,
-        effects=tuple(row.effects),
-        gap_before_percent=row.gap_before_percent,
-        gap_after_percent=row.gap_after_percent,
-        document=row.document,
-        created_at=row.created_at,
-    )
+        query = query.where(table.analysis_id < before)
+    rows = session.execute(query.order_by(table.analysis_id.desc()).limit(limit))
+    return [
+        Verdict(analysis, status, tuple(effects), before_percent, after_percent, made)
+        for analysis, status, effects, before_percent, after_percent, made in rows
+    ]

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from store.analyses import AnalysisKind, add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import Diagnosis, add_diagnosis, list_diagnoses
+from store.diagnoses import Diagnosis, add_diagnosis, get_diagnosis, list_diagnoses
 
 
 def keep_diagnosis(session: Session, run_id: int, document: dict[str, Any], without: tuple[str, ...] = ()) -> int:
@@ -52,5 +52,5 @@ def latest_diagnosis(catalogue: Catalogue, run_id: int) -> dict[str, Any] | None
         StoreError: the database cannot be read.
     """
     with catalogue.reading() as session:
-        found = list_diagnoses(session, run_id=run_id, limit=1)
-    return found[0].document if found else None
+        newest = list_diagnoses(session, run_id=run_id, limit=1)
+        return get_diagnosis(session, newest[0].analysis_id).document if newest else None

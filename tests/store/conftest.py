@@ -336,7 +336,7 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
     add_comparisons(session, compared, COMPARISONS)
     diagnosed = analysis(AnalysisKind.DIAGNOSES, "nested models", hammer, sweep, parents=(responses, direct))
     found = {"verdict": {"status": "explained", "effects": ["sensor_mass"]}}
-    add_diagnosis(session, Diagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, found))
+    add_diagnosis(session, Diagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, document=found))
 
 
 def _add_requests(session: Session) -> None:

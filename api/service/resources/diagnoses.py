@@ -18,7 +18,7 @@ from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
 from api.service.resources.jobs import JobDocument, queue_job
-from store.diagnoses import Diagnosis, get_diagnosis, list_diagnoses
+from store.diagnoses import Verdict, get_diagnosis, list_diagnoses
 
 router = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
 
@@ -34,7 +34,7 @@ class DiagnosisSummary(BaseModel):
     created_at: datetime | None
 
     @classmethod
-    def of(cls, found: Diagnosis) -> DiagnosisSummary:
+    def of(cls, found: Verdict) -> DiagnosisSummary:
         """What is shown of a diagnosis in a list."""
         same = set(DiagnosisSummary.model_fields) - {"id", "effects"}
         shown = {name: getattr(found, name) for name in same}

@@ -98,7 +98,7 @@ def test_diagnoses_are_listed_and_shown_whole(measured: int, client: httpx.Clien
     with catalogue.writing() as session:
         kind = AnalysisKind.DIAGNOSES
         number = add_analysis(session, kind=kind, method="test", settings={}, runs=[measured])
-        add_diagnosis(session, Diagnosis(number, "explained", ("sensor_mass",), 12.3, 3.1, document))
+        add_diagnosis(session, Diagnosis(number, "explained", ("sensor_mass",), 12.3, 3.1, document=document))
     (listed,) = client.get("/api/diagnoses", params={"run": measured}).json()["items"]
     assert (listed["id"], listed["status"], listed["effects"]) == (number, "explained", ["sensor_mass"])
     whole = client.get(f"/api/diagnoses/{number}").json()

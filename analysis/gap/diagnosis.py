@@ -330,7 +330,7 @@ def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:
     unknown = each.effects == UNKNOWN
     return Ranked(
         effects=each.effects,
-        laws=() if unknown else tuple(effect.law for effect in each.model.effects),
+        laws=each.laws,
         probability=each.probability,
         held_out=None if unknown else gap,
         parameters={} if unknown else estimates(each.model),

@@ -54,6 +54,8 @@ MOST_STEPS = 10
 SETTLING_STEPS = 30
 HOPELESS = 1000.0
 """Cost (twice the log evidence) by which a model may exceed one that leaves next to nothing, and still matter."""
+FAR_BEHIND = 3.0
+"""Times the cost of the best so far, beyond which a model does not matter where none leaves next to nothing."""
 
 
 @dataclass(eq=False)
@@ -88,17 +90,18 @@ class Search:
     def singles(self, none: Model) -> list[Model]:
         """The most promising effects, fitted, the best first.
 
-        Where the rigs contradict each other, the paper's model lies between them and near neither; unless an effect
-        reconciles them, the search starts besides from what the beam says by itself, and from what the tester does.
+        Where nothing leaves next to nothing, a linear step may have promised too little: the search starts besides from
+        what the tester shows by itself. Where the rigs contradict each other, the paper's model lies between them and
+        near neither; the search then starts from what the beam says by itself, too.
         """
-        found = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES)
+        found, start = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES), none
         both = bool(self.measurement.sets) and self.measurement.points is not None
         if both and none.fit.per_datum > CONTRADICTION and not any(model.clean for model in found):
-            beam = self.beam_alone(none)
+            start = self.beam_alone(none)
             others = [each for each in self.candidates if not acts_on(each, "cylinders")]
-            found += self.fitted(beam, self.screened(beam, others), FITTED_SINGLES)
-            if not any(model.clean for model in found):
-                found += self.fitted(beam, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
+            found += self.fitted(start, self.screened(start, others), FITTED_SINGLES)
+        if both and not any(model.clean for model in (none, *found)):
+            found += self.fitted(start, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
         best = seeds(found)
         rest = [model for model in found if not any(model is each for each in best)]
         return sorted([*rest, *self.hands(settled, best)], key=lambda model: -model.log_evidence)
@@ -131,8 +134,7 @@ class Search:
         while remaining:
             names, remaining = remaining[:AT_ONCE], remaining[AT_ONCE:]
             own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
-            best = min((model.fit.at.cost for model in (on, *found) if model.clean), default=np.inf)
-            models = self._fitted(on, [promise for promises in own for promise in promises], laws, best + HOPELESS)
+            models = self._fitted(on, [each for promises in own for each in promises], laws, _hopeless((on, *found)))
             found += models
             if any(model.clean for model in models):
                 remaining = remaining[:AFTER_CLEAN]
@@ -191,6 +193,12 @@ def seeds(singles: Sequence[Model]) -> list[Model]:
     """The best singles, to which others are tried; of those that leave next to nothing, the best alone."""
     best = best_by_id(singles)[:FITTED_SEEDS]
     return best[:1] if best and best[0].clean else best
+
+
+def _hopeless(found: Sequence[Model]) -> float:
+    """Cost from which a model does not matter any more."""
+    best = min(found, key=lambda model: model.fit.at.cost)
+    return best.fit.at.cost + HOPELESS if best.clean else FAR_BEHIND * best.fit.at.cost
 
 
 def _best(tasks: Sequence[_Task], fits: Iterable[Fit]) -> dict[Effect, tuple[_Task, Fit]]:

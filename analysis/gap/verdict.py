@@ -47,6 +47,12 @@ class Weighed:
     score: float
     probability: float
 
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Of each effect, in their order; of an unknown one none."""
+        laws = {effect.id: effect.law for effect in self.model.effects}
+        return () if self.effects == UNKNOWN else tuple(laws[effect] for effect in self.effects)
+
 
 def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
     """Explanations by probability, the best first.

@@ -152,3 +152,13 @@ def test_a_second_effect_that_takes_up_half_of_what_a_law_leaves_is_none() -> No
     assert weigh(none, [law, mop])[0].effects == ("frame_compliance",)
     second = model((FrameCompliance(), TransducerLag()), 1000.0, 0.0)
     assert weigh(none, [law, second])[0].effects == ("frame_compliance", "transducer_lag")
+
+
+def test_each_effect_keeps_its_own_law_whichever_was_found_first() -> None:
+    none = model((), 4000.0, 3000.0)
+    laws = {each.effects: each.laws for each in weigh(none, [model((TransducerLag(), FrameCompliance()), 1000.0)])}
+    assert laws == {
+        ("frame_compliance", "transducer_lag"): (FrameCompliance.law, TransducerLag.law),
+        (): (),
+        UNKNOWN: (),
+    }

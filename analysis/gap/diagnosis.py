@@ -130,6 +130,8 @@ COARSE_LINES = 128
 """Of each hammer set, for the held-out gaps of models that do not hold, and of those that are not the verdict."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
+AT_THE_FLOOR = 1.2
+"""Times what measuring again would differ by, up to which it does: of a vast gap a twentieth is still much."""
 CERTAINTY = 0.99
 """That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
 LAW = 0.01
@@ -177,8 +179,7 @@ def diagnose(
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
     verdict = weighed[0]
-    status = _status(none, verdict)
-    after = none if status is Status.UNKNOWN else verdict.model
+    after = none if verdict.effects == UNKNOWN else verdict.model
     found_maps = maps(none.fit)
     coarse = _thinned(measurement, COARSE_LINES)
     listed = _listed(weighed)
@@ -187,6 +188,7 @@ def diagnose(
     gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
     gaps, floor = _where_asked(gaps, after.fit)
     before_gap, after_gap = gaps[id(none)], gaps[id(after)]
+    status = _status(none, verdict, after_gap.overall.percent <= AT_THE_FLOOR * floor)
     ranking = tuple(_ranked(each, none, gaps.get(id(each.model))) for each in listed)
     alike = twins(weighed)
     result = Diagnosis(
@@ -281,12 +283,13 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
 
 
-def _status(none: Model, verdict: Weighed) -> Status:
+def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
     if verdict.effects == UNKNOWN:
         return Status.UNKNOWN
     if not verdict.effects:
         return Status.NONE
-    return Status.EXPLAINED if _explained(verdict.model, none) >= EXPLAINED_SHARE else Status.PARTIAL
+    explained = at_the_floor and _explained(verdict.model, none) >= EXPLAINED_SHARE
+    return Status.EXPLAINED if explained else Status.PARTIAL
 
 
 def _explained(model: Model, none: Model) -> float:

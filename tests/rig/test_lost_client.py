@@ -24,7 +24,7 @@ from simlab.tester_server import TICK, start_tester_server
 from simlab.tester_server import TesterServer as Server
 
 WATCHDOG_TIME = 0.8  # s
-SCHEDULING = 0.25  # s, that a busy computer may be late with a tick of the simulated instrument
+SCHEDULING = 2.0  # s, that a busy computer may be late with a tick of the simulated instrument
 
 CYCLING = """
 import sys, time

@@ -27,8 +27,11 @@ FAINT = 1.5**2
 FREEDOM = 12.0
 """What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
 UNKNOWN = ("unknown",)
-SECOND = 0.1
-"""Of the misfit of the best single, what a second effect leaves at most; one that leaves more mops up after a law."""
+SECOND = 0.02
+"""Of the misfit of the best single, what a second effect leaves at most: ten times what right laws leave of a gap.
+
+One that leaves more mops up after a law that is not quite right.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,62 +9,37 @@ for, and by no more than a law that is roughly right would leave of the gap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import norm
 
-from analysis.frequency_response import Real
 from analysis.gap.fit import Fit
 from analysis.gap.parameter import Parameter
-from analysis.inverse.levenberg_marquardt import inverse
+from analysis.inverse.levenberg_marquardt import Linearised
 
 FORM_ERROR = 2000.0
 """Misfit of the paper's model over which a law that is roughly right leaves about one standard deviation.
 
-In sealed trials laws of the right kind left up to a five-hundredth of it, and wrong explanations three times as much.
+In sealed trials laws of the right kind left up to a five-hundredth of a large one, and wrong explanations from half as
+much again upwards.
 """
 PATTERNS = 10.0
 """Independent ways in which a misfit deviates: a misfit of so many standard deviations, squared, asks for T = 1."""
 
 
-@dataclass(frozen=True, eq=False)
-class Tempered:
+def tempered(found: Fit, temperature: float = 1.0) -> Fit:
     """A fit as it would have ended with chi-square over T, to second order about where it ended with noise alone.
 
     With noise alone, a law that is not quite right drives tolerances far off to take up what it leaves; how far is
     dear to its prior and next to nothing to chi-square over T.
-
-    Attributes:
-        cost: chi-square over T and the scores' own squares.
-        scores: (unknowns,).
-        normal: (unknowns, unknowns) I + J^t P J / T.
     """
-
-    cost: float
-    scores: Real
-    normal: Real
-
-    @cached_property
-    def covariance(self) -> Real:
-        """(unknowns, unknowns) of the scores."""
-        return inverse(self.normal)
-
-    @property
-    def deviations(self) -> Real:
-        """(unknowns,) standard deviations of the scores."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-
-def tempered(found: Fit, temperature: float = 1.0) -> Tempered:
-    """A fit at temperature T."""
     unit = np.eye(len(found.scores))
     normal = np.asarray(unit + (found.at.normal - unit) / temperature)
     pull = (1 - 1 / temperature) * found.scores  # J^t P r = z where the fit ended
     step = np.linalg.solve(normal, pull)
     cost = found.chi_square / temperature + float(found.scores @ found.scores) - float(pull @ step)
-    return Tempered(cost, found.scores - step, normal)
+    return replace(found, scores=found.scores - step, at=Linearised(cost, np.zeros(len(step)), normal))
 
 
 def log_evidence(found: Fit, temperature: float = 1.0) -> float:
@@ -74,11 +49,12 @@ def log_evidence(found: Fit, temperature: float = 1.0) -> float:
     explained is taken off, and the prior of the remaining half doubled.
     """
     there = tempered(found, temperature)
-    _, logarithm = np.linalg.slogdet(there.normal)
-    total = -(there.cost + logarithm) / 2
+    _, logarithm = np.linalg.slogdet(there.at.normal)
+    total = -(there.at.cost + logarithm) / 2
+    deviations = there.deviations
     for place, parameter in enumerate(found.likelihood.simulation.shared):
         if np.isfinite(parameter.least):
-            total += _half(parameter, float(there.scores[place]), float(there.deviations[place]))
+            total += _half(parameter, float(there.scores[place]), float(deviations[place]))
     return float(total)
 
 

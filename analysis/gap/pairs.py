@@ -27,8 +27,8 @@ def pairs(search: Search, singles: Sequence[Model]) -> list[Model]:
     Where nothing on top of the best single promises anything, no other can do better with two.
 
     Args:
-        search: that found
-        singles: with one effect.
+        search: that found the singles.
+        singles: fitted, with one effect each.
     """
     firsts, found = list[Model](), list[Model]()
     for seed in seeds(singles):
@@ -91,9 +91,8 @@ def _with_other_laws(search: Search, pair: Model, firsts: Sequence[Model], singl
     found = search.fitted(seed, search.screened(seed, laws), 1)
     if pair.clean:
         return found
-    for rival in best_by_law([each for each in singles if each.ids == seed.ids and each.effects != seed.effects])[
-        :LAWS
-    ]:
+    rivals = best_by_law([each for each in singles if each.ids == seed.ids and each.effects != seed.effects])
+    for rival in rivals[:LAWS]:
         ranked = search.screened(rival, [each for each in search.candidates if each.id == second.id])
         found += search.fitted(rival, ranked, 1)
     return found

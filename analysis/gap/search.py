@@ -1,8 +1,7 @@
-"""Which effects: the paper's model first, then every effect of the catalogue on top of it, then pairs.
+"""Which effects: the paper's model first, then every effect of the catalogue on top of it; `pairs` goes on from there.
 
 Screening takes one step of a linearised fit for every variant of every law, with noise inflated so that no sharp peak
-decides. The best are fitted in full, from several starts where a law has them. Pairs are searched always: to each of
-the best effects every other is tried in the same way.
+decides. The best are fitted in full, from several starts where a law has them.
 """
 
 from __future__ import annotations

@@ -25,6 +25,7 @@ window.thin = (value) => {
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {
+  window.socket?.io.reconnectionDelayMax(700); // left alone, it waits five seconds between attempts
   const connected = Boolean(window.socket?.connected);
   wasConnected ||= connected;
   const dead = !connected && (wasConnected || Date.now() - opened > 8000);

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from simlab.assembly import DYNAMIC_BELOW, Complex
 from simlab.beam import FreeModes, Real
@@ -27,12 +26,6 @@ class Attachment:
 
     shapes: Real
     stiffness: Complex
-
-
-def slope(modes: FreeModes, direction: str, position: float) -> Real:
-    """(modes,) derivative along the bar of the shapes in `direction` at `position` m."""
-    derivative = legendre.legder(modes.series[direction])
-    return np.asarray(legendre.legval(2.0 * position / modes.length - 1.0, derivative) * 2.0 / modes.length)
 
 
 class CoupledBar:

@@ -11,7 +11,7 @@ from simlab.assembly import Complex
 from simlab.beam import FreeModes, Real
 from simlab.case.article import JOINT_NAMES, Article, joint_matrix
 from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Campaign, Points, Row
-from simlab.case.coupling import Attachment, CoupledBar, slope
+from simlab.case.coupling import Attachment, CoupledBar
 from simlab.case.draw import Case
 from simlab.case.effects.base import Effect, Seen, Strike
 from simlab.case.effects.structure import cached_modes
@@ -217,4 +217,4 @@ def _shape(modes: FreeModes, load: Load) -> Real:
 
 def _slope(modes: FreeModes, load: Load) -> Real:
     """(modes,) change of a load's shape as its place moves along the bar; the end faces are struck where they are."""
-    return load.y * slope(modes, "y", load.position)
+    return load.y * modes.slope("y", load.position)

@@ -95,6 +95,23 @@ def test_only_a_cross_axis_sensor_sees_a_leaning_blow_bend_the_beam_sideways() -
     np.testing.assert_array_equal(seen[1], blind[1])
 
 
+def test_a_bar_told_of_its_kinks_is_what_ever_longer_series_tend_to() -> None:
+    article = draw_article(1, tolerances=0.0)
+    kinks = tuple(sorted({article.sensor_position, *(joint.position for joint in article.joints.values())}))
+    frequency = np.linspace(70.0, 90.0, 200)
+
+    def peak(terms: int, kinks: tuple[float, ...] = ()) -> np.ndarray:
+        bar = dataclasses.replace(article.bar, terms=terms, kinks=kinks)
+        beam = SupportedBeam(dataclasses.replace(article, bar=bar))
+        return beam.accelerance(beam.lines(frequency), Load(0.7, y=1.0), BLOW_AMPLITUDE)
+
+    exact = peak(24, kinks)
+    np.testing.assert_allclose(peak(16, kinks), exact, rtol=1e-6)
+    off = [np.abs(peak(terms) / exact - 1).max() for terms in (20, 40, 80)]
+    assert off[0] > 1.5 * off[1] > 1.5**2 * off[2]
+    assert off[2] < 1e-3
+
+
 def test_a_line_at_zero_hertz_is_refused() -> None:
     with pytest.raises(ValueError, match="above 0 Hz"):
         NOMINAL.lines(np.array([0.0, 1.0]))

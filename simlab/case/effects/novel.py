@@ -8,7 +8,7 @@ from simlab.assembly import Complex
 from simlab.beam import FreeModes
 from simlab.case.article import JOINT_NAMES, Article
 from simlab.case.campaign import Points
-from simlab.case.coupling import Attachment, slope
+from simlab.case.coupling import Attachment
 from simlab.case.effects.base import Effect, Seen, Strike, either_sign, log_uniform, one_of
 from simlab.case.effects.structure import in_series, mass_at
 
@@ -105,7 +105,7 @@ class Crack(Effect):
     def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
         points, weights = np.polynomial.legendre.leggauss(3)
         half, bar = 0.5 * self.number("length"), article.bar
-        shapes = np.array([slope(modes, "r", self.number("x") + half * point) for point in points])
+        shapes = np.array([modes.slope("r", self.number("x") + half * point) for point in points])
         bending = bar.youngs_modulus * bar.width * bar.height**3 / 12
         return [Attachment(shapes, np.diag(-self.number("loss") * bending * half * weights).astype(np.complex128))]
 

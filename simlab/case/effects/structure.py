@@ -212,7 +212,7 @@ class OutOfPlaneBending(Effect):
     def read(self, accelerance: Complex, strike: Strike) -> Complex:
         article, omega = strike.article, strike.omega[:, None]
         modes = cached_modes(article.bar.on_edge())
-        bending = np.flatnonzero(np.any(modes.series["y"], axis=0))
+        bending = np.flatnonzero(np.any(modes.series["y"], axis=(0, 1)))
         wanted = {"two_modes": bending[2:4], "one_mode": bending[2:3], "all_modes": bending[:6]}[self.law]
         held = sum(2 * joint.shear * modes.shape("y", joint.position)[wanted] ** 2 for joint in article.joints.values())
         square = modes.angular_frequency[wanted] ** 2 * (1 + 1j * self.number("eta")) + held

@@ -7,7 +7,7 @@ import numpy as np
 from simlab.assembly import Assembly
 from simlab.beam import Bar, free_modes
 from simlab.case.article import Article, Joint, joint_matrix
-from simlab.case.coupling import Attachment, CoupledBar, slope
+from simlab.case.coupling import Attachment, CoupledBar
 
 FREQUENCY = np.array([1.0, 76.0, 200.0, 455.5, 860.0, 1024.0])
 OMEGA = (2 * np.pi * FREQUENCY).astype(np.complex128)
@@ -61,7 +61,7 @@ def test_slopes_are_those_of_the_shapes() -> None:
     step = 1e-5
     difference = (MODES.shape("y", 0.4 + step) - MODES.shape("y", 0.4 - step)) / (2 * step)
     low = MODES.frequency < 5000.0
-    np.testing.assert_allclose(slope(MODES, "y", 0.4)[low], difference[low], rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(MODES.slope("y", 0.4)[low], difference[low], rtol=1e-5, atol=1e-5)
 
 
 def test_leaning_towards_the_vertical_stiffens_a_joint_across_the_bar() -> None:

@@ -38,6 +38,26 @@ def test_two_meshes_give_the_frequencies_of_a_continuous_beam(paper_beam: Beam) 
     assert np.max(np.abs(found - exact) / (fine.frequency[3:8] - exact)) < 0.1
 
 
+def test_a_third_mesh_leaves_a_thirtieth_of_what_two_leave(paper_beam: Beam) -> None:
+    beams = [assemble(paper_beam, Mesh.through(NODES, elements)) for elements in (8, 4, 2)]
+    two, three = (converged(*of).frequency[3:6] for of in (beams[:2], beams))
+    exact = [brentq(lambda f: determinant(paper_beam, f), 0.999 * each, 1.001 * each, xtol=1e-9) for each in two]
+    assert np.max(np.abs(three / exact - 1)) < 3e-8
+    assert np.max(np.abs(three - exact) / np.abs(two - exact)) < 1 / 30
+
+
+def test_shapes_at_the_nodes_are_those_of_far_finer_elements(paper_beam: Beam) -> None:
+    meshes = {elements: assemble(paper_beam, Mesh.through(NODES, elements)) for elements in (2, 4, 8, 16, 32)}
+    far_finer, found = converged(meshes[32], meshes[16], meshes[8]), converged(meshes[8], meshes[4], meshes[2])
+
+    def at_nodes(beam: FreeBeam) -> np.ndarray:
+        shapes = beam.shapes[np.concatenate([beam.mesh.node_degrees(node) for node in range(1, 12)]), 3:8]
+        return shapes * np.sign(shapes[1])
+
+    left, before = (np.abs(at_nodes(each) - at_nodes(far_finer)) for each in (found, meshes[8]))
+    assert np.max(left) < 0.03 * np.max(before)
+
+
 def test_matrices_and_modes_still_say_the_same(paper_beam: Beam) -> None:
     beam = converged(on_elements(paper_beam, 4), on_elements(paper_beam, 2))
     pole = 2j * np.pi * 123.0

@@ -95,13 +95,20 @@ class ResponseLikelihood:
 
     def within(self, highest: float, inflation: float) -> ResponseLikelihood:
         """The same up to `highest` Hz, with the standard deviation raised by a share of the measured accelerances."""
-        keep = self.model.frequency <= highest
-        measured = self.measured[:, keep]
+        part = self._at_lines(self.model.frequency <= highest)
+        return replace(part, deviation=np.hypot(part.deviation, inflation * np.abs(part.measured)))
+
+    def thinned(self, most: int) -> ResponseLikelihood:
+        """The same on every n-th line, the first that leaves no more than `most` of them."""
+        lines = np.arange(self.model.frequency.size)
+        return self._at_lines(lines % -(-lines.size // most) == 0)
+
+    def _at_lines(self, keep: NDArray[np.bool_]) -> ResponseLikelihood:
         return replace(
             self,
             model=replace(self.model, frequency=self.model.frequency[keep]),
-            measured=measured,
-            deviation=np.hypot(self.deviation[:, keep], inflation * np.abs(measured)),
+            measured=self.measured[:, keep],
+            deviation=self.deviation[:, keep],
         )
 
     def deviations(self, values: Real) -> Deviations:

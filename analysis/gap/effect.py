@@ -33,6 +33,8 @@ class Effect(ABC):
     """A few words for people."""
     law: ClassVar[str] = "the only one"
     """Name of the law, where rival laws share an id."""
+    form_is_known: ClassVar[bool] = False
+    """Whether a bench that has it follows its law to the letter, as with a mass, a length, a delay."""
     interpolates: ClassVar[bool] = True
     """Whether it says anything at amplitudes at which nothing was measured."""
 

@@ -24,6 +24,8 @@ FORM_ERROR = 2000.0
 In sealed trials laws of the right kind left up to a five-hundredth of a large one, and wrong explanations from half as
 much again upwards.
 """
+KNOWN_FORM = 20_000.0
+"""The same for effects whose form is known. In trials they left nothing at all beyond noise, of gaps up to 1e9."""
 PATTERNS = 10.0
 """Independent ways in which a misfit deviates: a misfit of so many standard deviations, squared, asks for T = 1."""
 
@@ -79,9 +81,15 @@ def at_tolerance(found: Fit, places: Sequence[int], tolerances: Sequence[float],
     return float(close - wide)
 
 
-def temperature_of(gap: float, remaining: float) -> float:
-    """T, from misfits beyond noise (squared standard deviations) of the paper's model and of the best one."""
-    return max(1.0, min(gap / FORM_ERROR, remaining / PATTERNS))
+def temperature_of(gap: float, remaining: float, form: float = FORM_ERROR) -> float:
+    """T, from misfits beyond noise (squared standard deviations) of the paper's model and of the best one.
+
+    Args:
+        gap: that of the paper's model.
+        remaining: that of the best one.
+        form: of the gap over a standard deviation that its laws leave.
+    """
+    return max(1.0, min(gap / form, remaining / PATTERNS))
 
 
 def _half(parameter: Parameter, score: float, deviation: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from analysis.gap.catalogue import effect_ids
-from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.evidence import FORM_ERROR, KNOWN_FORM, at_tolerance, log_evidence, temperature_of
 from analysis.gap.model import Model
 
 PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
@@ -65,7 +65,9 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
         models: with one or two effects, of any number of laws.
     """
     every = (none, *models)
-    temperature = temperature_of(none.misfit.certain, _left_by_laws(every))
+    best = _with_right_laws(every)
+    form = KNOWN_FORM if best.effects and all(effect.form_is_known for effect in best.effects) else FORM_ERROR
+    temperature = temperature_of(none.misfit.certain, best.misfit.certain, form)
     evidence = {id(each): log_evidence(each.fit, temperature) for each in every}
     laws = dict[tuple[str, ...], list[Model]]()
     for each in every:
@@ -94,11 +96,11 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
     return tuple(sorted(result, key=lambda each: -each.score))
 
 
-def _left_by_laws(every: Sequence[Model]) -> float:
-    """Misfit that the laws of the best explanation leave, where their form is not quite right."""
-    single = min(each.misfit.certain for each in every if len(each.effects) < 2)
-    pair = min((each.misfit.certain for each in every if len(each.effects) == 2), default=single)
-    return pair if pair < SECOND * single else single
+def _with_right_laws(every: Sequence[Model]) -> Model:
+    """The best explanation: what it leaves its laws may leave, where their form is not quite right."""
+    single = min((each for each in every if len(each.effects) < 2), key=lambda each: each.misfit.certain)
+    pair = min((each for each in every if len(each.effects) == 2), key=lambda each: each.misfit.certain, default=single)
+    return pair if pair.misfit.certain < SECOND * single.misfit.certain else single
 
 
 def _averaged(evidence: Sequence[float]) -> float:

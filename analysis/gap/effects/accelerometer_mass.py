@@ -15,6 +15,7 @@ class AccelerometerMass(Effect):
 
     id = "accelerometer_mass"
     title = "mass of the accelerometer"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -17,6 +17,7 @@ class ChannelDelay(Effect):
 
     id = "channel_delay"
     title = "delay between the channels"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

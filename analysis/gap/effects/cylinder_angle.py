@@ -24,6 +24,7 @@ class CylinderAngle(Effect):
 
     id = "cylinder_angle"
     title = "cylinders at another angle"
+    form_is_known = True
     joint: int = 0
     steeper: float = 1.0
 

@@ -15,6 +15,7 @@ class Density(Effect):
 
     id = "density"
     title = "density off"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -15,6 +15,7 @@ class ExponentialWindow(Effect):
 
     id = "exponential_window"
     title = "exponential window not corrected"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -19,6 +19,7 @@ class FixtureInertia(Effect):
     id = "fixture_inertia"
     title = "inertia of the tester's fixture"
     law = "one fixture"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

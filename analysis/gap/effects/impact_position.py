@@ -21,6 +21,7 @@ class ImpactPosition(Effect):
     id = "impact_position"
     title = "points struck beside their marks"
     law = "each point its own"
+    form_is_known = True
     nodes: tuple[int, ...] = ()
 
     @classmethod

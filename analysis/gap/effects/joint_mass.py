@@ -18,6 +18,7 @@ class JointMass(Effect):
     id = "joint_mass"
     title = "mass at the joints"
     law = "equal masses"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -34,6 +35,7 @@ class MassOfEachJoint(EffectOfEachJoint):
     id = "joint_mass"
     title = "mass at the joints"
     law = "each joint its own"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

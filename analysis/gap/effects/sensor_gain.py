@@ -15,6 +15,7 @@ class SensorGain(Effect):
 
     id = "sensor_gain"
     title = "gain of hammer or accelerometer"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

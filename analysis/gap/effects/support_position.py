@@ -15,6 +15,7 @@ class SupportPosition(EffectOfEachJoint):
 
     id = "support_position"
     title = "joints beside their drawn place"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -15,6 +15,7 @@ class VerticalOffset(EffectOfEachJoint):
 
     id = "vertical_offset"
     title = "cylinders off the bar's axis"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -15,6 +15,7 @@ class YoungsModulus(Effect):
 
     id = "youngs_modulus"
     title = "Young's modulus off"
+    form_is_known = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

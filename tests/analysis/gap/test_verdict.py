@@ -16,6 +16,7 @@ from analysis.gap.effect import Effect
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
 from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.highpass_corner import HighpassCorner
+from analysis.gap.effects.joint_mass import JointMass
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
@@ -120,6 +121,12 @@ def test_the_unknown_wins_where_every_model_fits_badly() -> None:
     weighed = weigh(none, tried)
     assert weighed[0].effects == UNKNOWN
     assert weighed[0].model.ids == ("frame_compliance",)
+
+
+def test_what_masses_leave_speaks_for_an_unknown_effect_and_what_an_uncertain_law_leaves_does_not() -> None:
+    none = model((), 51_000.0, 50_000.0)
+    assert weigh(none, [model((AccelerometerMass(), JointMass()), 1080.0, 80.0)])[0].effects == UNKNOWN
+    assert weigh(none, [model((FrameCompliance(), JointMass()), 1080.0, 80.0)])[0].effects != UNKNOWN
 
 
 def test_the_unknown_pays_for_its_freedom() -> None:

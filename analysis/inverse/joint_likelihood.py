@@ -29,7 +29,7 @@ APPROACH = ((0.5, 0.15), (0.3, 0.3), (0.1, 0.6), (0.03, 1.0), (0.01, 1.0))
 """Noise added, as a share of the accelerance, and the part of the band that is open."""
 WIDE = (2.0, 1.0)
 """A way in that looks at the whole band at first, for where the other leads astray."""
-ARRIVAL = (0.03, 0.01)
+ARRIVAL = (0.01, 0.0)
 """Noise added while deviations of the bench join."""
 LINES_ON_THE_WAY = 300
 """At most; the rest join at the end. All 2000 of them take seven times as long and lead to the same place."""

@@ -29,8 +29,8 @@ class Examined:
 def examined(measurement: Measurement) -> Examined:
     """Look for faults and take them out.
 
-    Lines at which the mains hums and dead rows are left out; rows of wrong polarity and rows that were swapped are put
-    right. Blows that bounced are in the averages already and spoil coherence, no more.
+    Lines at which the mains hums and dead rows are left out; sets in another unit, rows of wrong polarity and rows that
+    were swapped are put right. Blows that bounced are in the averages already and spoil coherence, no more.
 
     Raises:
         AnalysisError: every row is dead.

@@ -1,4 +1,4 @@
-"""Rows of accelerances that are dead, of wrong polarity or swapped: taken out or put right, and named."""
+"""Rows of accelerances in a wrong unit, dead, of wrong polarity or swapped: taken out or put right, and named."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.gap.measurement import Measurement
 from analysis.gap.rough_fit import RoughFit, rough_fit, size_of
+from analysis.gap.row_units import in_right_units
 from analysis.gap.swapped_rows import exchanged
 
 REVERSED = -0.6
@@ -32,13 +33,13 @@ def rows_put_right(measurement: Measurement) -> tuple[Measurement, tuple[str, ..
     measurement, silent = _without_dead(
         measurement, [_share(size_of(each.accelerance)) for each in measurement.sets], SILENT
     )
-    rough = rough_fit(measurement)
+    rough, units = in_right_units(rough_fit(measurement))
     measurement, dead = _without_dead(
-        measurement, [_share(rough.size(number)) for number in range(len(rough.thin))], DEAD
+        rough.measurement, [_share(rough.size(number)) for number in range(len(rough.thin))], DEAD
     )
     if dead:
         rough = rough_fit(measurement)
-    faults = [*silent, *dead]
+    faults = [*silent, *units, *dead]
     for _ in range(MOST):
         found = _exchanged(rough) or _turned(rough)
         if found is None:

@@ -6,7 +6,7 @@ Always per real and per imaginary part, in the square of the accelerance's unit.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import convolve1d, median_filter
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
@@ -98,4 +98,5 @@ def smoothed_variance(variance: Real, lines: int = 5) -> Real:
     The scatter of ten blows knows a line's variance to 30 % only. Used as a weight as it is, it would follow the
     noise: chi-square would come out 1/7 too high, and every estimate 10 % less certain than it could be.
     """
-    return np.asarray(uniform_filter1d(variance, lines, axis=-1, mode="nearest"))
+    # no running sum: beside lines a million times as large it would leave less than nothing
+    return np.asarray(convolve1d(variance, np.full(lines, 1 / lines), axis=-1, mode="nearest"))

@@ -181,6 +181,8 @@ def _value_and_interval(estimate: Estimate | None, digits: int) -> tuple[str, st
 
 def show(found: Identification) -> None:
     """The result in short, for people."""
+    for fault in found.measurement.faults:
+        out.print(f"found wrong: {fault}", style="yellow")
     if found.suspended is not None:
         out.print(_free_beam_table(found.suspended))
         for text in found.suspended.result.statements:

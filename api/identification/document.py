@@ -33,6 +33,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "format": FORMAT,
             "title": found.measurement.title,
             "blows_left_out": found.measurement.left_out,
+            "faults": found.measurement.faults,
             "suspended_beam": _suspended(found.suspended) if found.suspended else None,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,

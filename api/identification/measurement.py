@@ -53,6 +53,7 @@ class Measurement:
         reference: at which temperature sine points are wanted; None for that of the room.
         suspended: the test of the beam without joints, or None.
         left_out: accepted blows that the others of their point contradict, and so are in no average; one sentence each.
+        faults: what was wrong with rows of hammer sets and has been put right, one sentence each.
     """
 
     title: str
@@ -65,6 +66,7 @@ class Measurement:
     reference: ReferenceTemperature | None = None
     suspended: SuspendedTest | None = None
     left_out: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
 
     def responses(self, index: int = 0) -> FrequencyResponses:
         """Set `index` as analysis has it, with the scatter of its blows where that is known."""

@@ -14,6 +14,7 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from api.errors import ApiError
 from api.identification.direct import Direct, direct_of
+from api.identification.faults import put_right
 from api.identification.inverse import Inverse, inverse_of
 from api.identification.levels import Level, blow_amplitudes_pp, levels_of
 from api.identification.measurement import Measurement
@@ -62,7 +63,7 @@ def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identi
     if not (measurement.sets or measurement.points or measurement.suspended):
         raise ApiError(f"{measurement.title}: neither accelerances nor sine points to identify from")
     points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, options.without)
-    measurement = replace(measurement, points=points)
+    measurement = replace(put_right(measurement) if measurement.sets else measurement, points=points)
     suspended = suspended_beam_of(measurement, options.elements)
     inverse = inverse_of(measurement, suspended, options) if measurement.sets else None
     levels = levels_of(measurement, inverse) if inverse is not None else ()

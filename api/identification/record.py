@@ -132,6 +132,7 @@ def _responses(session: Session, run_id: int, found: Identification) -> int:
             "window": first.window,
             "highest_frequency": float(first.frequency[-1]),
             "left_out": list(found.measurement.left_out),
+            "faults": list(found.measurement.faults),
         },
         runs=[run_id],
     )

@@ -15,6 +15,7 @@ from analysis.structure.forward import eigensolution
 from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponent_texts
+from api.identification.measurement import Measurement
 from api.report import figures
 from api.report.section import Picture, Section, Table, ends, number
 
@@ -26,12 +27,12 @@ TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
 FIGURED_POINTS = (("Fig. 7", "3y"), ("Fig. 8", "1y"), ("Fig. 9", "1x"))
 
 
-def inverse_sections(inverse: Inverse, left_out: Sequence[str] = ()) -> list[Section]:
-    """Modes, joints and forward prediction; `left_out` says which accepted blows are in no average, and why."""
-    return [_modes(inverse, left_out), _joints(inverse), _prediction(inverse)]
+def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section]:
+    """Modes, joints and forward prediction, and what was wrong with the measurement that they are from."""
+    return [_modes(inverse, measurement), _joints(inverse), _prediction(inverse)]
 
 
-def _modes(inverse: Inverse, left_out: Sequence[str]) -> Section:
+def _modes(inverse: Inverse, measurement: Measurement) -> Section:
     modal = inverse.modal
     likelihood, paper = (
         {pair.measured: pair for pair in route.errors} for route in (inverse.likelihood, inverse.paper)
@@ -68,7 +69,8 @@ def _modes(inverse: Inverse, left_out: Sequence[str]) -> Section:
             "far those of the paper's own method are off. That method leaves k12 several per cent off even on exact "
             "modes, and the two lowest modes, near-repeated, show it most.",
             *_misfit(inverse),
-            *(f"In no average: {text}." for text in left_out),
+            *(f"Found wrong: {text}." for text in measurement.faults),
+            *(f"In no average: {text}." for text in measurement.left_out),
             Table("Table 4: natural frequencies, measured and predicted", head, rows),
             Picture("Fig. 6: mode shapes", _shapes(inverse)),
         ),

@@ -35,7 +35,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
     if found.suspended is not None:
         sections.append(suspended_section(found.suspended))
     if found.inverse is not None:
-        sections += inverse_sections(found.inverse, found.measurement.left_out)
+        sections += inverse_sections(found.inverse, found.measurement)
     if found.levels:
         sections.append(levels_section(found.levels))
     sections += direct_sections(found)

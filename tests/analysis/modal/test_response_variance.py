@@ -81,3 +81,10 @@ def test_smoothing_keeps_the_mean_and_lowers_the_scatter_of_a_variance() -> None
     smooth = smoothed_variance(rough, 5)
     assert np.mean(smooth) == pytest.approx(np.mean(rough), rel=1e-2)
     assert np.std(smooth) == pytest.approx(np.std(rough) / np.sqrt(5), rel=0.1)
+
+
+def test_the_mean_over_neighbours_of_lines_far_larger_is_still_positive() -> None:
+    variance = np.concatenate([np.full(20, 1e12), np.full(20, 1e-12)])[None]
+    smoothed = smoothed_variance(variance)
+    assert np.all(smoothed > 0)
+    np.testing.assert_allclose(smoothed[0, [5, 30]], [1e12, 1e-12])

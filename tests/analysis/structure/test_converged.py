@@ -52,7 +52,7 @@ def test_shapes_at_the_nodes_are_those_of_far_finer_elements(paper_beam: Beam) -
 
     def at_nodes(beam: FreeBeam) -> np.ndarray:
         shapes = beam.shapes[np.concatenate([beam.mesh.node_degrees(node) for node in range(1, 12)]), 3:8]
-        return shapes * np.sign(shapes[1])
+        return np.asarray(shapes * np.sign(shapes[1]))
 
     left, before = (np.abs(at_nodes(each) - at_nodes(far_finer)) for each in (found, meshes[8]))
     assert np.max(left) < 0.03 * np.max(before)

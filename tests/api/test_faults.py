@@ -1,0 +1,130 @@
+"""What is wrong with rows of a hammer set is found, named and put right before anything is identified from them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.frequency_response import Complex, Real
+from api.errors import ApiError
+from api.identification.faults import put_right
+from api.identification.measurement import Measurement
+from api.identification.source import measurement_of_bundle
+from simlab.case.bundle import write_case
+from simlab.case.draw import Kind, draw_case
+from store.accelerance_file import accelerance_functions, read_accelerances
+from store.bundle import read_bundle
+from store.uff import write_uff
+from tests.api.conftest import Command
+
+Change = Callable[[Complex, Real], Any]
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("case") / "bundle"
+    write_case(draw_case(12, Kind.NONE), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def clean(case: Path) -> Measurement:
+    return measurement_of_bundle(read_bundle(case))
+
+
+def spoilt(measurement: Measurement, change: Change, number: int = 0) -> Measurement:
+    stored = measurement.sets[number]
+    accelerance = stored.accelerance.copy()
+    change(accelerance, stored.frequency)
+    sets = list(measurement.sets)
+    sets[number] = replace(stored, accelerance=accelerance)
+    return replace(measurement, sets=tuple(sets))
+
+
+def turn(rows: Complex, _frequency: Real) -> None:
+    rows[4] *= -1
+
+
+def kill(rows: Complex, _frequency: Real) -> None:
+    rows[4] *= 1e-5
+
+
+def swap(rows: Complex, _frequency: Real) -> None:
+    rows[[2, 5]] = rows[[5, 2]]
+
+
+def in_g(rows: Complex, _frequency: Real) -> None:
+    rows /= 9.80665
+
+
+def as_receptance(rows: Complex, frequency: Real) -> None:
+    rows /= (2j * np.pi * np.maximum(frequency, 1e-3)) ** 2
+
+
+def as_mobility(rows: Complex, frequency: Real) -> None:
+    rows /= 2j * np.pi * np.maximum(frequency, 1e-3)
+
+
+def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
+    assert put_right(clean) is clean
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (turn, "hammer set 1: row 7y has the wrong polarity; put right"),
+        (swap, "hammer set 1: rows 4y and 9y are swapped; put right"),
+        (in_g, "hammer set 1: accelerances in g/N, not accelerances in (m/s^2)/N; put right"),
+        (as_receptance, "hammer set 1: receptances in m/N, not accelerances in (m/s^2)/N; put right"),
+        (as_mobility, "hammer set 1: mobilities in (m/s)/N, not accelerances in (m/s^2)/N; put right"),
+    ],
+)
+def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change: Change, fault: str) -> None:
+    found = put_right(spoilt(clean, change))
+    assert found.faults == (fault,)
+    assert found.sets[1:] == clean.sets[1:]
+    above = clean.sets[0].frequency >= found.sets[0].frequency[0]
+    np.testing.assert_allclose(found.sets[0].accelerance, clean.sets[0].accelerance[:, above], rtol=1e-6)
+
+
+def test_a_dead_row_is_left_out(clean: Measurement) -> None:
+    found = put_right(spoilt(clean, kill))
+    (fault,) = found.faults
+    assert fault.startswith("hammer set 1: row 7y is dead")
+    assert [str(point) for point in found.sets[0].inputs] == [
+        str(point) for point in clean.sets[0].inputs if str(point) != "7y"
+    ]
+
+
+def test_a_set_without_any_signal_is_refused(clean: Measurement) -> None:
+    def silence(rows: Complex, _frequency: Real) -> None:
+        rows *= 0.0
+
+    with pytest.raises(ApiError, match="take the set without any signal out"):
+        put_right(spoilt(clean, silence))
+
+
+def test_identify_says_what_was_wrong_and_finds_the_same_joints(jointlab: Command, case: Path, tmp_path: Path) -> None:
+    answer = jointlab("identify", case, "--json", "clean.json")
+    assert answer.returncode == 0, answer.stderr
+    file = case / "inverse_1.unv"
+    read = read_accelerances(file)
+    turn(read.accelerance, read.frequency)
+    write_uff(file, accelerance_functions(read.response, read.inputs, read.frequency, read.accelerance, read.coherence))
+    answer = jointlab("identify", case, "--json", "turned.json")
+    assert answer.returncode == 0, answer.stderr
+    said = "hammer set 1: row 7y has the wrong polarity; put right"
+    assert f"found wrong: {said}" in answer.stdout
+    files = (tmp_path / f"{name}.json" for name in ("clean", "turned"))
+    clean, turned = (json.loads(file.read_text(encoding="utf-8")) for file in files)
+    assert (clean["faults"], turned["faults"]) == ([], [said])
+    for joint in ("I", "II"):
+        np.testing.assert_allclose(
+            np.array(turned["inverse"][joint]["k"])[:2, 1], np.array(clean["inverse"][joint]["k"])[:2, 1], rtol=2e-3
+        )

@@ -28,7 +28,7 @@ from tests.api.test_serve_command import serving_process
 from tests.bench.bench_stop import RAMP
 from tests.store.conftest import fill
 
-CLIENTS, LOOKS_A_SECOND, STOPS = 20, 2.0, 40
+CLIENTS, LOOKS_A_SECOND, STOPS = 20, 2.0, 100
 READ_LIMIT_MS, STOP_LIMIT_MS = 150.0, 100.0
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1, 0.05],

@@ -21,6 +21,7 @@ FIRST_SHARE = 0.7  # of the target, where the tester's gain is unknown
 NEIGHBOUR = 10.0  # Hz; a gain known at a frequency within this is a good guess
 BELOW = 0.1  # of the tolerance; so far below the target is aimed
 KNOWN = 0.25  # of the tolerance; so well the mean of the cycles has to be known
+ALIKE = 1.25  # ratio of two targets up to which the gain at one is a good guess at the other: specimens soften
 GOOD_ENOUGH = 0.5  # of the tolerance; the rest is left for what a record shows besides the tester's own measurement
 
 
@@ -40,11 +41,11 @@ class Reached:
 
 
 class AmplitudeControl:
-    """Remembers the tester's gain (reached over commanded) at each frequency, for one specimen as it is mounted."""
+    """Remembers the tester's gain (reached over commanded) at each point, for one specimen as it is mounted."""
 
     def __init__(self, tester: Tester) -> None:
         self._tester = tester
-        self._gains: dict[float, float] = {}
+        self._gains: dict[tuple[float, float], float] = {}  # by target and frequency
 
     def approach(self, target_pp: float, frequency: float, tolerance: float) -> Reached:
         """Cycle at `frequency` Hz with `target_pp` m, or as near as the limits of the rig allow.
@@ -62,25 +63,29 @@ class AmplitudeControl:
         """
         limit = self._tester.limits.largest_amplitude_pp(frequency)
         aim = (1 - BELOW * tolerance) * target_pp
-        gain = self._gain_near(frequency)
+        gain = self._gain_near(target_pp, frequency)
         commanded_pp = min(FIRST_SHARE * target_pp if gain is None else aim / gain, limit)
         for _ in range(ATTEMPTS):
             self._tester.cycle(commanded_pp, frequency)
             reached = self._settle(commanded_pp, tolerance)
-            self.correct(frequency, reached.amplitude_pp / commanded_pp)
+            self.correct(target_pp, frequency, reached.amplitude_pp / commanded_pp)
             wanted_pp = min(aim * commanded_pp / reached.amplitude_pp, limit)
             if abs(reached.amplitude_pp / target_pp - 1) <= GOOD_ENOUGH * tolerance or wanted_pp == commanded_pp:
                 break
             commanded_pp = wanted_pp
         return reached
 
-    def correct(self, frequency: float, gain: float) -> None:
-        """Remember `gain`, reached over commanded amplitude, at `frequency` Hz."""
-        self._gains[frequency] = gain
+    def correct(self, target_pp: float, frequency: float, gain: float) -> None:
+        """Remember `gain`, reached over commanded amplitude, at a target of `target_pp` m and `frequency` Hz."""
+        self._gains[target_pp, frequency] = gain
 
-    def _gain_near(self, frequency: float) -> float | None:
-        nearest = min(self._gains, key=lambda known: abs(known - frequency), default=math.inf)
-        return self._gains[nearest] if abs(nearest - frequency) <= NEIGHBOUR else None
+    def _gain_near(self, target_pp: float, frequency: float) -> float | None:
+        """That of the nearest frequency at about this amplitude; a specimen gives way more to a larger one."""
+        alike = {
+            known: gain for (target, known), gain in self._gains.items() if 1 / ALIKE <= target / target_pp <= ALIKE
+        }
+        nearest = min(alike, key=lambda known: abs(known - frequency), default=math.inf)
+        return alike[nearest] if abs(nearest - frequency) <= NEIGHBOUR else None
 
     def _settle(self, commanded_pp: float, tolerance: float) -> Reached:
         def settled(status: TesterStatus) -> bool:

@@ -216,6 +216,18 @@ class Block:
         words = [word for register in self.registers for word in _encode(register, values[register.name])]
         return [*words, checksum(words)]
 
+    def out_of_range(self, values: Mapping[str, Value]) -> list[str]:
+        """What of `values` lies outside the range that the map gives its register, in words; nan lies outside."""
+        found = []
+        for register in self.registers:
+            value = values[register.name]
+            if isinstance(value, str | tuple):
+                continue
+            if not float32(register.minimum) <= value <= float32(register.maximum):
+                allowed = f"{register.minimum:g} to {register.maximum:g} {register.unit}".strip()
+                found.append(f"{register.name.replace('_', ' ')} {value:g}, outside {allowed}")
+        return found
+
     def unpack(self, words: Sequence[int]) -> dict[str, Value]:
         """Values by register name, from the words of the whole block.
 

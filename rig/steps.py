@@ -49,11 +49,11 @@ def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Ins
     if sequence.sine_steps:
         with instruments.tester() as tester:
             tester.stop()  # it is at rest: what counts is that it obeys
-            if tester.state() is State.TRIPPED:
+            status = tester.status()
+            if stopped_by := status.stopped_by or (status.interlocks if status.state is State.TRIPPED else None):
                 raise TesterTrippedError(
-                    f"{instruments.tester_url} is stopped by {names_of(tester.status().interlocks)}; see to the cause, "
-                    "then reset",
-                    tester.status().interlocks,
+                    f"{instruments.tester_url} is stopped by {names_of(stopped_by)}; see to the cause, then reset",
+                    status.interlocks,
                 )
             found.append(
                 Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))

@@ -269,7 +269,7 @@ class _Sweep:
             reached_pp = float(fit.amplitude_pp[0])
             if _is_reached(self.plan, amplitude_pp, reached_pp):
                 break
-            amplitudes.correct(frequency, reached_pp / reached.commanded_pp)
+            amplitudes.correct(amplitude_pp, frequency, reached_pp / reached.commanded_pp)
         return reached, reached_pp, block
 
 

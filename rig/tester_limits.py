@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from rig.errors import RigError
 from rig.tester_status import TesterStatus
 
+BEYOND_COMMAND = 1.05
+"""So much of the largest amplitude may be measured: as far off as a point is accepted at."""
+
 
 class LimitExceededError(RigError):
     """What was asked of the actuator is beyond a limit of the rig; nothing was sent."""
@@ -62,12 +65,17 @@ class TesterLimits:
         _check("peak acceleration", omega**2 * amplitude, 0.0, self.acceleration, "m/s^2")
 
     def check_measured(self, status: TesterStatus) -> None:
-        """Let what the tester measures pass; mean and amplitude may lie as far out as presets and cycles may together.
+        """Let what the tester measures pass: its amplitude, and how far out mean and amplitude lie together.
 
         Raises:
             MeasuredBeyondLimitError: it is beyond a limit, or not a number.
         """
         amplitude_pp = max(status.displacement_pp[:1], default=0.0)
+        if not amplitude_pp <= BEYOND_COMMAND * self.amplitude_pp:
+            raise MeasuredBeyondLimitError(
+                f"the actuator moves by {amplitude_pp:g} m peak to peak, beyond the rig's limit of "
+                f"{self.amplitude_pp:g} m"
+            )
         lowest, highest = self.lowest_preset - self.amplitude_pp, self.highest_preset + self.amplitude_pp
         position = status.displacement_mean
         if not lowest <= position - amplitude_pp / 2 <= position + amplitude_pp / 2 <= highest:

@@ -14,6 +14,7 @@ from rig.thermometer import Thermometer
 SLICE = 0.05  # s, so soon a request to stop is met
 LOOKS = 20  # at the thermometer in the time that it has to be steady
 LONGEST_LOOK = 10.0  # s
+LATE = 1.0  # s that a look may be late; what is later lies behind a pause, in which nobody looked
 
 
 class SoakError(RigError):
@@ -61,6 +62,8 @@ def soak(settings: Soak, thermometer: Thermometer, observer: Observer, control: 
     steady: list[tuple[float, float]] = []  # time and temperature, as far back as all fit into the band
     while True:
         now, celsius = time.monotonic(), thermometer.celsius()
+        if steady and now - steady[-1][0] > look + LATE:
+            steady.clear()
         steady.append((now, celsius))
         while steady and not _fits(settings, [reading for _, reading in steady]):
             steady.pop(0)

@@ -70,6 +70,8 @@ class RunManager:
         self._instruments = with_kept_limits(instruments, catalogue)
         self._hands = hands
         self._lock = threading.RLock()
+        self._telling = threading.Lock()  # for the state alone: nobody waits for the store or the rig within it
+        self._asking = threading.Lock()  # one stop at a time where no run drives the tester
         self._active: _Active | None = None
         self._thread: threading.Thread | None = None
         self._state = RigState()
@@ -165,7 +167,8 @@ class RunManager:
     def stop(self, run_id: int | None = None) -> int | None:
         """End whatever is carried out, or run `run_id`; returns its number, with the actuator at rest.
 
-        None where nothing is carried out, which is no error: a stop may be asked for at any time, and again.
+        None where nothing is carried out, which is no error: a stop may be asked for at any time, and again. The tester
+        is then halted all the same, as somebody else may move it.
 
         Raises:
             ConflictError: `run_id` is given and not carried out.
@@ -173,6 +176,8 @@ class RunManager:
         """
         active = self._active if run_id is None else self._steered(run_id)
         if active is None:
+            with self._asking, self._instruments.tester() as tester:
+                tester.halt()
             return None
         self._observe(RunStopping(active.run_id))
         try:
@@ -281,7 +286,8 @@ class RunManager:
                 raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
             operator = PromptingOperator(self._observe, self._hands, automatic=automatic)
             active = self._active = _Active(run_id, RunControl(), operator)
-            self._state = starting(self._state, sequence, run_id)
+            with self._telling:
+                self._state = starting(self._state, sequence, run_id)
             self._thread = threading.Thread(
                 target=self._work, args=(active, carry_out), name=f"run {run_id}", daemon=True
             )
@@ -312,9 +318,9 @@ class RunManager:
             active.known.set()
 
     def _observe(self, event: Event) -> None:
-        with self._lock:
+        active = self._active
+        with self._telling:
             self._state = after(self._state, event)
-            active = self._active
         self.journal(event)
         if self._hands is not None:
             self._hands.observe(event)

@@ -84,6 +84,19 @@ def test_the_gain_of_a_neighbouring_frequency_saves_the_approach(
     assert server.actuator.log[first + 1].commanded_pp == pytest.approx(0.7e-4)
 
 
+def test_a_larger_target_at_a_known_frequency_is_approached_from_below_again(
+    driver: tester.Tester, server: tester_server.TesterServer
+) -> None:
+    control = AmplitudeControl(driver)
+    control.approach(1e-5, 100.0, 0.05)
+    before = len(server.actuator.log)
+    control.approach(1e-4, 100.0, 0.02)
+    assert server.actuator.log[before].commanded_pp == pytest.approx(0.7e-4)
+    known = len(server.actuator.log)
+    control.approach(1e-5, 100.0, 0.05)
+    assert len(server.actuator.log) == known + 1
+
+
 def test_a_target_beyond_what_the_limits_allow_to_command_is_approached_up_to_the_limit(
     driver: tester.Tester, server: tester_server.TesterServer
 ) -> None:

@@ -13,8 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig import tester, tester_limits, tester_status
+from rig.instruments import Instruments
 from rig.operator import Event, InterlockReset, InterlockTripped
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
+from rig.sequence import Sequence
+from rig.steps import check_instruments
 from simlab.bench import Bench
 from simlab.clock import Clock
 from simlab.detectors import Detector, Detectors
@@ -97,6 +100,16 @@ def test_after_a_hold_and_its_reset_cycling_goes_on_from_the_preset() -> None:
         driver.cycle(1e-4, 50.0)
         driver.wait(lambda status: status.state is State.SETTLED, "settle")
     assert server.device.applied.count(CommandCode.PRESET) == 1
+
+
+def test_a_run_does_not_begin_with_a_tester_that_a_detector_holds(sequence: Sequence, instruments: Instruments) -> None:
+    with serving(error_action=Action.HOLD) as server:
+        with driving(server) as driver:
+            server.faults.set("runaway_servo")
+            cycle_until_stopped(driver)
+        server.faults.clear()
+        with pytest.raises(tester_status.TesterTrippedError, match="is stopped by error; see to the cause"):
+            check_instruments(sequence, replace(instruments, tester_url=server.url))
 
 
 def test_a_detector_that_holds_holds_each_time_it_fires() -> None:
@@ -241,11 +254,11 @@ def test_the_identity_has_the_detectors_as_they_were_in_force() -> None:
     ("limits", "words"),
     [
         (tester_limits.TesterLimits(force=100.0), "force is .* beyond the rig's limit of 100 N"),
-        (tester_limits.TesterLimits(highest_preset=5e-4, amplitude_pp=1e-4), "outside the rig's limits"),
+        (tester_limits.TesterLimits(amplitude_pp=1e-4), "moves by .* beyond the rig's limit of 0.0001 m"),
     ],
 )
 def test_the_rig_has_limits_of_its_own_on_what_is_measured(limits: tester_limits.TesterLimits, words: str) -> None:
-    with serving(error_limit=1.0, upper_displacement_limit=5e-3) as server:
+    with serving(error_limit=1e-2, upper_displacement_limit=5e-3) as server:
 
         def work() -> None:
             with tester.connect(server.url, limits, timeout=0.3) as driver:
@@ -259,6 +272,15 @@ def test_the_rig_has_limits_of_its_own_on_what_is_measured(limits: tester_limits
         with pytest.raises(tester_limits.MeasuredBeyondLimitError, match=words):
             work()
         assert server.actuator.steady_pp() == 0.0
+
+
+def test_how_far_out_mean_and_amplitude_lie_together_is_limited_too() -> None:
+    limits = tester_limits.TesterLimits(highest_preset=5e-4, amplitude_pp=1e-4)
+    with serving() as server, driving(server) as driver:
+        status = replace(driver.status(), displacement_mean=5.6e-4, displacement_pp=(9e-5,))
+    with pytest.raises(tester_limits.MeasuredBeyondLimitError, match="outside the rig's limits"):
+        limits.check_measured(status)
+    limits.check_measured(replace(status, displacement_mean=5.5e-4))
 
 
 def test_going_down_to_a_smaller_amplitude_is_no_overshoot() -> None:

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TypeAlias
 
 import pytest
@@ -208,6 +209,28 @@ def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, faul
     ):
         pytest.fail("connected")
     assert either.device.applied == []
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"watchdog_time": 1e6}, "watchdog time 1e[+]06, outside 0.1 to 10 s"),
+        ({"amplitude_limit": 1e3}, "amplitude limit 1000, outside 1e-06 to 0.01 m"),
+        ({"force_limit": 1e30}, "force limit 1e[+]30, outside 1 to 25000 N"),
+    ],
+)
+def test_limits_that_limit_nothing_are_refused(limits: dict[str, float], words: str) -> None:
+    stated = replace(DeviceLimits(), **limits)  # type: ignore[arg-type]
+    server = tester_server.start_tester_server(Bench(7, Clock(100.0)), limits=stated)
+    try:
+        with (
+            pytest.raises(tester_status.TesterMismatchError, match=words),
+            tester.connect(server.url, timeout=TIMEOUT),
+        ):
+            pytest.fail("connected")
+        assert server.device.applied == []
+    finally:
+        server.stop()
 
 
 def test_an_absent_tester_is_said_within_the_timeouts() -> None:

@@ -87,6 +87,20 @@ def test_a_soak_ends_when_readings_have_stayed_within_the_band_for_the_time(room
     assert ended.waited >= 0.2 + 3 * 0.01  # the first three readings do not fit into the band of the last
 
 
+def test_a_pause_counts_for_nothing_in_a_soak(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rig.waiting.LATE", 0.2)
+    control, events = RunControl(), list[Event]()
+    pause, resume = threading.Timer(0.1, control.pause), threading.Timer(0.8, control.resume)
+    pause.start()
+    resume.start()
+    soak(Soak(0.5, 0.5, 10.0), room(23.0), events.append, control)
+    for timer in (pause, resume):
+        timer.join()
+    ended = events[-1]
+    assert isinstance(ended, SoakEnded)
+    assert ended.waited >= 0.8 + 0.5
+
+
 def test_a_soak_about_a_temperature_begins_when_it_is_reached(room: Room) -> None:
     events = list[Event]()
     soak(Soak(1.0, 0.1, 10.0, 23.0), room(21.0, 21.0, 21.0, 22.6, 23.4), events.append, RunControl())

@@ -76,6 +76,8 @@ class JobQueue:
                 self._see_to_jobs()
             except StoreError as error:
                 log.warning("jobs wait, because the store does not answer: %s", error)
+            except Exception:  # of a cluster that is gone, say: whoever asks for jobs must not wait for ever
+                log.exception("jobs wait, because something failed that nobody expected; it is tried again")
             self._wake.wait(POLL)
             self._wake.clear()
 
@@ -88,13 +90,19 @@ class JobQueue:
             with self._catalogue.reading() as session:
                 silent = self._silence.lasting(signs_of_life(session))
             self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in silent])
+            for sign in silent:  # it may hang, and hold the place of another
+                self._executor.drop(sign.job_id)
         while not self._closed and self._executor.has_room() and self._is_waiting():
             with self._catalogue.writing() as session:
                 taken = take_job(session)
             if taken is None:
                 return
             job, token = taken
-            self._executor.begin(self._catalogue.url, str(self._catalogue.waveforms.folder), job.id, token)
+            try:
+                self._executor.begin(self._catalogue.url, str(self._catalogue.waveforms.folder), job.id, token)
+            except Exception as error:
+                self._lose([Lost(job.id, token, f"no worker could begin it: {error}")])
+                raise
 
     def _is_waiting(self) -> bool:
         """Whether a job is queued; a look that keeps no writer waiting."""

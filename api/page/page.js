@@ -30,12 +30,12 @@ setInterval(() => {
   wasConnected ||= connected;
   const dead = !connected && (wasConnected || Date.now() - opened > 8000);
   if (document.body.classList.toggle("dead", dead) !== dead) return;
-  document.querySelectorAll(".q-page, nav").forEach((each) => (each.inert = dead));
+  document.querySelectorAll(".q-page, nav, .brand").forEach((each) => (each.inert = dead));
 }, 250);
 
 document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") return document.querySelector(".stop button")?.click(); // from a field, too
   if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
-  if (event.key === "Escape") return document.querySelector(".stop button")?.click();
   if (event.target.matches("button, a, summary") && event.key !== event.key.toLowerCase()) return;
   const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]:not([disabled])`);
   if (!button || (event.key === " " && event.target.matches("button, summary"))) return;

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from itertools import pairwise
+from statistics import median
 
 from api.report.section import ends, number
 
@@ -65,8 +67,11 @@ def moment(at: datetime | None) -> str:
 
 
 def time_left(times: Sequence[datetime], left: int, latest: int = 20) -> float | None:
-    """Seconds that `left` more take at the pace of the latest; None where there is no pace yet or nothing left."""
+    """Seconds that `left` more take at the pace of the latest; None where there is no pace yet or nothing left.
+
+    Half of the latest gaps are longer than the one that counts: a hold, a mounting or a night between says nothing.
+    """
     recent = sorted(times)[-latest - 1 :]
     if left <= 0 or len(recent) < 2:
         return None
-    return left * (recent[-1] - recent[0]).total_seconds() / (len(recent) - 1)
+    return left * median((later - earlier).total_seconds() for earlier, later in pairwise(recent))

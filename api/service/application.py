@@ -14,6 +14,7 @@ from fastapi_offline import FastAPIOffline
 
 from api.runs.state import Phase
 from api.service.context import Services
+from api.service.documentation import DocumentationFromHere
 from api.service.problems import Problem, handle_problems
 from api.service.readers import ReadersTakeTurns
 from api.service.resources import (
@@ -97,6 +98,7 @@ def create_app(services: Services) -> FastAPI:
     handle_problems(app)
     _describe_problems(app)
     app.add_middleware(ReadersTakeTurns, is_at_work=partial(_is_at_work, services))
+    app.add_middleware(DocumentationFromHere)
     return app
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from datetime import timedelta
 
 import pytest
 from sqlalchemy import text
@@ -49,6 +50,41 @@ def test_the_job_of_a_killed_worker_is_taken_up_again_and_has_one_result(
     assert done.result is not None
     assert {"modes", "paper_joints", "likelihood_joints", "dynamic_stiffness", "comparisons"} <= set(done.result)
     assert analyses(catalogue) - before == len([number for number in done.result.values() if number is not None]) >= 6
+
+
+class Faltering(ProcessExecutor):
+    """The first process cannot be begun, as where the computer has none left."""
+
+    faltered = False
+
+    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+        if not self.faltered:
+            self.faltered = True
+            raise OSError("no more processes")
+        super().begin(url, waveform_folder, job_id, token)
+
+
+def test_a_worker_that_cannot_be_begun_costs_an_attempt_and_not_the_queue(catalogue: Catalogue, wait_for: Wait) -> None:
+    queue = JobQueue(catalogue, Faltering(workers=1))
+    try:
+        done = wait_for(queue.add("export", {"run": 1, "form": "hdf5"}, "test"))
+    finally:
+        queue.close()
+    assert (done.state, done.attempts) == (JobState.DONE, 2)
+
+
+def test_a_worker_that_hangs_makes_room_for_another(
+    catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("api.jobs.queue.LOOK", 0.2)
+    monkeypatch.setattr("api.jobs.silence.LEASE", timedelta(seconds=5))
+    job = queue.add("identify", {"run": 1}, "test")
+    wait_for(job, lambda found: found.stage is not None)
+    pid = executor.pids[job.id]
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+    done = wait_for(job)
+    assert (done.state, done.attempts) == (JobState.DONE, 2)
 
 
 def test_a_job_that_is_cancelled_leaves_nothing(

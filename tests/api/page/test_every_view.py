@@ -5,9 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Request, expect
 
 from tests.api.page.technician import Service, Tab
 
@@ -64,3 +65,17 @@ def test_the_form_to_log_in_has_no_grave_fault(campaign: Service, open_tab: Call
         pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
     page.add_script_tag(path=str(AXE))
     assert not [each["id"] for each in page.evaluate("() => axe.run()")["violations"] if each["impact"] in GRAVE]
+
+
+@pytest.mark.parametrize(("path", "shown"), [("/docs", ".opblock"), ("/redoc", "h1")])
+def test_documentation_is_whole_and_asks_nobody_outside(
+    campaign: Service, open_tab: Callable[[Service], Tab], path: str, shown: str
+) -> None:
+    tab = open_tab(campaign)
+    asked = list[Request]()
+    tab.page.on("request", lambda request: asked.append(request))
+    page = tab.go(path)
+    page.locator(shown).first.wait_for()
+    page.wait_for_timeout(1000)  # for what is fetched when all is shown
+    sent = {urlsplit(each.url).hostname for each in asked if each.failure != "csp"}  # what policy keeps is never sent
+    assert sent - {None} == {"127.0.0.1"}

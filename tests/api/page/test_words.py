@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -38,6 +39,11 @@ def test_time_left_is_what_is_left_at_the_pace_of_the_latest(pace: float, done: 
     found = time_left(times, left)
     assert found is not None
     assert abs(found - pace * left) < 1e-3 * pace * left
+
+
+def test_a_night_between_two_points_does_not_count_for_their_pace() -> None:
+    times = [NOON + timedelta(seconds=10 * point + 36_000 * (point > 10)) for point in range(20)]
+    assert time_left(times, 100) == pytest.approx(1000)
 
 
 def test_there_is_no_time_left_before_there_is_a_pace() -> None:

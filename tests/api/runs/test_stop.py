@@ -1,0 +1,87 @@
+"""STOP: it waits for nobody, and asks the tester whoever moves it."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from api.commands.terminal import instruments_of
+from api.runs.manager import RunManager
+from api.simulated import simulated_settings
+from rig.errors import RigError
+from rig.registers import State
+from rig.sequence import sequence_from
+from rig.tester import connect
+from rig.tester_limits import TesterLimits
+from rig.tester_status import TesterTrippedError
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.api.conftest import paper
+
+SWEEP = {
+    "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],
+    "frequencies": {"first": 20, "last": 200, "step": 1},
+}  # fmt: skip
+
+
+@pytest.fixture
+def run(rig: RunManager) -> int:
+    return rig.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+
+
+def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: int, tmp_path: Path) -> None:
+    rig.start(run, "test", automatic=True)
+    while rig.state.sines < 1:
+        assert rig.state.ended_as is None, rig.state.reason
+        time.sleep(0.01)
+    storing = threading.Thread(target=rig.set_limits, args=(TesterLimits(force=3e3), "test"))
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        storing.start()
+        time.sleep(0.3)  # by now it waits for the database
+        began = time.monotonic()
+        assert rig.stop() == run
+        took = time.monotonic() - began
+        assert storing.is_alive()
+        other.rollback()
+    storing.join()
+    assert took < 2.0  # PATIENCE with a locked database is ten
+    assert rig.instruments.limits.force == 3e3
+
+
+def test_a_stop_halts_a_tester_that_somebody_else_moves(rig: RunManager, laboratory: Laboratory) -> None:
+    with connect(laboratory.addresses.tester) as other:
+        other.start()
+        other.preset(5e-4)
+        other.cycle(1e-4, 50.0)
+        assert other.state() in (State.CYCLING, State.SETTLED)
+        assert rig.stop() is None
+        assert laboratory.tester.actuator.steady_pp() == 0.0
+
+
+def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, laboratory: Laboratory) -> None:
+    settings = simulated_settings(laboratory.addresses)
+    instruments = replace(instruments_of(settings), tester_url="tcp://127.0.0.1:9")
+    manager = RunManager(catalogue, instruments)
+    with pytest.raises(RigError, match=r"127\.0\.0\.1:9"):
+        manager.stop()
+    manager.close()  # nothing is carried out, so nothing has to be confirmed
+
+
+def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
+    rig: RunManager, run: int, laboratory: Laboratory
+) -> None:
+    laboratory.tester.emergency_stop()
+    with pytest.raises(TesterTrippedError):
+        rig.start(run, "test", automatic=True)
+    rig.wait(10)
+    assert rig.state.interlocks == ("emergency_stop",)
+    laboratory.tester.release_emergency_stop()
+    assert rig.acknowledge_interlocks() == ("emergency stop",)
+    assert rig.state.interlocks == ()

@@ -13,7 +13,7 @@ import typer
 
 from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
-from api.commands.sequences import BUILT_IN, named_sequence
+from api.commands.sequences import named_sequence
 from api.commands.terminal import instruments_of, open_catalogue, out, progress_console, write_json
 from api.errors import ApiError
 from api.gap.trial.demonstration import demonstrate, seal_section
@@ -25,6 +25,7 @@ from api.operator import SequenceProgress
 from api.progress import on_terminal
 from api.report.gap import gap_sections, write_gap_report
 from api.report.page import write_report
+from api.sequences import BUILT_IN
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
 from rig.operator import told

@@ -12,7 +12,7 @@ from rich.table import Column, Table
 from analysis.dof import Dof
 from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
-from api.commands.sequences import BUILT_IN, named_sequence
+from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
 from api.errors import ApiError
 from api.gap import words
@@ -25,6 +25,7 @@ from api.gap.source import subject_of_bundle, subject_of_run
 from api.gap.trial.run import Trial, carry_out
 from api.progress import on_terminal
 from api.report.gap import write_gap_report
+from api.sequences import BUILT_IN
 from store.bundle import read_bundle
 
 Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]

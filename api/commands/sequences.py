@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from importlib import resources
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,18 +14,20 @@ from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, o
 from api.interrupts import INTERRUPTED, stopping_on_interrupt
 from api.operator import SequenceProgress, TerminalOperator
 from api.sequence_words import step_words
+from api.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from api.settings import load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.kept_limits import with_kept_limits
+from rig.operator import Event, RunContinued, RunStarted, told
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
+from store.audit import add_audit_entry
+from store.catalogue import Catalogue
+from store.provenance import who_is_here
 from store.rig_lock import driving_alone
 from store.runs import get_run
-
-BUILT_IN = "paper"
-SUSPENDED = "suspended"
 
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
@@ -71,9 +73,10 @@ def run(
         SequenceProgress(document, progress_console) as progress,
     ):
         instruments = with_kept_limits(instruments, catalogue)
+        observer = told(progress, partial(_note, catalogue))
         _watched(
             progress,
-            lambda control: run_sequence(document, instruments, catalogue, operator, progress, control, reset=reset),
+            lambda control: run_sequence(document, instruments, catalogue, operator, observer, control, reset=reset),
         )
 
 
@@ -91,10 +94,24 @@ def resume(
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
         with SequenceProgress(document, progress_console) as progress:
+            observer = told(progress, partial(_note, catalogue))
             _watched(
                 progress,
-                lambda control: resume_run(number, instruments, catalogue, operator, progress, control, reset=reset),
+                lambda control: resume_run(number, instruments, catalogue, operator, observer, control, reset=reset),
             )
+
+
+def _note(catalogue: Catalogue, event: Event) -> None:
+    """Put into the audit log, before anything moves, who moves it from the terminal."""
+    match event:
+        case RunStarted(run_id):
+            action = "start run"
+        case RunContinued(run_id):
+            action = "resume run"
+        case _:
+            return
+    with catalogue.writing() as session:
+        add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
 
 
 def _watched(progress: SequenceProgress, carry_out: Callable[[RunControl], object]) -> None:
@@ -123,10 +140,7 @@ def named_sequence(name: str) -> Sequence:
     Raises:
         SequenceError: the document cannot be run as it stands.
     """
-    if name not in (BUILT_IN, SUSPENDED):
-        return load_sequence(Path(name))
-    with resources.as_file(resources.files("api.sequences") / f"{name}.yaml") as path:
-        return load_sequence(path)
+    return built_in(name) if name in NAMES else load_sequence(Path(name))
 
 
 def list_steps(sequence: Sequence) -> None:

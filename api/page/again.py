@@ -8,8 +8,9 @@ from sqlalchemy.orm import Session
 
 from api.errors import ApiError
 from api.gap.next_sequence import next_sequence
+from api.sequences import BUILT_IN
 from api.service.context import Services
-from api.service.resources.sequences import BUILT_IN, sequence_named
+from api.service.resources.sequences import sequence_named
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from store.analyses import get_analysis

@@ -7,8 +7,9 @@ from typing import Any
 
 from api.errors import ApiError
 from api.page.again import sequence_again
+from api.sequences import BUILT_IN
 from api.service.context import Services
-from api.service.resources.sequences import BUILT_IN, sequence_named
+from api.service.resources.sequences import sequence_named
 from rig.sequence import HammerStep, Sequence, SweepStep, sequence_from
 from store.sequence_documents import list_sequences
 

@@ -43,6 +43,7 @@ def test_a_sequence_is_measured_identified_exported_and_imported_back(
     assert (measured.returncode, measured.stderr.splitlines()[0]) == (0, "run 1")
     assert measured.stdout == "run 1 finished; jointlab identify 1 evaluates it\n"
     assert query("SELECT state, blows_accepted, sine_records FROM v_runs") == [("finished", 16, 12)]
+    assert query("SELECT action, target, outcome FROM audit_entries") == [("start run", "run 1", "at the terminal")]
 
     identified = jointlab("identify", 1, "--json", "found.json")
     assert identified.returncode == 0, identified.stderr

@@ -8,8 +8,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from api.commands.sequences import BUILT_IN, named_sequence
+from api.commands.sequences import named_sequence
 from api.commands.terminal import instruments_of
+from api.sequences import BUILT_IN
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.run import run_sequence
 from rig.sequence import SweepStep

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import AsyncIterator
 from dataclasses import asdict
 from typing import Annotated
@@ -21,6 +22,7 @@ from api.service.context import Context, Rig, Services
 from api.service.documents import Words, quantity
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.problems import AccessError, problems
+from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.keys import Scope
@@ -133,8 +135,12 @@ def get(_who: Reader, rig: Rig) -> RigDocument:
 async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopped:
     """STOP: end whatever is carried out; answers with the actuator at rest. Open to everybody, without any key."""
     own_thread = CapacityLimiter(1)  # a stop waits for nobody who reads
-    run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
-    afterwards.add_task(_note_stop, context, run_id)  # whoever stops does not wait for the database
+    try:
+        run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
+    except RigError as error:  # whoever stops does not wait for the database, least of all now
+        threading.Thread(target=_note_stop, args=(context, None, f"failed: {error}"), daemon=True).start()
+        raise
+    afterwards.add_task(_note_stop, context, run_id)
     return Stopped(run_id=run_id)
 
 
@@ -206,7 +212,7 @@ def _sent(journal: Journal, entry: Entry) -> ServerSentEvent:
     )  # fmt: skip
 
 
-def _note_stop(context: Services, run_id: int | None) -> None:
+def _note_stop(context: Services, run_id: int | None, outcome: str = "done") -> None:
     with context.catalogue.writing() as session:
         target = "rig" if run_id is None else f"run {run_id}"
-        add_audit_entry(session, who="whoever pressed STOP", action="stop", target=target, outcome="done")
+        add_audit_entry(session, who="whoever pressed STOP", action="stop", target=target, outcome=outcome)

@@ -1,9 +1,8 @@
-"""Sequences: documents that say what is measured, kept under names; `paper` is always there."""
+"""Sequences: documents that say what is measured, kept under names; `paper` and `suspended` are always there."""
 
 from __future__ import annotations
 
 from datetime import datetime
-from importlib import resources
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
@@ -11,6 +10,7 @@ from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
 from api.errors import ApiError, ConflictError
+from api.sequences import NAMES, built_in
 from api.service.access import Controller, Reader
 from api.service.acts import Once
 from api.service.context import Context
@@ -19,12 +19,11 @@ from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, from_cursor, page_of
 from api.service.problems import problems
-from rig.sequence import Sequence, load_sequence, sequence_from
+from rig.sequence import Sequence, sequence_from
 from store.errors import NotFoundError
 from store.sequence_documents import SequenceDocument, get_sequence, keep_sequence, list_sequences, remove_sequence
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
-BUILT_IN = "paper"
 NEXT = links(200, "name", "sequences-get", "sequences-delete", field="name")
 SequenceName = Annotated[Name, Path(description="name of the sequence")]
 
@@ -51,7 +50,7 @@ class NamedSequence(BaseModel):
 
 @router.get("", responses=problems(401, 403))
 def list_(_who: Reader, context: Context, limit: Limit = 100, cursor: Cursor = None) -> Page[SequenceSummary]:
-    """List the sequences that are kept, by name; the built-in one is not among them."""
+    """List the sequences that are kept, by name; the built-in ones are not among them."""
     after = from_cursor(cursor) or ""
     if "\0" in after:
         raise ApiError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
@@ -72,8 +71,8 @@ def put(
     _who: Controller, act: Once, context: Context, name: SequenceName, sequence: WholeSequence, if_match: IfMatch = None
 ) -> Response:
     """Keep a sequence under a name, in place of what was there."""
-    if name == BUILT_IN:
-        raise ConflictError(f"{BUILT_IN} is built in; choose another name")
+    if name in NAMES:
+        raise ConflictError(f"{name} is built in; choose another name")
 
     def keep() -> NamedSequence:
         with context.catalogue.writing() as session:
@@ -103,9 +102,8 @@ def sequence_named(session: Session, name: str) -> Sequence:
         NotFoundError: there is none.
         SequenceError: what is kept under it is no sequence any more.
     """
-    if name == BUILT_IN:
-        with resources.as_file(resources.files("api.sequences") / "paper.yaml") as path:
-            return load_sequence(path)
+    if name in NAMES:
+        return built_in(name)
     return sequence_from(get_sequence(session, name).document, f"sequence {name}")
 
 

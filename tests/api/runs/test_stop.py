@@ -84,4 +84,4 @@ def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
     assert rig.state.interlocks == ("emergency_stop",)
     laboratory.tester.release_emergency_stop()
     assert rig.acknowledge_interlocks() == ("emergency stop",)
-    assert rig.state.interlocks == ()
+    assert not rig.state.interlocks

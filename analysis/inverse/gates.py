@@ -42,11 +42,6 @@ def passivity(joint: IdentifiedJoint) -> Gate:
     return Gate(f"passivity of joint {joint.name}", bool(passed), text)
 
 
-def reciprocity(joint: IdentifiedJoint) -> Gate:
-    """Symmetry, which the parameters cannot break."""
-    return Gate(f"reciprocity of joint {joint.name}", True, f"the matrix of joint {joint.name} is symmetric as assumed")
-
-
 def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> Gate:
     """Whether the stated noise explains what the model leaves over.
 

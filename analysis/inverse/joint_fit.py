@@ -11,7 +11,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.interval import Estimate
-from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity, reciprocity
+from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
@@ -30,7 +30,7 @@ class LikelihoodEstimate(IdentifiedJoint):
     """A joint as identified from accelerances; `covariance` has noise, tolerances and misfit in it.
 
     Attributes:
-        gates: passivity and reciprocity.
+        gates: passivity. Symmetry is no gate: the parameters cannot break it.
     """
 
     gates: tuple[Gate, ...]
@@ -171,7 +171,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
         common = identified(
             name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(np.inf))], observable[joint]
         )
-        joints[name] = LikelihoodEstimate(**vars(common), gates=(reciprocity(common), passivity(common)))
+        joints[name] = LikelihoodEstimate(**vars(common), gates=(passivity(common),))
 
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]

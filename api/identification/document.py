@@ -39,6 +39,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_model": _model(found.inverse) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
+            "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
@@ -125,6 +126,16 @@ def _model(inverse: Inverse) -> dict[str, Any]:
         "elements": beam.mesh.positions.size - 1,
         "reference_hz": REFERENCE_FREQUENCY,
         "exponents": {name: {"value": found.value, "ci95": found.interval()} for name, found in fit.exponents.items()},
+    }
+
+
+def _prediction(inverse: Inverse) -> dict[str, Any]:
+    """How well measured rows are predicted, and the rms over lines of how unsure the prediction's magnitude is."""
+    deviation = inverse.fit.predicted.magnitude_deviation
+    return {
+        "points": [str(point) for point in inverse.measured.inputs],
+        "frac": inverse.agreement,
+        "magnitude_se_rms": np.sqrt(np.mean(deviation**2, axis=1)),
     }
 
 

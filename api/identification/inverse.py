@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.frequency_response import FrequencyResponses
+from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
 from analysis.inverse.following_joints import accelerance_on, modes_on
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
@@ -24,6 +24,7 @@ from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
 from analysis.structure.mode_agreement import ModeError, mode_errors
+from analysis.structure.response_agreement import frac
 from analysis.suspended.material import Material
 from api.identification.measurement import Measurement
 from api.identification.options import AS_MEASURED, Options
@@ -87,6 +88,17 @@ class Inverse:
     likelihood: Route[LikelihoodEstimate]
     fit: JointFit
     cylinders: JointFit | None
+
+    @property
+    def agreement(self) -> dict[str, Real]:
+        """Frequency response assurance criterion of each measured row with that predicted, by method."""
+        measured = self.measured.accelerance
+        keep = self.measured.frequency >= LOWEST_LINE
+        predicted = {
+            "maximum likelihood": self.likelihood.responses.accelerance,
+            "paper's method": self.paper.responses.accelerance,
+        }
+        return {name: frac(measured[:, keep], rows[:, keep]) for name, rows in predicted.items()}
 
 
 def inverse_of(

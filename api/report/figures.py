@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.inverse.response_band import ResponseBand
 from analysis.modes import Modes
 from api.report.plots import (
     AMPLITUDE_COLOURS,
@@ -79,9 +80,16 @@ def _transverse(modes: Modes, mode: int, positions: Mapping[Dof, float]) -> tupl
 
 
 def accelerance(
-    label: str, measured: FrequencyResponses, predicted: Mapping[str, FrequencyResponses], point: Dof
+    label: str,
+    measured: FrequencyResponses,
+    predicted: Mapping[str, FrequencyResponses],
+    point: Dof,
+    band: ResponseBand | None = None,
 ) -> str:
-    """Figs. 7 to 9: accelerance of one row, measured and predicted by Eq. (46) from each method's joints."""
+    """Figs. 7 to 9: accelerance of one row, measured and predicted by Eq. (46) from each method's joints.
+
+    A band is the 95 % interval of the prediction's magnitude; where the model is right it is thinner than the line.
+    """
     drawn, (magnitude, phase) = figure(rows=2, height=2.1)
     for (name, responses), colour in zip({"measured": measured, **predicted}.items(), CURVE_COLOURS, strict=False):
         row = responses.accelerance[responses.row(point)]
@@ -91,6 +99,11 @@ def accelerance(
         magnitude.semilogy(frequency, np.abs(row[keep]), line, linewidth=1.1, color=colour, label=name)
         # dots: a line would draw every jump from 180 to -180 degrees
         phase.plot(frequency, np.degrees(np.angle(row[keep])), ".", markersize=1.5, color=colour)
+    if band is not None:
+        low, high = np.moveaxis(band.magnitude_ci95[band.responses.row(point)], -1, 0)
+        lines, low = band.responses.frequency, np.maximum(low, 1e-9)
+        colour = CURVE_COLOURS[1]
+        magnitude.fill_between(lines, low, high, color=colour, alpha=0.3, linewidth=0, label="95 % of the prediction")
     magnitude.set(ylabel="|A| ((m/s²)/N)")
     magnitude.legend(frameon=False)
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=(-180, -90, 0, 90, 180))

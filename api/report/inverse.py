@@ -165,7 +165,8 @@ def _gates(inverse: Inverse) -> list[str]:
     gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
     failed = [gate for gate in gates if not gate.passed]
     if not failed:
-        return [f"All {len(gates)} gates passed: {'; '.join(gate.text for gate in gates)}."]
+        passed = f"All {len(gates)} gates passed: {'; '.join(gate.text for gate in gates)}."
+        return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
     return [f"FAILED: {gate.name}: {gate.text}. Do not rely on these joints." for gate in failed]
 
 
@@ -221,9 +222,17 @@ def _prediction(inverse: Inverse) -> Section:
     pictures = tuple(
         Picture(
             f"{label}: accelerance at {inverse.measured.response} for a blow at {point}",
-            figures.accelerance(label, inverse.measured, curves, Dof.parse(point)),
+            figures.accelerance(label, inverse.measured, curves, Dof.parse(point), inverse.fit.predicted),
         )
         for label, point in FIGURED_POINTS
         if Dof.parse(point) in inverse.measured.inputs
     )
-    return Section("Accelerances, measured and predicted", pictures)
+    agreement = inverse.agreement
+    rows = tuple(
+        (str(point), *(f"{agreement[method][row]:.4f}" for method in agreement))
+        for row, point in enumerate(inverse.measured.inputs)
+    )
+    table = Table(
+        "Frequency response assurance criterion of measured and predicted rows", ("blow at", *agreement), rows
+    )
+    return Section("Accelerances, measured and predicted", (*pictures, table))

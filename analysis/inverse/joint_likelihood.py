@@ -36,6 +36,7 @@ LINES_ON_THE_WAY = 300
 ROUGHLY = 1.0  # chi-square that a step may still gain on the way
 FINALLY = 1e-3  # and at the end: parameters are then within 3 % of a standard deviation
 MOST_STEPS = 30
+MOST_AT_THE_END = 100  # along the valley of three k11 of which the sum alone is known it takes more than thirty
 
 
 def identify_from_responses(
@@ -115,7 +116,7 @@ def _search(target: ResponseLikelihood, starts: Sequence[Real]) -> Minimum:
     if np.any(target.active):
         for inflation in ARRIVAL:
             values = minimise(fewer.within(np.inf, inflation), values, ROUGHLY, MOST_STEPS).values
-    return minimise(target, values, FINALLY, MOST_STEPS)
+    return minimise(target, values, FINALLY, MOST_AT_THE_END)
 
 
 def _approached(target: ResponseLikelihood, start: Real, approach: Sequence[tuple[float, float]]) -> Minimum:

@@ -35,6 +35,7 @@ from store.bundle_setup import Article
 PAPER = "modal (Eqs. 17-44)"
 LIKELIHOOD = "maximum likelihood on accelerances"
 HIGHEST_PREDICTED = 1.2  # times the highest measured mode
+PAPER_JOINTS = 2
 LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
 
 JointT = TypeVar("JointT", bound=IdentifiedJoint)
@@ -124,7 +125,7 @@ def inverse_of(
         tolerances_of(article, None if tested is None else tested.material), joint_exponent=options.joint_exponent
     )
     nodes = {joint.name: joint.node for joint in article.joints}
-    components = measured_components(measured)
+    components = measured_components(measured, len(nodes))
     by_modes = identify_joints(beam, modal.modes, nodes, components)
     start = [found.joint for found in by_modes.values()]
     fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
@@ -166,8 +167,10 @@ def cylinder_parameters_of(article: Article) -> CylinderParameters:
     return CylinderParameters(tuple(pairs), math.radians(article.tolerances.inclination_deg))
 
 
-def measured_components(responses: FrequencyResponses) -> tuple[Dof, ...]:
-    """The shape components that the paper uses, as far as they were struck."""
+def measured_components(responses: FrequencyResponses, joints: int) -> tuple[Dof, ...]:
+    """The shape components that the paper uses for its two joints, as far as they were struck; for more joints, all."""
+    if joints > PAPER_JOINTS:
+        return responses.inputs
     return tuple(point for point in PAPER_DOFS if point in responses.inputs)
 
 

@@ -1,0 +1,67 @@
+"""A beam on three joints, which the paper does not have: identified as one on two is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.dof import Dof
+from analysis.structure.forward import accelerance
+from analysis.structure.joints import Joint
+from api.identification.inverse import inverse_of
+from api.identification.measurement import Measurement
+from api.identification.source import measurement_of_bundle
+from api.identification.structure import free_beam_of
+from simlab.case.bundle import write_case
+from simlab.case.draw import Kind, draw_case
+from store.bundle import read_bundle
+from store.dof import Dof as StoredDof
+
+NOISE = 0.003
+STIFFNESS = {"I": (2.6e6, 1.9e6), "M": (1.1e6, 0.4e6), "II": (3.2e6, -2.2e6)}  # k22 and k12, N/m
+
+
+@pytest.fixture(scope="module")
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    """Another joint amid the two of a drawn bench; accelerances from a mesh twice as fine as the identification's."""
+    folder = tmp_path_factory.mktemp("case") / "bundle"
+    write_case(draw_case(12, Kind.NONE), folder)
+    drawn = measurement_of_bundle(read_bundle(folder))
+    one, two = drawn.article.joints
+    amid = one.model_copy(update={"name": "M", "node": 6})
+    article = drawn.article.model_copy(update={"joints": (one, amid, two)})
+    joints = []
+    for joint in article.joints:
+        k22, k12 = STIFFNESS[joint.name]
+        k = np.array([[k22, k12, 0.0], [k12, k22, 0.0], [0.0, 0.0, 130.0]])
+        joints.append(Joint(joint.name, joint.node, k * (1 + 0.09j)))
+    stored = drawn.sets[0]
+    points = (*(f"{node}y" for node in range(1, 12)), "1x", "6x", "11x")  # along the bar a point for each joint
+    frequency = stored.frequency[stored.frequency >= 10.0]
+    clean = accelerance(
+        free_beam_of(article, elements=16), joints, frequency, Dof.parse("3y"), tuple(map(Dof.parse, points))
+    ).accelerance
+    rng = np.random.default_rng(1)
+    noise = NOISE * (rng.standard_normal(clean.shape) + 1j * rng.standard_normal(clean.shape))
+    made = replace(
+        stored,
+        inputs=tuple(StoredDof(int(point[:-1]), point[-1]) for point in points),
+        frequency=frequency,
+        accelerance=clean + noise,
+        coherence=None,
+        variance=np.full(clean.shape, NOISE**2),
+    )
+    return Measurement("three joints", article, (made,), (), raw=False)
+
+
+def test_three_joints_are_identified_within_their_intervals(measurement: Measurement) -> None:
+    found = inverse_of(measurement)
+    assert found.fit.passed
+    for name, (k22, k12) in STIFFNESS.items():
+        joint = found.likelihood.joints[name]
+        for at, true in (((1, 1), k22), ((0, 1), k12)):
+            low, high = joint.k_ci95[at]
+            assert low - 0.5 * (high - low) < true < high + 0.5 * (high - low), (name, at)
+            assert high - low < 0.03 * abs(true)

@@ -8,6 +8,8 @@ from itertools import pairwise
 from statistics import median
 
 from api.report.section import ends, number
+from api.runs.state import Phase, RigState
+from store.runs import Run, RunState
 
 THIN = "\u202f"
 """A narrow space that keeps a number and its unit on one line."""
@@ -64,6 +66,18 @@ def duration(seconds: float) -> str:
 def moment(at: datetime | None) -> str:
     """A UTC time by the clock of this computer."""
     return "–" if at is None else f"{at.replace(tzinfo=at.tzinfo or UTC).astimezone():%Y-%m-%d %H:%M:%S}"
+
+
+def standing(run: Run, rig: RigState | None) -> str:
+    """How a run stands: one that the store believes to be running and this rig does not carry out was cut off.
+
+    Args:
+        run: as it is stored.
+        rig: what the rig of this service is at; None where it drives none, and cannot know.
+    """
+    if run.state is RunState.RUNNING and rig is not None and (rig.phase is Phase.IDLE or rig.run_id != run.id):
+        return "cut off"
+    return run.state.value
 
 
 def time_left(times: Sequence[datetime], left: int, latest: int = 20) -> float | None:

@@ -13,7 +13,7 @@ from api.page.controls import button
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
-from api.page.words import THIN, duration, interlock, moment, quantity, time_left
+from api.page.words import THIN, duration, interlock, moment, quantity, standing, time_left
 from api.runs.state import Phase, RigState
 from api.service.context import Services
 from store.blows import list_blows
@@ -84,7 +84,7 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         now.set_content(_now(state, found.seconds_left))
         trouble.set_content(_interlocks(state))
         warm.set_content(_temperature(found.temperature))
-        latest.set_content(_latest(found.runs))
+        latest.set_content(_latest(found.runs, state))
         steady = None if state is None else without_counts(state)
         if [steady] == shown:
             return
@@ -167,21 +167,21 @@ def _temperature(found: tuple[float, datetime] | None) -> str:
     return f'<h2>Temperature</h2><p class="big">{quantity(celsius, f"{THIN}°C".strip(), 3)}</p><p>{moment(at)}</p>'
 
 
-def _latest(runs: tuple[Run, ...]) -> str:
+def _latest(runs: tuple[Run, ...], rig: RigState | None) -> str:
     if not runs:
         return (
             "<h2>Runs</h2><p>There are none. First: check that hammer, accelerometer and tester are connected, then "
             'press <a href="/page/measure">Measure</a>. A bundle that was measured elsewhere comes in with '
             "<code>jointlab import</code>.</p>"
         )
-    return table("Latest runs", ("run", "title", "article", "state", "started"), map(_row, runs))
+    return table("Latest runs", ("run", "title", "article", "state", "started"), [_row(run, rig) for run in runs])
 
 
-def _row(run: Run) -> tuple[Link | str, ...]:
+def _row(run: Run, rig: RigState | None) -> tuple[Link | str, ...]:
     return (
         Link(str(run.id), f"/page/results?run={run.id}"),
         run.title,
         run.article,
-        run.state.value,
+        standing(run, rig),
         moment(run.started_at),
     )

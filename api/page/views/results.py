@@ -12,7 +12,7 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
 from api.page.results import accelerances, comparison, files, joints, modes, tester
 from api.page.results.section import Section
-from api.page.words import moment
+from api.page.words import moment, standing
 from store.errors import NotFoundError
 from store.instruments import list_channels
 from store.runs import Run, get_run, list_run_events
@@ -40,7 +40,8 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     except NotFoundError as error:
         frame.tell(f"{error}; the list of runs has those that there are")
         return
-    paragraph(f"Run {run.id}: {run.title}; {run.article}; {run.state}", "quiet")
+    rig = None if frame.services.runs is None else frame.services.runs.state
+    paragraph(f"Run {run.id}: {run.title}; {run.article}; {standing(run, rig)}", "quiet")
     parts = (*(section.title for section in SECTIONS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
-from api.page.words import moment
+from api.page.words import moment, standing
+from api.runs.state import RigState
 from store.runs import Run, RunState, list_runs
 from store.specimens import Specimen, list_specimens
 
@@ -45,7 +46,9 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
             "<code>jointlab import</code> brings in what was measured elsewhere.</p>"
         )
     else:
-        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "started", ""), map(_row, shown)))
+        rig = None if frame.services.runs is None else frame.services.runs.state
+        rows = [_row(run, rig) for run in shown]
+        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
         address = f"/page/runs?text={words}&state={state}&kind={kind}&article={article}&before={found[-1].id}"
         show(table("Older runs", ("",), [(Link("show older runs", address),)]))
@@ -56,7 +59,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
         show("<p>None yet: a specimen is known from its first sine point or its first identification on.</p>")
 
 
-def _row(run: Run) -> tuple[Cell, ...]:
+def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
     way_on: Cell = ""
     if run.state in (RunState.STOPPED, RunState.FAILED):
         way_on = Link("measure the rest again", f"/page/measure?like={run.id}")
@@ -65,7 +68,7 @@ def _row(run: Run) -> tuple[Cell, ...]:
         run.title,
         Link(run.article, f"/page/runs?article={run.article}"),
         run.kind,
-        run.state.value + (f": {run.reason}" if run.reason else ""),
+        standing(run, rig) + (f": {run.reason}" if run.reason else ""),
         moment(run.started_at),
         way_on,
     )

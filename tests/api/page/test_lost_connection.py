@@ -48,6 +48,9 @@ def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     expect(page.locator("#rig-state")).to_have_text("at rest")
     expect(page.locator("#prompt")).to_have_text("Run 1 was cut off.")
+    for view in ("/page/", "/page/runs"):
+        expect(tab.go(view).get_by_role("cell", name="cut off", exact=True)).to_be_visible()
+    page = tab.go("/page/hammer?run=1")
     page.get_by_role("button", name="Resume run 1").click()
     expect(page.locator("#prompt")).to_have_text("Take the hammer to 1y")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")

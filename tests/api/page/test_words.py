@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api.page.words import INTERLOCKS, duration, interlock, interval, quantity, scaled, time_left
+from api.page.words import INTERLOCKS, duration, interlock, interval, quantity, scaled, standing, time_left
+from api.runs.state import Phase, RigState
 from rig.registers import Interlock, name_of
+from store.runs import Run, RunState
 
 NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
 
@@ -39,6 +43,15 @@ def test_time_left_is_what_is_left_at_the_pace_of_the_latest(pace: float, done: 
     found = time_left(times, left)
     assert found is not None
     assert abs(found - pace * left) < 1e-3 * pace * left
+
+
+def test_a_run_that_nobody_carries_out_was_cut_off() -> None:
+    run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING))
+    assert standing(run, RigState(phase=Phase.RUNNING, run_id=3)) == "running"
+    assert standing(run, RigState(phase=Phase.RUNNING, run_id=4)) == "cut off"
+    assert standing(run, RigState(run_id=3)) == "cut off"
+    assert standing(run, None) == "running"  # a service that drives no rig cannot know
+    assert standing(cast(Run, SimpleNamespace(id=3, state=RunState.FAILED)), RigState()) == "failed"
 
 
 def test_a_night_between_two_points_does_not_count_for_their_pace() -> None:

@@ -110,7 +110,7 @@ def run_sequence(
     sequence = sequence.with_seed()
     check_plan(sequence, instruments.limits)
     done = _reset(sequence, instruments, observer) if reset else None
-    identities = check_instruments(sequence, instruments)
+    identities = check_instruments(sequence, instruments, observer)
     control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
     with ExitStack() as held:
         with catalogue.writing() as session:
@@ -186,7 +186,7 @@ def resume_run(
         if reset and (done := _reset(left, instruments, observer)):
             reason += f", {done}"
         if steps:
-            _check_same(catalogue, run, left, instruments, check_instruments(left, instruments))
+            _check_same(catalogue, run, left, instruments, check_instruments(left, instruments, observer))
         control.carry_out(lambda: None, observer)
         with catalogue.writing() as session:
             run = reopen_run(session, run_id, reason, who or who_is_here())

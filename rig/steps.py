@@ -8,7 +8,8 @@ from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
-from rig.registers import MAP_VERSION, State, name_of
+from rig.operator import Observer, unobserved
+from rig.registers import MAP_VERSION, name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step
 from rig.sweep import SweepPlan
 from rig.tester_limits import TesterLimits
@@ -32,8 +33,10 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
             sweep_plan(step).check(limits)
 
 
-def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Instrument, ...]:
-    """Connect to everything that `sequence` needs, move nothing, and say what is there.
+def check_instruments(
+    sequence: Sequence, instruments: Instruments, observer: Observer = unobserved
+) -> tuple[Instrument, ...]:
+    """Connect to everything that `sequence` needs, move nothing, and say what is there; `observer` is told of trips.
 
     Raises:
         RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
@@ -47,12 +50,12 @@ def check_instruments(sequence: Sequence, instruments: Instruments) -> tuple[Ins
         found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
     if sequence.sine_steps:
-        with instruments.tester() as tester:
+        with instruments.tester() as tester, tester.telling(observer):
             tester.stop()  # it is at rest: what counts is that it obeys
             status = tester.status()
-            if stopped_by := status.stopped_by or (status.interlocks if status.state is State.TRIPPED else None):
+            if status.stopped_by:
                 raise TesterTrippedError(
-                    f"{instruments.tester_url} is stopped by {names_of(stopped_by)}; see to the cause, then reset",
+                    f"{instruments.tester_url} is stopped by {names_of(status.stopped_by)}; see to the cause, then reset",
                     status.interlocks,
                 )
             found.append(

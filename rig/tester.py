@@ -323,16 +323,17 @@ class Tester:
             )
         if found["units"] != Units.SI:
             raise TesterMismatchError(f"{url} works in units code {found['units']}, not in SI (1); set it")
-        detectors = self.detectors()
+        watching = self._wire.read(DETECTORS)
+        detectors = detectors_from(watching)
         limits = {name: value for name, value in found.items() if isinstance(value, float)}
-        if not limits["watchdog_time"] > 0:
+        watchdog_time = limits.pop("watchdog_time")
+        if not watchdog_time > 0:
             raise TesterMismatchError(f"{url} has its watchdog off; set its time before driving it")
         limits |= {f"{name_of(interlock)}_limit": detector.limit for interlock, detector in detectors.items()}
-        watchdog_time = limits.pop("watchdog_time")
         missing = [name for name, value in limits.items() if name != "lower_displacement_limit" and not value > 0]
         if missing:
             raise TesterMismatchError(f"{url} has no {', '.join(missing)}; set it at the instrument")
-        strange = [*IDENTITY.out_of_range(found), *DETECTORS.out_of_range(self._wire.read(DETECTORS))]
+        strange = [*IDENTITY.out_of_range(found), *DETECTORS.out_of_range(watching)]
         if strange:
             raise TesterMismatchError(f"{url} has {', '.join(strange)}; set it at the instrument")
         mild = [name_of(interlock) for interlock in HAS_TO_STOP if detectors[interlock].action < Action.HOLD]

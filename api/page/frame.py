@@ -126,7 +126,7 @@ class Frame:
 
     def _state(self) -> str:
         runs = self.services.runs
-        state = None if runs is None else runs.state
+        state = self.services.rig_state
         text, colour = badge_of(state)
         said = state.activity if state is not None else "this service shows results and drives nothing"
         holder = None if runs is None else runs.lease.holder

@@ -20,12 +20,11 @@ from api.runs.state import RigState, after, starting
 from rig.control import RunControl, RunStoppedError
 from rig.instruments import Instruments
 from rig.kept_limits import keep_limits, with_kept_limits
-from rig.operator import Event, InterlockTripped, RunContinued, RunStarted
-from rig.registers import name_of
+from rig.operator import Event, RunContinued, RunStarted
 from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
-from rig.tester_status import TesterTrippedError, names_of
+from rig.tester_status import names_of
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
 from store.runs import RunState, get_run
@@ -306,8 +305,6 @@ class RunManager:
             active.error = stopped
             ended, reason = RunState.STOPPED, str(stopped)
         except EXPECTED as error:
-            if isinstance(error, TesterTrippedError) and error.interlocks:  # also where it tripped before the run
-                self._observe(InterlockTripped(tuple(map(name_of, error.interlocks)), True))
             active.error = error
             ended, reason = RunState.FAILED, str(error)
         except Exception as error:

@@ -15,6 +15,7 @@ from fastapi import Depends, Request
 from api.errors import ConflictError
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
+from api.runs.state import RigState
 from api.service.steady_time import SteadyTime
 from store.catalogue import Catalogue
 
@@ -36,6 +37,11 @@ class Services:
     loopback: bool = True
     jobs: JobQueue | None = None
     now: Callable[[], datetime] = field(default_factory=SteadyTime)
+
+    @property
+    def rig_state(self) -> RigState | None:
+        """What the rig is at; None where this service drives none."""
+        return None if self.runs is None else self.runs.state
 
 
 async def services(request: Request) -> Services:

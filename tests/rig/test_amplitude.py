@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from hypothesis import given
@@ -14,6 +14,8 @@ from rig.registers import CYCLES_REPORTED
 from simlab import tester_server
 from simlab.bench import Bench
 from simlab.clock import Clock
+
+Commanded = Callable[[float, float, float], list[float]]
 
 
 def test_noise_of_a_cycle_is_that_of_independent_cycles_and_not_of_a_slow_trend() -> None:
@@ -59,6 +61,19 @@ def driver(server: tester_server.TesterServer) -> Iterator[tester.Tester]:
         yield driver
 
 
+@pytest.fixture
+def commanded(driver: tester.Tester, server: tester_server.TesterServer) -> Commanded:
+    """What one control commands, one approach after another, in m peak to peak."""
+    control = AmplitudeControl(driver)
+
+    def approach(target_pp: float, frequency: float, tolerance: float) -> list[float]:
+        before = len(server.actuator.log)
+        control.approach(target_pp, frequency, tolerance)
+        return [dwell.commanded_pp for dwell in server.actuator.log[before:]]
+
+    return approach
+
+
 @pytest.mark.parametrize(("target_pp", "tolerance"), [(1e-4, 0.02), (5e-5, 0.02), (1e-5, 0.05)])
 def test_the_amplitude_is_reached_and_never_passed_by_more_than_the_tolerance(
     driver: tester.Tester, server: tester_server.TesterServer, target_pp: float, tolerance: float
@@ -70,31 +85,18 @@ def test_the_amplitude_is_reached_and_never_passed_by_more_than_the_tolerance(
     assert max(dwell.amplitude_pp for dwell in server.actuator.log) < target_pp * (1 + tolerance)
 
 
-def test_the_gain_of_a_neighbouring_frequency_saves_the_approach(
-    driver: tester.Tester, server: tester_server.TesterServer
-) -> None:
-    control = AmplitudeControl(driver)
-    control.approach(1e-4, 100.0, 0.02)
-    first = len(server.actuator.log)
-    assert first >= 2
-    assert server.actuator.log[0].commanded_pp == pytest.approx(0.7e-4)
-    control.approach(1e-4, 102.0, 0.02)
-    assert len(server.actuator.log) == first + 1
-    control.approach(1e-4, 10.0, 0.02)  # no neighbour: from below again
-    assert server.actuator.log[first + 1].commanded_pp == pytest.approx(0.7e-4)
+def test_the_gain_of_a_neighbouring_frequency_saves_the_approach(commanded: Commanded) -> None:
+    first, *others = commanded(1e-4, 100.0, 0.02)
+    assert first == pytest.approx(0.7e-4)
+    assert others
+    assert len(commanded(1e-4, 102.0, 0.02)) == 1
+    assert commanded(1e-4, 10.0, 0.02)[0] == pytest.approx(0.7e-4)  # no neighbour: from below again
 
 
-def test_a_larger_target_at_a_known_frequency_is_approached_from_below_again(
-    driver: tester.Tester, server: tester_server.TesterServer
-) -> None:
-    control = AmplitudeControl(driver)
-    control.approach(1e-5, 100.0, 0.05)
-    before = len(server.actuator.log)
-    control.approach(1e-4, 100.0, 0.02)
-    assert server.actuator.log[before].commanded_pp == pytest.approx(0.7e-4)
-    known = len(server.actuator.log)
-    control.approach(1e-5, 100.0, 0.05)
-    assert len(server.actuator.log) == known + 1
+def test_a_larger_target_at_a_known_frequency_is_approached_from_below_again(commanded: Commanded) -> None:
+    commanded(1e-5, 100.0, 0.05)
+    assert commanded(1e-4, 100.0, 0.02)[0] == pytest.approx(0.7e-4)
+    assert len(commanded(1e-5, 100.0, 0.05)) == 1
 
 
 def test_a_target_beyond_what_the_limits_allow_to_command_is_approached_up_to_the_limit(

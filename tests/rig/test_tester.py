@@ -6,7 +6,6 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TypeAlias
 
 import pytest
@@ -214,14 +213,13 @@ def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, faul
 @pytest.mark.parametrize(
     ("limits", "words"),
     [
-        ({"watchdog_time": 1e6}, "watchdog time 1e[+]06, outside 0.1 to 10 s"),
-        ({"amplitude_limit": 1e3}, "amplitude limit 1000, outside 1e-06 to 0.01 m"),
-        ({"force_limit": 1e30}, "force limit 1e[+]30, outside 1 to 25000 N"),
+        (DeviceLimits(watchdog_time=1e6), "watchdog time 1e[+]06, outside 0.1 to 10 s"),
+        (DeviceLimits(amplitude_limit=1e3), "amplitude limit 1000, outside 1e-06 to 0.01 m"),
+        (DeviceLimits(force_limit=1e30), "force limit 1e[+]30, outside 1 to 25000 N"),
     ],
 )
-def test_limits_that_limit_nothing_are_refused(limits: dict[str, float], words: str) -> None:
-    stated = replace(DeviceLimits(), **limits)  # type: ignore[arg-type]
-    server = tester_server.start_tester_server(Bench(7, Clock(100.0)), limits=stated)
+def test_limits_that_limit_nothing_are_refused(limits: DeviceLimits, words: str) -> None:
+    server = tester_server.start_tester_server(Bench(7, Clock(100.0)), limits=limits)
     try:
         with (
             pytest.raises(tester_status.TesterMismatchError, match=words),

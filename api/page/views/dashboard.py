@@ -62,14 +62,14 @@ def measured_at(catalogue: Catalogue, run_id: int) -> list[tuple[datetime, float
 
 def build(frame: Frame, _query: Mapping[str, str]) -> None:
     """Build the view."""
-    runs = frame.services.runs
+    services = frame.services
     with ui.element("div").classes("cards"):
         with ui.element("section").classes("card"):
-            now = show(_now(None if runs is None else runs.state, None))
+            now = show(_now(services.rig_state, None))
             with ui.element("div").classes("row-of"):
                 acts = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
-            trouble = show(_interlocks(None if runs is None else runs.state))
+            trouble = show(_interlocks(services.rig_state))
             reset = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
             warm = show("<h2>Temperature</h2><p>…</p>")
@@ -77,8 +77,8 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
     shown: list[RigState | None] = []
 
     async def refresh() -> None:
-        state = None if runs is None else runs.state
-        found = await frame.read(lambda: overview(frame.services, state))
+        state = services.rig_state
+        found = await frame.read(lambda: overview(services, state))
         if found is None:
             return
         now.set_content(_now(state, found.seconds_left))

@@ -40,8 +40,8 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     except NotFoundError as error:
         frame.tell(f"{error}; the list of runs has those that there are")
         return
-    rig = None if frame.services.runs is None else frame.services.runs.state
-    paragraph(f"Run {run.id}: {run.title}; {run.article}; {standing(run, rig)}", "quiet")
+    how = standing(run, frame.services.rig_state)
+    paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
     parts = (*(section.title for section in SECTIONS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))
 

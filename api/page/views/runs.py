@@ -46,8 +46,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
             "<code>jointlab import</code> brings in what was measured elsewhere.</p>"
         )
     else:
-        rig = None if frame.services.runs is None else frame.services.runs.state
-        rows = [_row(run, rig) for run in shown]
+        rows = [_row(run, frame.services.rig_state) for run in shown]
         show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
         address = f"/page/runs?text={words}&state={state}&kind={kind}&article={article}&before={found[-1].id}"

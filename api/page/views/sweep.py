@@ -40,8 +40,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
         found = await frame.read(lambda: sweep_progress(frame.services.catalogue, run_id, mounting))
         if found is None:
             return
-        runs = frame.services.runs
-        progress.set_content(_progress(found, None if runs is None else runs.state))
+        progress.set_content(_progress(found, frame.services.rig_state))
         choice.set_content(_choice(found))
         _draw(drawn, found)
 

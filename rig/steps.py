@@ -54,10 +54,9 @@ def check_instruments(
             tester.stop()  # it is at rest: what counts is that it obeys
             status = tester.status()
             if status.stopped_by:
-                raise TesterTrippedError(
-                    f"{instruments.tester_url} is stopped by {names_of(status.stopped_by)}; see to the cause, then reset",
-                    status.interlocks,
-                )
+                held = names_of(status.stopped_by)
+                why = f"{instruments.tester_url} is stopped by {held}; see to the cause, then reset"
+                raise TesterTrippedError(why, status.interlocks)
             found.append(
                 Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))
             )

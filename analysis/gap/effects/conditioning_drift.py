@@ -27,21 +27,26 @@ class ConditioningDrift(Effect):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        factor = 1 - given["d"] * self._done(loading.fraction)
+        factor = 1 - given["d"] * self._done(given, loading.fraction)
         return cylinders.scaled(factor, factor)
 
-    def _done(self, fraction: Real) -> Real:
+    def _done(self, _given: Given, fraction: Real) -> Real:
         return fraction
 
 
 @dataclass(frozen=True)
 class SaturatingDrift(ConditioningDrift):
-    """Most of the drift comes in the first third."""
+    """The drift comes to rest: most of it is over after a share `knee` of the test."""
 
     law = "saturating"
 
-    def _done(self, fraction: Real) -> Real:
-        return np.asarray((1 - np.exp(-3 * fraction)) / (1 - np.exp(-3)))
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, Parameter("knee", "1", 0.3, 0.8, positive=True))
+
+    def _done(self, given: Given, fraction: Real) -> Real:
+        rate = 1 / given["knee"]
+        return np.asarray((1 - np.exp(-rate * fraction)) / (1 - np.exp(-rate)))
 
 
 @dataclass(frozen=True)
@@ -50,5 +55,5 @@ class LogarithmicDrift(ConditioningDrift):
 
     law = "logarithmic"
 
-    def _done(self, fraction: Real) -> Real:
+    def _done(self, _given: Given, fraction: Real) -> Real:
         return np.asarray(np.log1p(100 * fraction) / np.log(101))

@@ -45,3 +45,18 @@ class PreloadWithLoss(PreloadStiffening):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         factor = 1 + given["s"] * self.preset_mm
         return cylinders.scaled(factor, factor) if loading.tester else cylinders
+
+
+@dataclass(frozen=True)
+class PreloadWithSomeLoss(PreloadStiffening):
+    """Loss grows by a share of what stiffness grows by."""
+
+    law = "loss by a share"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, Parameter("loss_share", "1", 0.5, 0.25))
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        more = given["s"] * self.preset_mm
+        return cylinders.scaled(1 + more, 1 + given["loss_share"] * more) if loading.tester else cylinders

@@ -22,7 +22,7 @@ from analysis.gap.effects.frequency_dependence import (
     SpringPot,
 )
 from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
-from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss
+from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss, PreloadWithSomeLoss
 from analysis.gap.effects.temperature_shift import TemperatureShift
 from analysis.gap.measurement import Measurement
 
@@ -269,32 +269,42 @@ def test_temperature_shows_in_the_tester_alone_and_takes_loss_along() -> None:
 
 
 def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
-    for law, on_loss in ((PreloadStiffening, 1.0), (PreloadWithLoss, 1.25)):
+    for law, on_loss in ((PreloadStiffening, 1.0), (PreloadWithLoss, 1.25), (PreloadWithSomeLoss, 1.1)):
         (effect,) = law.variants(empty)
         assert effect.preset_mm == pytest.approx(0.5)
-        storage, loss = ratios(effect, {"s": 0.5}, in_tester())
+        given = {"s": 0.5, "loss_share": 0.4}
+        storage, loss = ratios(effect, given, in_tester())
         assert np.allclose(storage, 1.25)
         assert np.allclose(loss, on_loss)
-        assert np.allclose(ratios(effect, {"s": 0.5}, struck()), 1.0)
+        assert np.allclose(ratios(effect, given, struck()), 1.0)
 
 
 @pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
 def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
     done = np.linspace(0.0, 1.0, 9)
-    storage, loss = ratios(effect, {"d": 0.08}, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
+    given = {"d": 0.08, "knee": 0.3}
+    storage, loss = ratios(effect, given, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
     assert storage[:, 0] == pytest.approx(1.0)
     assert storage[:, -1] == pytest.approx(0.92)
     assert np.all(np.diff(storage, axis=1) < 0)
     assert np.allclose(storage, loss)
-    again, _ = ratios(effect, {"d": 0.08}, in_tester(frequency=50.0, fraction=done))
+    again, _ = ratios(effect, given, in_tester(frequency=50.0, fraction=done))
     assert np.array_equal(storage, again)
-    assert np.allclose(ratios(effect, {"d": 0.08}, struck()), 1.0)
+    assert np.allclose(ratios(effect, given, struck()), 1.0)
 
 
 def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
     half = {
-        law: ratios(law(), {"d": 0.1}, in_tester(fraction=0.5))[0][0, 0]
+        law: ratios(law(), {"d": 0.1, "knee": 0.3}, in_tester(fraction=0.5))[0][0, 0]
         for law in (ConditioningDrift, SaturatingDrift, LogarithmicDrift)
     }
     assert half[ConditioningDrift] == pytest.approx(0.95)
     assert half[LogarithmicDrift] < half[SaturatingDrift] < half[ConditioningDrift]
+
+
+def test_a_drift_that_comes_to_rest_is_over_after_a_few_knees() -> None:
+    early, late = (
+        ratios(SaturatingDrift(), {"d": 0.1, "knee": knee}, in_tester(fraction=0.3))[0][0, 0] for knee in (0.05, 100.0)
+    )
+    assert early == pytest.approx(0.9, rel=1e-3)
+    assert late == pytest.approx(0.97, rel=1e-3)

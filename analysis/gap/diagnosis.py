@@ -309,13 +309,13 @@ def _held_out(model: Model) -> HeldOut:
 
 def _where_asked(gaps: dict[int, HeldOut], after: Fit) -> tuple[dict[int, HeldOut], float]:
     """Gaps and their floor: for rows of which a prediction is asked and none was measured, else as they are."""
-    measurement, floor = after.likelihood.measurement, floor_percent(after)
+    measurement = after.likelihood.measurement
     measured = {point for each in measurement.sets for point in each.inputs}
     unseen = [point for _, point in measurement.predict if point not in measured]
     if not (unseen and measurement.sets):
-        return gaps, floor
+        return gaps, floor_percent(after)
     unseen_floor = floor_percent_of(after, unseen)
-    return {model: carried_over(gap, floor, unseen_floor) for model, gap in gaps.items()}, unseen_floor
+    return {model: carried_over(gap, unseen_floor) for model, gap in gaps.items()}, unseen_floor
 
 
 def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:

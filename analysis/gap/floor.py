@@ -17,13 +17,11 @@ from analysis.gap.held_out import HeldOut
 from analysis.gap.measurement import HammerSet, StatedTolerances
 from analysis.gap.simulation import Prediction
 
-DRAWS = 24
-
 
 def floor_percent(found: Fit) -> float:
     """What measuring again would differ by: blows beside their marks, another gain, and noise, in percent.
 
-    The rms over `DRAWS` seeded set-ups of the beam rig; of the tester alone, its noise and gain.
+    The rms over all set-ups of the beam rig; of the tester alone, its noise and gain.
     """
     likelihood = found.likelihood
     measurement = likelihood.measurement
@@ -56,32 +54,29 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
 
 
 def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: StatedTolerances) -> float:
-    """Percent by which sets that a model predicts differ from one set-up to another."""
-    random = np.random.default_rng(0)
+    """Percent, as an rms, by which sets that a model predicts differ from one set-up to another."""
     differing = measured = 0.0
     for number, each in enumerate(sets):
         size = np.abs(predicted.accelerances[number]) ** 2
-        for _ in range(DRAWS):
-            gain = tolerances.sensor_gain * random.standard_normal()
-            blows = random.standard_normal((len(each.inputs), 1)) * _across(each)[:, None]
-            change = gain * predicted.accelerances[number] + blows * predicted.by_blow[number]
-            differing += float(np.sum(np.abs(change) ** 2 + 2 * each.deviation**2))
-            measured += float(np.sum(size))
+        beside = np.abs(predicted.by_blow[number]) ** 2 * _across(each)[:, None]
+        differing += float(np.sum(tolerances.sensor_gain**2 * size + beside + 2 * each.deviation**2))
+        measured += float(np.sum(size))
     return 100 * float(np.sqrt(differing / measured))
 
 
-def carried_over(found: HeldOut, floor: float, unseen_floor: float) -> HeldOut:
+def carried_over(found: HeldOut, unseen_floor: float) -> HeldOut:
     """Gaps to expect on rows that were not measured: the model is as wrong there, and the floor is theirs.
 
     Args:
         found: on rows that were left out in turn.
-        floor, unseen_floor: percent by which measuring again would differ on those rows, and on the others.
+        unseen_floor: percent by which measuring again would differ on the others.
     """
     if found.inverse is None:
         return found
+    change = found.inverse.model_percent**2 + unseen_floor**2 - found.inverse.percent**2
 
     def there(percent: float) -> float:
-        return float(np.sqrt(max(0.0, percent**2 - floor**2) + unseen_floor**2))
+        return float(np.sqrt(max(0.0, percent**2 + change)))
 
     low, high = found.ci90_percent
     return replace(

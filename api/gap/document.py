@@ -35,8 +35,8 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
         {
             "format": FORMAT,
             "gap": {
-                "before": asdict(found.before.overall),
-                "after": asdict(found.after.overall),
+                "before": _gap(found.before.overall),
+                "after": _gap(found.after.overall),
                 "after_ci90_percent": found.after.ci90_percent,
                 "floor_percent": found.floor_percent,
                 "held_out": True,
@@ -75,6 +75,10 @@ def probability(document: Mapping[str, Any]) -> float:
     verdict = document["verdict"]
     wanted = [UNKNOWN] if verdict["status"] == Status.UNKNOWN.value else verdict["effects"]
     return float(sum(each["probability"] for each in document["ranking"] if sorted(each["effects"]) == sorted(wanted)))
+
+
+def _gap(found: Gap) -> dict[str, float]:
+    return {"percent": found.percent, "sigma": found.sigma}
 
 
 def _rig(found: Diagnosis, rig: str) -> dict[str, float | None]:

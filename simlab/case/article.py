@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,6 +91,12 @@ def joint_matrix(name: str, joint: Joint, cylinder: Complex) -> Complex:
 def clipped_normal(rng: np.random.Generator, deviation: float, count: int | None = None) -> Real:
     """Normal numbers of a standard deviation, none beyond two of them."""
     return np.asarray(deviation * np.clip(rng.standard_normal(count), -2.0, 2.0))
+
+
+def clipped_variance(deviation: float) -> float:
+    """Of such numbers."""
+    within, density = math.erf(math.sqrt(2.0)), math.exp(-2.0) / math.sqrt(2.0 * math.pi)
+    return deviation**2 * (within - 4.0 * density + 4.0 * (1.0 - within))
 
 
 def draw_node_positions(rng: np.random.Generator) -> tuple[float, ...]:

@@ -51,7 +51,7 @@ def test_the_floor_without_tolerances_is_noise_and_a_gain_is_one_percent_for_one
     silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
     assert silent == pytest.approx(100 * np.sqrt(noise / size), rel=0.02)
     gain = floor_percent(with_tolerances(found, sensor_gain=0.05, impact_position=0.0))
-    assert gain == pytest.approx(5.0, rel=0.25)  # the rms of 48 draws
+    assert gain == pytest.approx(np.hypot(5.0, silent), rel=1e-3)
 
 
 def test_the_floor_of_the_tester_alone_is_its_noise_and_gain(found: Fit) -> None:
@@ -73,17 +73,18 @@ def test_the_floor_elsewhere_is_that_of_the_rows_there(found: Fit) -> None:
     assert floor_percent_of(found, inputs) == pytest.approx(floor_percent(found), rel=0.25)
 
 
-def test_what_a_model_leaves_beyond_the_floor_is_carried_over() -> None:
-    held = HeldOut(Gap(5.0, 9.0), Gap(2.0, 1.0), (3.0, 6.0))
-    there = carried_over(held, 3.0, 4.0)
+def test_what_the_model_is_wrong_by_is_carried_over() -> None:
+    held = HeldOut(Gap(5.0, 9.0, 4.0), Gap(2.0, 1.0, 2.0), (3.0, 6.0))
+    there = carried_over(held, 4.0)
     assert there.overall.percent == pytest.approx(np.hypot(4.0, 4.0))
     assert there.overall.sigma == 9.0
     assert there.direct == held.direct
-    assert there.ci90_percent == pytest.approx((4.0, np.hypot(np.sqrt(27), 4.0)))
+    assert there.ci90_percent == pytest.approx((np.sqrt(16.0), np.sqrt(43.0)))
 
 
 def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> None:
     for percent in (1.0, 3.0):
-        assert carried_over(HeldOut(Gap(percent, 1.0), None, (1.0, 3.0)), 3.0, 4.0).overall.percent == 4.0
-    tester_alone = HeldOut(None, Gap(2.0, 1.0), (1.0, 3.0))
-    assert carried_over(tester_alone, 3.0, 4.0) is tester_alone
+        held = HeldOut(Gap(percent, 1.0, 0.0), None, (percent, percent))
+        assert carried_over(held, 4.0).overall.percent == pytest.approx(4.0)
+    tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0), (1.0, 3.0))
+    assert carried_over(tester_alone, 4.0) is tester_alone

@@ -37,9 +37,9 @@ def test_leaving_a_row_out_by_a_step_is_fitting_without_it(found: Fit, monkeypat
         step, anew = stepped(found, fold), _fitted_anew(found, fold)
         assert step.keys() == anew.keys() == fold.keys()
         for number, row in fold.items():
+            (stepped_to, _), (fitted_to, _) = step[number], anew[number]
             left = sets[number].accelerance[row]
-            apart = np.linalg.norm(step[number] - anew[number])
-            assert 0 < apart < 0.05 * np.linalg.norm(left - anew[number])
+            assert 0 < np.linalg.norm(stepped_to - fitted_to) < 0.05 * np.linalg.norm(left - fitted_to)
 
 
 def test_every_row_of_every_set_is_left_out_once_and_its_point_stays_in_another_set(found: Fit) -> None:
@@ -63,6 +63,14 @@ def test_a_model_that_holds_predicts_unseen_rows_as_well_as_tolerances_allow(fou
     assert low < gap.inverse.percent < high
 
 
+def test_of_a_model_that_holds_next_to_nothing_is_the_models_own(found: Fit) -> None:
+    gap = held_out(found)
+    assert gap.inverse is not None
+    assert gap.direct is not None
+    assert gap.inverse.model_percent < 0.2 * gap.inverse.percent
+    assert gap.direct.model_percent < 0.5 * gap.direct.percent
+
+
 def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
     measurement = found.likelihood.measurement
     once = held_out(found)
@@ -72,6 +80,7 @@ def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
     sets = (replace(first, accelerance=accelerance), *measurement.sets[1:])
     worse = held_out(fitted(replace(measurement, sets=sets)))
     assert worse.overall.percent > once.overall.percent + 1
+    assert worse.overall.model_percent > 0.8 * worse.overall.percent
     assert worse.overall.sigma > 2 * once.overall.sigma
 
 

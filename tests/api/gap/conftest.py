@@ -19,7 +19,8 @@ EFFECT = "out_of_plane_bending"
 
 
 def held_out(percent: float, sigma: float) -> HeldOut:
-    return HeldOut(Gap(percent, sigma), Gap(percent / 2, sigma / 2), (0.9 * percent, 1.1 * percent))
+    beam, tester = Gap(percent, sigma, percent), Gap(percent / 2, sigma / 2, percent / 2)
+    return HeldOut(beam, tester, (0.9 * percent, 1.1 * percent))
 
 
 def handmade(**others: Any) -> Diagnosis:

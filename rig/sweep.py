@@ -3,6 +3,7 @@
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
 handed to a sink with what was asked, what was reached and the temperature. A sweep can be paused, resumed and stopped.
+From hydraulics on to hydraulics off the tester is watched, also while a record is taken or stored.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Protocol
 
 from analysis.direct.sine import fit_sine
 from daq.block import Block
+from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
 from rig.errors import RigError
@@ -24,6 +26,7 @@ from rig.sweep_order import Mounting, Order, Sine, in_order
 from rig.tester import Tester
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
+from rig.watch import watched
 
 RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
 HARMONICS = 3
@@ -209,12 +212,13 @@ def run_sweep(
             tester.shut_down()  # hands go in
             operator.mount(mounting.specimen, mounting.configuration)
             observer(SpecimenMounted(mounting.specimen, mounting.configuration))
-            control.carry_out(sweep.begin, observer)
-            amplitudes = AmplitudeControl(tester)
-            for sine in sines:
-                point = sweep.point(mounting, sine, amplitudes)
-                sink.add_sine(point)
-                _tell(observer, point, plan)
+            with watched(tester):
+                control.carry_out(sweep.begin, observer)
+                amplitudes = AmplitudeControl(tester)
+                for sine in sines:
+                    point = sweep.point(mounting, sine, amplitudes)
+                    sink.add_sine(point)
+                    _tell(observer, point, plan)
 
 
 @dataclass(frozen=True)
@@ -263,14 +267,27 @@ class _Sweep:
         for _ in range(RECORDS):
             reached = amplitudes.approach(amplitude_pp, frequency, tolerance)
             duration = self.plan.record_duration(frequency, reached.scatter, tolerance)
-            block = self.recorder.record(duration, cancelled=self.control.is_interrupted)
-            self.tester.measured()  # a record during which something interfered is none
+            block = self.record(duration)
             fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
             reached_pp = float(fit.amplitude_pp[0])
             if _is_reached(self.plan, amplitude_pp, reached_pp):
                 break
             amplitudes.correct(amplitude_pp, frequency, reached_pp / reached.commanded_pp)
         return reached, reached_pp, block
+
+    def record(self, duration: float) -> Block:
+        """The next `duration` s, while nothing interferes; where something does, it is raised and nothing recorded."""
+        try:
+            block = self.recorder.record(duration, cancelled=self.is_to_end)
+        except AcquisitionCancelledError:
+            self.tester.measured()  # says why, where it was the tester
+            raise
+        self.tester.measured()
+        return block
+
+    def is_to_end(self) -> bool:
+        """Whether the record is not wanted any more."""
+        return self.control.is_interrupted() or self.tester.failure is not None
 
 
 def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:

@@ -92,6 +92,7 @@ class Tester:
         self._telling = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
+        self._failure: Exception | None = None
         self.identity = self._verify()
         wire.join()
         self._heart = Heartbeat(wire, self.identity.watchdog_time)
@@ -182,6 +183,22 @@ class Tester:
                     f"{self.identity.watchdog_time:g} s, look at it before going near"
                 ) from error
 
+    def give_up(self, why: Exception) -> None:
+        """Shut down because of `why`, from any thread; whoever asks for motion or for measured values then gets `why`.
+
+        Nothing takes it back while this connection lasts.
+
+        Raises:
+            ActuatorNotAtRestError: the instrument did not confirm that the actuator is at rest.
+        """
+        self._failure = why  # before the command, so that no other thread's slips in after it
+        self.shut_down()
+
+    @property
+    def failure(self) -> Exception | None:
+        """Why the tester was given up; None where it was not."""
+        return self._failure
+
     def emergency_stop(self) -> None:
         """Trip the emergency stop, whatever the instrument is doing.
 
@@ -247,20 +264,23 @@ class Tester:
         Raises:
             TesterTrippedError: an interlock has stopped the actuator.
             MotionHaltedError: the actuator was halted since.
-            MeasuredBeyondLimitError: it is beyond a limit of the rig.
+            MeasuredBeyondLimitError: it is beyond a limit of the rig, moving or not.
             RigError: the instrument does not answer, or another client has commanded it.
+            Exception: the tester was given up because of it.
         """
+        if self._failure is not None:
+            raise self._failure
         status, ours = self._wire.status_and_command()
         self._tell(status)
         if status.state is State.TRIPPED or status.stopped_by:
             raise self._wire.tripped(status.stopped_by)
+        self.limits.check_measured(status)
         if self._halted or not self._undisturbed:
             raise MotionHaltedError(f"{self._wire.url}: the actuator was halted, it is {status.state.name}")
         if not ours:
             raise ModbusProtocolError(
                 f"{self._wire.url}: command {status.sequence} is in force, which is not ours; is there another client?"
             )
-        self.limits.check_measured(status)
         return status
 
     def wait(self, until: Callable[[TesterStatus], bool], to: str, timeout: float = MOTION_TIMEOUT) -> TesterStatus:
@@ -347,6 +367,8 @@ class Tester:
         self._wire.command(code, self._check_not_halted, **values)
 
     def _check_not_halted(self) -> None:
+        if self._failure is not None:
+            raise self._failure
         if self._halted:
             raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
         self._undisturbed = True

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import pytest
@@ -19,21 +18,15 @@ from rig.control import RunControl, RunStoppedError
 from rig.hammer import BlowSink, HammerSettings, run_hammer_session
 from rig.operator import Event, Operator, RunPaused, RunResumed, SinePointMeasured
 from rig.registers import CommandCode, Interlock, State
-from rig.sweep import SinePoint, SweepPlan, run_sweep
+from rig.sweep import SweepPlan
 from rig.tester_status import MotionHaltedError
-from rig.thermometer import Thermometer
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
-from simlab.daq_server import DaqServer, start_daq_server
+from simlab.daq_server import start_daq_server
 from simlab.tester_device import DeviceLimits
-from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
-from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping, until
 
-CHANNELS = (
-    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
-    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
-)
 HAMMER_TABLE = (
     Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),
     Channel("accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3),
@@ -43,102 +36,17 @@ PLAN = SweepPlan(
     frequencies=(20.0, 25.0), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=3.0
 )
 SPEED = 10.0
-WITHIN = 10.0  # s, before a test gives up
-
-
-@dataclass
-class Laboratory(Operator):
-    """The simulated instruments, and a run in a thread of its own."""
-
-    bench: Bench
-    daq: DaqServer
-    tester: Server
-    thermometer: ThermometerServer
-    points: list[SinePoint] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-
-    def sweep(self, control: RunControl) -> None:
-        with (
-            device.connect(self.daq.address) as chassis,
-            chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
-            Thermometer(self.thermometer.url, 0.2) as thermometer,
-            tester.connect(self.tester.url, timeout=0.3) as driver,
-        ):
-            run_sweep(PLAN, driver, recorder, thermometer, self, self, self.events.append, control)
-
-    def mount(self, specimen: str, configuration: str) -> None:
-        self.bench.mount(specimen, configuration)
-
-    def strike(self, point: object, blow: int) -> None:
-        raise AssertionError("a sweep has no blows")
-
-    def add_sine(self, point: SinePoint) -> None:
-        self.points.append(point)
-
-    def at_rest(self) -> bool:
-        status = self.tester.device.status()
-        return status["amplitude"] == 0.0 and status["state"] in (State.HELD, State.IDLE, State.HYDRAULICS_OFF)
-
-    def seen(self, kind: type[Event]) -> int:
-        return sum(isinstance(event, kind) for event in self.events)
-
-
-class Run(threading.Thread):
-    """A run in a thread; `error` is how it ended."""
-
-    def __init__(self, run: Callable[[RunControl], None], control: RunControl) -> None:
-        super().__init__(daemon=True)
-        self.error: Exception | None = None
-        self._target_run = run
-        self._control = control
-        self.start()
-
-    def run(self) -> None:
-        try:
-            self._target_run(self._control)
-        except Exception as error:  # noqa: BLE001  # whatever it is, the test looks at it
-            self.error = error
-
-    def ended(self) -> Exception | None:
-        self.join(WITHIN)
-        assert not self.is_alive()
-        return self.error
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + WITHIN
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.002)
 
 
 @pytest.fixture
-def laboratory() -> Iterator[Laboratory]:
-    bench = Bench(21, Clock(SPEED))
-    with ExitStack() as stack:
-        daq = start_daq_server(bench)
-        stack.callback(daq.stop)
-        server = start_tester_server(bench)
-        stack.callback(server.stop)
-        thermometer = start_thermometer_server(bench)
-        stack.callback(thermometer.stop)
-        yield Laboratory(bench, daq, server, thermometer)
-
-
-def recording(laboratory: Laboratory) -> bool:
-    """Settled, and a while ago: the record is being taken."""
-    status = laboratory.tester.device.status()
-    return status["state"] == State.SETTLED and int(str(status["cycles"])) > 30
-
-
-def ramping(laboratory: Laboratory) -> bool:
-    status = laboratory.tester.device.status()
-    return status["state"] == State.RAMPING and status["command"] == CommandCode.PRESET
+def laboratory() -> Iterator[SweepLaboratory]:
+    with sweeping(PLAN, SPEED) as running:
+        yield running
 
 
 @pytest.mark.parametrize("moment", [recording, ramping])
 def test_a_paused_sweep_holds_the_actuator_with_its_preset_and_goes_on_as_if_nothing_had_been(
-    laboratory: Laboratory, moment: Callable[[Laboratory], bool]
+    laboratory: SweepLaboratory, moment: Callable[[SweepLaboratory], bool]
 ) -> None:
     control = RunControl()
     run = Run(laboratory.sweep, control)
@@ -163,7 +71,7 @@ def test_a_paused_sweep_holds_the_actuator_with_its_preset_and_goes_on_as_if_not
 
 @pytest.mark.parametrize("moment", [recording, ramping])
 def test_a_stopped_sweep_keeps_what_was_measured_and_leaves_hydraulics_off(
-    laboratory: Laboratory, moment: Callable[[Laboratory], bool]
+    laboratory: SweepLaboratory, moment: Callable[[SweepLaboratory], bool]
 ) -> None:
     control = RunControl()
     run = Run(laboratory.sweep, control)
@@ -177,7 +85,7 @@ def test_a_stopped_sweep_keeps_what_was_measured_and_leaves_hydraulics_off(
     assert len(laboratory.points) == laboratory.seen(SinePointMeasured)
 
 
-def test_a_paused_sweep_can_be_stopped(laboratory: Laboratory) -> None:
+def test_a_paused_sweep_can_be_stopped(laboratory: SweepLaboratory) -> None:
     control = RunControl()
     run = Run(laboratory.sweep, control)
     until(lambda: recording(laboratory))
@@ -189,7 +97,7 @@ def test_a_paused_sweep_can_be_stopped(laboratory: Laboratory) -> None:
     assert control.is_interrupted()  # what was stopped does not go on
 
 
-def test_a_run_that_is_paused_or_stopped_before_it_begins_moves_nothing(laboratory: Laboratory) -> None:
+def test_a_run_that_is_paused_or_stopped_before_it_begins_moves_nothing(laboratory: SweepLaboratory) -> None:
     control = RunControl()
     control.stop()
     with pytest.raises(RunStoppedError):
@@ -197,7 +105,7 @@ def test_a_run_that_is_paused_or_stopped_before_it_begins_moves_nothing(laborato
     assert CommandCode.PRESET not in laboratory.tester.device.applied
 
 
-def test_a_pause_so_short_that_nobody_saw_it_still_discards_the_record(laboratory: Laboratory) -> None:
+def test_a_pause_so_short_that_nobody_saw_it_still_discards_the_record(laboratory: SweepLaboratory) -> None:
     control = RunControl()
     run = Run(laboratory.sweep, control)
     until(lambda: recording(laboratory))
@@ -210,7 +118,7 @@ def test_a_pause_so_short_that_nobody_saw_it_still_discards_the_record(laborator
     assert all(point.within_tolerance for point in laboratory.points)
 
 
-def test_an_interlock_during_a_record_is_noticed_and_the_record_is_not_kept(laboratory: Laboratory) -> None:
+def test_an_interlock_during_a_record_is_noticed_and_the_record_is_not_kept(laboratory: SweepLaboratory) -> None:
     run = Run(laboratory.sweep, RunControl())
     until(lambda: recording(laboratory))
     laboratory.tester.emergency_stop()

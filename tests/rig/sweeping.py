@@ -1,0 +1,125 @@
+"""A sweep on simulated instruments in a thread of its own, for tests that interfere while it is on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+
+from daq import device
+from daq.channels import Channel, ChannelKind
+from rig import tester
+from rig.control import RunControl
+from rig.operator import Event, Operator
+from rig.registers import CommandCode, State
+from rig.sweep import SinePoint, SweepPlan, run_sweep
+from rig.tester_limits import TesterLimits
+from rig.thermometer import Thermometer
+from simlab.bench import Bench
+from simlab.clock import Clock
+from simlab.daq_server import DaqServer, start_daq_server
+from simlab.tester_device import DeviceLimits
+from simlab.tester_server import TesterServer, start_tester_server
+from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+
+CHANNELS = (
+    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
+    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
+)
+WITHIN = 10.0  # s, before a test gives up
+
+
+@dataclass
+class SweepLaboratory(Operator):
+    """The simulated instruments, the plan of a sweep, and what came of it."""
+
+    plan: SweepPlan
+    bench: Bench
+    daq: DaqServer
+    tester: TesterServer
+    thermometer: ThermometerServer
+    limits: TesterLimits = field(default_factory=TesterLimits)
+    points: list[SinePoint] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def sweep(self, control: RunControl) -> None:
+        with (
+            device.connect(self.daq.address) as chassis,
+            chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
+            Thermometer(self.thermometer.url, 0.2) as thermometer,
+            tester.connect(self.tester.url, self.limits, timeout=0.3) as driver,
+        ):
+            run_sweep(self.plan, driver, recorder, thermometer, self, self, self.events.append, control)
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        self.bench.mount(specimen, configuration)
+
+    def strike(self, point: object, blow: int) -> None:
+        raise AssertionError("a sweep has no blows")
+
+    def add_sine(self, point: SinePoint) -> None:
+        self.points.append(point)
+
+    def at_rest(self) -> bool:
+        status = self.tester.device.status()
+        return status["amplitude"] == 0.0 and status["state"] in (State.HELD, State.IDLE, State.HYDRAULICS_OFF)
+
+    def seen(self, kind: type[Event]) -> int:
+        return sum(isinstance(event, kind) for event in self.events)
+
+
+class Run(threading.Thread):
+    """A run in a thread; `error` is how it ended."""
+
+    def __init__(self, run: Callable[[RunControl], None], control: RunControl) -> None:
+        super().__init__(daemon=True)
+        self.error: Exception | None = None
+        self._target_run = run
+        self._control = control
+        self.start()
+
+    def run(self) -> None:
+        try:
+            self._target_run(self._control)
+        except Exception as error:  # noqa: BLE001  # whatever it is, the test looks at it
+            self.error = error
+
+    def ended(self) -> Exception | None:
+        self.join(WITHIN)
+        assert not self.is_alive()
+        return self.error
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + WITHIN
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+@contextmanager
+def sweeping(plan: SweepPlan, speed: float, limits: DeviceLimits | None = None) -> Iterator[SweepLaboratory]:
+    """The laboratory for `plan`; `limits` are set at its tester."""
+    bench = Bench(21, Clock(speed))
+    with ExitStack() as stack:
+        daq = start_daq_server(bench)
+        stack.callback(daq.stop)
+        server = start_tester_server(bench, limits=limits)
+        stack.callback(server.stop)
+        thermometer = start_thermometer_server(bench)
+        stack.callback(thermometer.stop)
+        yield SweepLaboratory(plan, bench, daq, server, thermometer)
+
+
+def recording(laboratory: SweepLaboratory) -> bool:
+    """Settled, and a while ago: the record is being taken."""
+    status = laboratory.tester.device.status()
+    return status["state"] == State.SETTLED and int(str(status["cycles"])) > 30
+
+
+def ramping(laboratory: SweepLaboratory) -> bool:
+    """On the way to the preset."""
+    status = laboratory.tester.device.status()
+    return status["state"] == State.RAMPING and status["command"] == CommandCode.PRESET

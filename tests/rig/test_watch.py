@@ -1,0 +1,146 @@
+"""The rig's own limits while a record is taken, while a point is stored and while a run is paused."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.direct.sine import fit_sine
+from rig.control import RunControl
+from rig.errors import RigError
+from rig.operator import InterlockTripped, RunPaused
+from rig.registers import CommandCode, Interlock, State, Value
+from rig.sweep import SinePoint, SweepPlan
+from rig.tester_limits import MeasuredBeyondLimitError, TesterLimits
+from rig.tester_status import TesterTrippedError
+from simlab.tester_device import DeviceLimits
+from tests.rig.sweeping import Run, SweepLaboratory, recording, sweeping, until
+
+PLAN = SweepPlan(frequencies=(20.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",))
+ENDLESS = replace(PLAN, shortest_record=600.0)  # for longer than any test waits
+WIDE = DeviceLimits(error_limit=1e-2, upper_displacement_limit=5e-3, lower_displacement_limit=-5e-3)
+SPEED = 10.0
+
+
+@pytest.fixture
+def laboratory() -> Iterator[SweepLaboratory]:
+    """A record that does not end by itself, at a tester whose own limits are wide."""
+    with sweeping(ENDLESS, SPEED, WIDE) as running:
+        yield running
+
+
+def run_away(laboratory: SweepLaboratory) -> None:
+    """The servo moves by more than it was told, and more than the rig allows."""
+    laboratory.tester.actuator.cycle(6e-4, 20.0)
+
+
+def is_unloaded(laboratory: SweepLaboratory) -> bool:
+    return laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+
+
+def test_a_record_during_which_the_actuator_exceeds_a_limit_of_the_rig_is_ended_and_not_kept(
+    laboratory: SweepLaboratory,
+) -> None:
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    run_away(laboratory)
+    error = run.ended()
+    assert isinstance(error, MeasuredBeyondLimitError)
+    assert "beyond the rig's limit of 0.0003 m" in str(error)
+    assert is_unloaded(laboratory)
+    assert laboratory.points == []
+    assert laboratory.daq.tasks == ()
+
+
+def test_the_force_is_watched_during_a_record_too(laboratory: SweepLaboratory) -> None:
+    laboratory.limits = TesterLimits(amplitude_pp=3e-3, force=250.0)
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    laboratory.tester.actuator.cycle(2e-3, 20.0)
+    error = run.ended()
+    assert isinstance(error, MeasuredBeyondLimitError)
+    assert "the force is" in str(error)
+    assert is_unloaded(laboratory)
+
+
+def test_a_trip_during_a_record_ends_it_at_once_and_is_told_as_it_happens(laboratory: SweepLaboratory) -> None:
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    laboratory.tester.emergency_stop()
+    error = run.ended()
+    assert isinstance(error, TesterTrippedError)
+    assert error.interlocks is Interlock.EMERGENCY_STOP
+    assert InterlockTripped(("emergency_stop",), stopped=True) in laboratory.events
+    assert laboratory.points == []
+
+
+def test_a_tester_that_cannot_be_read_during_a_record_is_stopped(laboratory: SweepLaboratory) -> None:
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    laboratory.tester.faults.set("flipped_status")
+    assert isinstance(run.ended(), RigError)
+    assert laboratory.tester.actuator.steady_pp() == 0.0
+    assert laboratory.points == []
+
+
+def test_a_record_that_is_watched_has_every_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    with sweeping(replace(PLAN, fewest_cycles=60), speed=4.0) as laboratory:
+        seen = list[int]()  # cycles of the record, each time that somebody looked
+        status = laboratory.tester.device.status
+
+        def counted() -> dict[str, Value]:
+            found = status()
+            if found["state"] == State.SETTLED:
+                seen.append(int(str(found["cycles"])))
+            return found
+
+        monkeypatch.setattr(laboratory.tester.device, "status", counted)
+        laboratory.sweep(RunControl())
+    (point,) = laboratory.points
+    assert sum(cycles > 30 for cycles in seen) >= 3
+    assert point.block.samples == round(60 / 20.0 * point.block.sample_rate)
+    fit = fit_sine(point.block.value("displacement"), point.block.sample_rate, 20.0, harmonics=3, refine=False)
+    assert float(np.max(np.abs(fit.residual))) < 0.03 * point.reached_pp / 2  # a gap would leave the amplitude itself
+
+
+def test_the_tester_is_watched_while_a_point_is_stored_and_the_sweep_ends_with_what_was_seen() -> None:
+    with sweeping(PLAN, SPEED, WIDE) as laboratory:
+
+        class Stuck(SweepLaboratory):
+            """A store that takes as long as it takes the actuator to be stopped."""
+
+            def add_sine(self, point: SinePoint) -> None:
+                super().add_sine(point)
+                run_away(laboratory)
+                until(lambda: is_unloaded(laboratory))
+
+        stuck = Stuck(**vars(laboratory))
+        with pytest.raises(MeasuredBeyondLimitError, match="moves by"):
+            stuck.sweep(RunControl())
+        assert len(stuck.points) == 1
+
+
+def test_a_paused_tester_is_watched_and_does_not_go_on_once_it_was_given_up(laboratory: SweepLaboratory) -> None:
+    control = RunControl()
+    run = Run(laboratory.sweep, control)
+    until(lambda: recording(laboratory))
+    control.pause()
+    until(lambda: laboratory.seen(RunPaused) == 1)
+    presets = laboratory.tester.device.applied.count(CommandCode.PRESET)
+    laboratory.tester.actuator.move(3e-3)  # the valve leaks
+    until(lambda: is_unloaded(laboratory))
+    control.resume()
+    error = run.ended()
+    assert isinstance(error, MeasuredBeyondLimitError)
+    assert "outside the rig's limits" in str(error)
+    assert laboratory.tester.device.applied.count(CommandCode.PRESET) == presets
+
+
+def test_nobody_watches_when_the_sweep_is_over() -> None:
+    with sweeping(PLAN, speed=200.0) as laboratory:
+        laboratory.sweep(RunControl())
+        assert all(thread.name != "tester watch" for thread in threading.enumerate())

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from rig.detectors import StepDetectors
 from rig.operator import SUSPENDED
+from rig.registers import Interlock, name_of
 from rig.sequence import BlankStep, HammerStep, PromptStep, SoakStep, Step, SweepStep
 from rig.steps import sweep_plan
 from rig.sweep_order import Order
@@ -50,7 +52,7 @@ def _sweep_line(step: SweepStep) -> str:
         f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
         f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
         f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
-        f"(records alone {seconds / 60:.0f} min)"
+        f"(records alone {seconds / 60:.0f} min){_detector_words(step.detectors)}"
     )
 
 
@@ -59,4 +61,23 @@ def _blank_line(step: BlankStep) -> str:
     return (
         f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
         f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p"
+        f"{_detector_words(step.detectors)}"
     )
+
+
+def _detector_words(detectors: StepDetectors | None) -> str:
+    """Detectors that are tighter while a step lasts, as the end of its line."""
+    if detectors is None:
+        return ""
+    limits = [
+        f"{name_of(interlock).replace('_', ' ')} {_limit_words(interlock, detector.limit)}"
+        + ("" if detector.action is None else f" ({detector.action.name.lower().replace('_', ' ')})")
+        for interlock, detector in detectors.in_si().items()
+    ]
+    return f"; tighter detectors: {', '.join(limits)}" if limits else ""
+
+
+def _limit_words(interlock: Interlock, limit: float) -> str:
+    if interlock is Interlock.FORCE:
+        return f"{limit:g} N"
+    return f"{100 * limit:g} %" if interlock is Interlock.UNDERPEAK else f"{1e3 * limit:g} mm"

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
+from rig.detectors import StepDetectors
+from rig.document import Document
 from rig.errors import RigError
 from rig.sweep_order import Order
 from store.bundle_setup import Article, unknown_keys
@@ -32,11 +34,7 @@ class SequenceError(RigError):
     """A sequence document that cannot be run as it stands."""
 
 
-class _Document(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Suspension(_Document):
+class Suspension(Document):
     """The cords of a suspended beam, as far as they are known, and what the beam weighs."""
 
     bounce: float = Field(gt=0, description="frequency of the beam's bounce in its cords, Hz")
@@ -47,14 +45,14 @@ class Suspension(_Document):
     loss_factor: float = Field(default=0.0, ge=0, description="of the cords")
 
 
-class Weight(_Document):
+class Weight(Document):
     """What a balance says of the bare beam."""
 
     mass: float = Field(gt=0, description="kg")
     standard_error: float = Field(default=0.001, gt=0, description="kg")
 
 
-class HammerStep(_Document):
+class HammerStep(Document):
     """Roving hammer: so many accepted blows at each point, one accelerometer."""
 
     step: Literal["hammer"]
@@ -108,7 +106,7 @@ class HammerStep(_Document):
         return points
 
 
-class Frequencies(_Document):
+class Frequencies(Document):
     """Evenly spaced frequencies, both ends included, Hz."""
 
     first: float = Field(default=5.0, gt=0)
@@ -138,10 +136,16 @@ def _check_sample_rate(sample_rate: float, frequencies: Frequencies) -> None:
         )
 
 
+def _check_room(detectors: StepDetectors | None, preset_mm: float, amplitude_pp_mm: float) -> None:
+    if detectors is not None:
+        detectors.check_room(preset_mm - amplitude_pp_mm / 2, preset_mm + amplitude_pp_mm / 2)
+
+
+TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
 Configuration = Literal["compression", "shear", "angled"]
 
 
-class SweepStep(_Document):
+class SweepStep(Document):
     """Swept sine in the tester: every specimen in every configuration at every amplitude and frequency, once."""
 
     step: Literal["sweep"]
@@ -158,6 +162,7 @@ class SweepStep(_Document):
     seed: int | None = Field(
         default=None, ge=0, le=LARGEST_SEED, description="of the shuffling; drawn and recorded where it is not given"
     )
+    detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     @model_validator(mode="after")
     def _has_a_seed_for_something(self) -> SweepStep:
@@ -170,6 +175,11 @@ class SweepStep(_Document):
         _check_sample_rate(self.sample_rate, self.frequencies)
         return self
 
+    @model_validator(mode="after")
+    def _has_room_to_cycle(self) -> SweepStep:
+        _check_room(self.detectors, self.preset_mm, max(self.amplitudes_pp_mm))
+        return self
+
     @property
     def points(self) -> int:
         """How many sine points the sweep has."""
@@ -177,7 +187,7 @@ class SweepStep(_Document):
         return series * len(self.frequencies.values)
 
 
-class BlankStep(_Document):
+class BlankStep(Document):
     """Sines on something known in place of a specimen: they tell what the tester itself adds."""
 
     step: Literal["blank"]
@@ -191,10 +201,16 @@ class BlankStep(_Document):
     preset_mm: float = Field(default=0.0, ge=0)
     frequencies: Frequencies = Frequencies(first=20.0, last=200.0, step=20.0)
     sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+    detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     @model_validator(mode="after")
     def _resolves_harmonics(self) -> BlankStep:
         _check_sample_rate(self.sample_rate, self.frequencies)
+        return self
+
+    @model_validator(mode="after")
+    def _has_room_to_cycle(self) -> BlankStep:
+        _check_room(self.detectors, self.preset_mm, self.amplitude_pp_mm)
         return self
 
     @model_validator(mode="after")
@@ -209,14 +225,14 @@ class BlankStep(_Document):
         return len(self.frequencies.values)
 
 
-class WaitStep(_Document):
+class WaitStep(Document):
     """Wait, for the specimens to recover, say."""
 
     step: Literal["wait"]
     seconds: float = Field(gt=0, description="s")
 
 
-class SoakStep(_Document):
+class SoakStep(Document):
     """Wait until the temperature has stayed within a band for a time."""
 
     step: Literal["soak"]
@@ -232,7 +248,7 @@ class SoakStep(_Document):
         return self
 
 
-class PromptStep(_Document):
+class PromptStep(Document):
     """Ask the operator for something that takes hands, and wait until it is done."""
 
     step: Literal["prompt"]
@@ -243,7 +259,7 @@ Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep | Prom
 SineStep = SweepStep | BlankStep
 
 
-class Compound(_Document):
+class Compound(Document):
     """How the elastomer depends on temperature, near the reference that results are wanted at."""
 
     reference_celsius: float = 23.0
@@ -254,7 +270,7 @@ class Compound(_Document):
     thermometer_error: float = Field(default=0.1, ge=0, description="one standard deviation, K")
 
 
-class Sequence(_Document):
+class Sequence(Document):
     """The whole document."""
 
     format: Literal["jointlab-sequence/1"]

@@ -6,6 +6,7 @@ from analysis.dof import Dof
 from analysis.modal.blow_check import BlowLimits
 from daq.channels import Channel
 from daq.errors import ChannelError
+from rig.detectors import check_tighter
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
 from rig.operator import Observer, unobserved
@@ -24,7 +25,7 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
 
     Raises:
         HammerError, PlanError: a step makes no sense.
-        LimitExceededError: the sweep is beyond `limits`.
+        LimitExceededError: a sine step or a detector that it sets is beyond `limits`.
     """
     for step in sequence.steps:
         if isinstance(step, HammerStep):
@@ -51,6 +52,8 @@ def check_instruments(
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
     if sequence.sine_steps:
         with instruments.tester() as tester, tester.telling(observer):
+            for step, _ in sequence.sine_steps:
+                check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
             tester.stop()  # it is at rest: what counts is that it obeys
             status = tester.status()
             if status.stopped_by:
@@ -92,6 +95,7 @@ def hammer_settings(step: HammerStep) -> HammerSettings:
 
 def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
     """The plan that a sweep or blank step asks for; seed 0 stands for one that is drawn when a run begins."""
+    detectors = {} if step.detectors is None else step.detectors.in_si()
     if isinstance(step, BlankStep):
         return SweepPlan(
             frequencies=step.frequencies.values,
@@ -100,6 +104,7 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
             configurations=(BLANK,),
             specimens=(step.piece,),
             first_number=first_number,
+            detectors=detectors,
         )
     return SweepPlan(
         frequencies=step.frequencies.values,
@@ -110,6 +115,7 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
         order=step.order,
         seed=step.seed or 0,
         first_number=first_number,
+        detectors=detectors,
     )
 
 

@@ -9,8 +9,8 @@ From hydraulics on to hydraulics off the tester is watched, also while a record 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
 from typing import Protocol
@@ -20,12 +20,15 @@ from daq.block import Block
 from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
+from rig.detectors import TighterDetector
 from rig.errors import RigError
 from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
+from rig.registers import Interlock
 from rig.sweep_order import Mounting, Order, Sine, in_order
 from rig.tester import Tester
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
+from rig.tightening import tightened
 from rig.watch import watched
 
 RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
@@ -55,6 +58,7 @@ class SweepPlan:
         order: what is shuffled; everything else is measured as it is given above.
         seed: of the shuffling.
         first_number: order number of the first point, where a run has measured others before.
+        detectors: of the tester, that are tighter while the sweep lasts.
 
     Raises:
         PlanError: there is nothing to measure, or a figure makes no sense.
@@ -74,6 +78,7 @@ class SweepPlan:
     order: Order = Order.SEQUENTIAL
     seed: int = 0
     first_number: int = 1
+    detectors: Mapping[Interlock, TighterDetector] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("frequencies", "amplitudes_pp", "configurations", "specimens"):
@@ -94,12 +99,14 @@ class SweepPlan:
         return math.prod(map(len, (self.specimens, self.configurations, self.amplitudes_pp, self.frequencies)))
 
     def check(self, limits: TesterLimits) -> None:
-        """Let the plan pass if every point is within `limits`, before anything moves.
+        """Let the plan pass if every point and detector is within `limits`, before anything moves.
 
         Raises:
-            LimitExceededError: a point is not.
+            LimitExceededError: one is not.
         """
         limits.check_preset(self.preset)
+        for interlock, detector in self.detectors.items():
+            limits.check_detector(interlock, detector.limit)
         for amplitude_pp, frequency in self.sines():
             limits.check_cycle(amplitude_pp, frequency)
 
@@ -198,13 +205,19 @@ def run_sweep(
 
     Raises:
         LimitExceededError: the plan is beyond the rig's limits; nothing moved.
+        DetectorError: a detector of the plan is looser than what is in force at the tester; nothing moved.
         RunStoppedError: `control` asked for it; what was measured before is in the sink.
         RigError, DaqError: an instrument failed; what was measured before is in the sink.
     """
     plan.check(tester.limits)
     control = control or RunControl()
     sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
-    with tester.telling(observer), tester.at_rest_afterwards(), control.driving(tester):
+    with (
+        tester.telling(observer),
+        tightened(tester, plan.detectors),
+        tester.at_rest_afterwards(),
+        control.driving(tester),
+    ):
         for mounting in plan.mountings():
             sines = [sine for sine in mounting.sines if sine.order_number not in measured]
             if not sines:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from rig.errors import RigError
+from rig.registers import Interlock, name_of
 from rig.tester_status import TesterStatus
 
 BEYOND_COMMAND = 1.05
@@ -64,6 +65,27 @@ class TesterLimits:
         _check("peak velocity", omega * amplitude, 0.0, self.velocity, "m/s")
         _check("peak acceleration", omega**2 * amplitude, 0.0, self.acceleration, "m/s^2")
 
+    def check_detector(self, interlock: Interlock, limit: float) -> None:
+        """Let a detector of the tester pass that fires no later than the rig's own limit on what it watches.
+
+        Args:
+            interlock: whose detector; the rig has no limit of its own on overshoot and underpeak.
+            limit: in the unit of what it watches.
+
+        Raises:
+            LimitExceededError: the rig's own limit is tighter.
+        """
+        what = f"detector {name_of(interlock)}"
+        if interlock is Interlock.FORCE:
+            _check(what, limit, 0.0, self.force, "N")
+        elif interlock in (Interlock.UPPER_DISPLACEMENT, Interlock.LOWER_DISPLACEMENT):
+            _check(what, limit, *self._reach, "m")
+
+    @property
+    def _reach(self) -> tuple[float, float]:
+        """Lowest and highest position that may be measured, m."""
+        return self.lowest_preset - self.amplitude_pp, self.highest_preset + self.amplitude_pp
+
     def check_measured(self, status: TesterStatus) -> None:
         """Let what the tester measures pass: its amplitude, and how far out mean and amplitude lie together.
 
@@ -76,7 +98,7 @@ class TesterLimits:
                 f"the actuator moves by {amplitude_pp:g} m peak to peak, beyond the rig's limit of "
                 f"{self.amplitude_pp:g} m"
             )
-        lowest, highest = self.lowest_preset - self.amplitude_pp, self.highest_preset + self.amplitude_pp
+        lowest, highest = self._reach
         position = status.displacement_mean
         if not lowest <= position - amplitude_pp / 2 <= position + amplitude_pp / 2 <= highest:
             raise MeasuredBeyondLimitError(

@@ -84,6 +84,16 @@ def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, con
     assert contents() == before
 
 
+def test_a_dry_run_lists_the_detectors_that_a_step_tightens(jointlab: Command, sequence: Write) -> None:
+    detectors = {"force": {"limit": 900, "action": "hydraulic_interlock"}, "upper_displacement": {"limit_mm": 0.8}}
+    answer = jointlab("run", sequence(sweep={"detectors": detectors}), "--dry-run")
+    assert answer.returncode == 0, answer.stderr
+    assert "; tighter detectors: upper displacement 0.8 mm, force 900 N (hydraulic interlock)\n" in answer.stdout
+    refused = jointlab("run", sequence(sweep={"detectors": {"force": {"limit": 4500}}}), "--dry-run")
+    assert refused.returncode == BAD_INPUT
+    one_line(refused, "detector force 4500 N is outside the rig's limits of 0 to 4000 N")
+
+
 def free_port() -> int:
     with socket.create_server(("127.0.0.1", 0)) as server:
         return int(server.getsockname()[1])

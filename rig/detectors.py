@@ -1,0 +1,132 @@
+"""Limit detectors of the tester that a step sets tighter than they are: as a document, in SI units, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import Field
+
+from rig.document import Document
+from rig.errors import RigError
+from rig.registers import DETECTED, Action, Interlock, float32, name_of
+from rig.tester_status import Detector
+
+TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
+"""Of the others, a lower limit is tighter."""
+
+ActionName = Literal["indicate", "hold", "stop", "program_interlock", "hydraulic_interlock"]
+
+
+class DetectorError(RigError):
+    """A step asks for a detector that is looser than what is in force at the tester; nothing was sent."""
+
+
+@dataclass(frozen=True)
+class TighterDetector:
+    """A limit in the unit of what is watched, and what happens beyond it; None is what happens there already."""
+
+    limit: float
+    action: Action | None = None
+
+    def beside(self, in_force: Detector) -> Detector:
+        """The detector to be put in force in place of `in_force`."""
+        return Detector(self.limit, in_force.action if self.action is None else self.action)
+
+
+class _DetectorDocument(Document):
+    action: ActionName | None = Field(
+        default=None,
+        description="what it does beyond its limit, as hard as at the instrument or harder; as there if not given",
+    )
+
+
+class PositionDetector(_DetectorDocument):
+    """Fires where the actuator goes beyond a position."""
+
+    limit_mm: float = Field(ge=-10.0, le=10.0)
+
+
+class OvershootDetector(_DetectorDocument):
+    """Fires where the peak-to-peak amplitude exceeds what was commanded."""
+
+    limit_mm: float = Field(ge=0.001, le=10.0, description="beyond the command")
+
+
+class ForceDetector(_DetectorDocument):
+    """Fires where the absolute force is larger."""
+
+    limit: float = Field(ge=1.0, le=25e3, description="N")
+
+
+class UnderpeakDetector(_DetectorDocument):
+    """Fires where the settled amplitude is smaller."""
+
+    limit: float = Field(gt=0.0, le=1.0, description="as a fraction of the command")
+
+
+class StepDetectors(Document):
+    """Detectors that are tighter while a step lasts than at the instrument; those not named stay as they are."""
+
+    upper_displacement: PositionDetector | None = None
+    lower_displacement: PositionDetector | None = None
+    force: ForceDetector | None = None
+    error: OvershootDetector | None = None
+    underpeak: UnderpeakDetector | None = None
+
+    def check_room(self, lowest_mm: float, highest_mm: float) -> None:
+        """Let displacement detectors pass that leave room for a cycle between these positions, and for the way there.
+
+        Raises:
+            ValueError: one would fire although everything is as asked for.
+        """
+        if self.upper_displacement and self.upper_displacement.limit_mm <= highest_mm:
+            raise ValueError(
+                f"detectors.upper_displacement at {self.upper_displacement.limit_mm:g} mm would fire in every cycle, "
+                f"which goes up to {highest_mm:g} mm"
+            )
+        lowest_mm = min(lowest_mm, 0.0)  # where the actuator comes from
+        if self.lower_displacement and self.lower_displacement.limit_mm >= lowest_mm:
+            raise ValueError(
+                f"detectors.lower_displacement at {self.lower_displacement.limit_mm:g} mm would fire as the actuator "
+                f"comes from or goes down to {lowest_mm:g} mm"
+            )
+
+    def in_si(self) -> dict[Interlock, TighterDetector]:
+        """What is asked for, limits in m, N or as a fraction."""
+        wanted = dict[Interlock, TighterDetector]()
+        for interlock in DETECTED:
+            document: PositionDetector | OvershootDetector | ForceDetector | UnderpeakDetector | None
+            document = getattr(self, name_of(interlock))
+            if document is None:
+                continue
+            if isinstance(document, PositionDetector | OvershootDetector):
+                limit = 1e-3 * document.limit_mm
+            else:
+                limit = document.limit
+            action = None if document.action is None else Action[document.action.upper()]
+            wanted[interlock] = TighterDetector(limit, action)
+        return wanted
+
+
+def check_tighter(wanted: Mapping[Interlock, TighterDetector], in_force: Mapping[Interlock, Detector]) -> None:
+    """Let detectors pass that are as tight as those in force at the tester, or tighter.
+
+    Raises:
+        DetectorError: a limit lies farther out, or an action is milder.
+    """
+    for interlock, tighter in wanted.items():
+        found = in_force[interlock]
+        limit = float32(tighter.limit)  # as the instrument holds it
+        if limit < found.limit if interlock & TIGHTER_IS_HIGHER else limit > found.limit:
+            raise _looser(interlock, f"{tighter.limit:g}", f"{found.limit:g}")
+        if tighter.action is not None and tighter.action < found.action:
+            raise _looser(interlock, tighter.action.name.lower(), found.action.name.lower())
+
+
+def _looser(interlock: Interlock, wanted: str, in_force: str) -> DetectorError:
+    return DetectorError(
+        f"detector {name_of(interlock)}: {wanted} is asked for, looser than {in_force}, which is in force at the "
+        "tester; nothing was sent. A sequence may tighten detectors; set them looser at the instrument"
+    )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
 
 from sqlalchemy import insert, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from store import models
 from store.analyses import article_of
@@ -19,22 +20,28 @@ from store.sine_records import CONFIGURATIONS
 
 @dataclass(frozen=True)
 class DynamicStiffness:
-    """One steady-state sine point; standard errors (`_se`) are None where they are not known.
+    """One steady-state sine point; standard errors (`_se`) and what has them are None where they are not known.
 
     Attributes:
         order_number: the order of measuring, from 1.
         elapsed: s since the start of the run.
         specimen: the joint (I or II) whose cylinders were tested.
         configuration: compression, shear or angled.
-        amplitude_pp_mm: peak-to-peak amplitude of the series, mm.
+        amplitude_pp_mm: peak-to-peak amplitude of the series, mm; reached_pp_mm: that of the first harmonic.
         frequency: Hz.
         stiffness, damping: real and imaginary part k and h of the complex stiffness, N/m.
         loss_factor: h/k.
         magnitude: |k_d|, N/m.
         loss_angle_deg: degrees.
+        degrees_of_freedom: behind the standard errors; None where these are known beforehand.
+        stiffness_damping_covariance: of k and h, (N/m)^2.
         sd_rel: relative standard deviation per real and imaginary part, as an imported table gives it.
         thd_percent: total harmonic distortion of the force, %; thd_displacement_percent: of the displacement.
+        loop_energy: loop integral of force over displacement, J a cycle.
+        loop_energy_excess: by how much it is more than pi X^2 h, the ellipse of the first harmonic, J a cycle.
         flags: what to mind about this point, a word or a sentence each.
+        shared_errors: by source, how far one standard deviation of it moves k and h at this point, N/m; other points
+            share it, and it is part of the standard errors.
         sine_record_id: the record it was computed from, or None for an imported point.
     """
 
@@ -54,12 +61,43 @@ class DynamicStiffness:
     loss_factor_se: float | None = None
     magnitude_se: float | None = None
     loss_angle_se_deg: float | None = None
+    degrees_of_freedom: float | None = None
+    stiffness_damping_covariance: float | None = None
     sd_rel: float | None = None
+    reached_pp_mm: float | None = None
+    reached_pp_se_mm: float | None = None
     thd_percent: float | None = None
+    thd_se_percent: float | None = None
     thd_displacement_percent: float | None = None
+    thd_displacement_se_percent: float | None = None
+    loop_energy: float | None = None
+    loop_energy_se: float | None = None
+    loop_energy_excess: float | None = None
+    loop_energy_excess_se: float | None = None
     temperature_c: float | None = None
     flags: tuple[str, ...] = ()
+    shared_errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sine_record_id: int | None = None
+
+
+_LISTS = ("flags", "shared_errors")
+_NUMBERS = tuple(each.name for each in fields(DynamicStiffness) if each.name not in ("specimen", *_LISTS))
+# Columns instead of objects of the model: a sweep has a thousand points.
+COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
+    models.Specimen.name,
+    *(getattr(models.DynamicStiffness, name) for name in (*_LISTS, *_NUMBERS)),
+)
+"""What a query has to select of points and their specimens for `from_columns`."""
+
+
+def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None, *numbers: Any) -> DynamicStiffness:
+    """The point whose `COLUMNS` these are."""
+    return DynamicStiffness(
+        specimen=specimen,
+        flags=tuple(flags),
+        shared_errors={source: (move[0], move[1]) for source, move in (shared or {}).items()},
+        **dict(zip(_NUMBERS, numbers, strict=True)),
+    )
 
 
 def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[DynamicStiffness]) -> None:
@@ -81,7 +119,12 @@ def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[D
         for name, value in row.items():
             if isinstance(value, float) and not math.isfinite(value):
                 finite(value, f"{where}: {name}")
-        row.update(analysis_id=analysis_id, specimen_id=specimens[row.pop("specimen")], flags=list(point.flags))
+        row.update(
+            analysis_id=analysis_id,
+            specimen_id=specimens[row.pop("specimen")],
+            flags=list(point.flags),
+            shared_errors={source: list(move) for source, move in point.shared_errors.items()} or None,
+        )
         rows.append(row)
     session.execute(insert(models.DynamicStiffness), rows)
 
@@ -92,18 +135,12 @@ def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[DynamicSt
     Raises:
         NotFoundError: it has none.
     """
-    same = [field.name for field in fields(DynamicStiffness) if field.name not in ("specimen", "flags")]
-    # Columns instead of objects of the model: a sweep has a thousand points.
-    columns = [getattr(models.DynamicStiffness, name) for name in same]
     rows = session.execute(
-        select(models.Specimen.name, models.DynamicStiffness.flags, *columns)
+        select(*COLUMNS)
         .join(models.Specimen, models.Specimen.id == models.DynamicStiffness.specimen_id)
         .where(models.DynamicStiffness.analysis_id == analysis_id)
         .order_by(models.DynamicStiffness.order_number)
     ).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no dynamic stiffness points")
-    return [
-        DynamicStiffness(specimen=specimen, flags=tuple(flags), **dict(zip(same, values, strict=True)))
-        for specimen, flags, *values in rows
-    ]
+    return [from_columns(*row) for row in rows]

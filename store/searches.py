@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, NamedTuple
 
 from sqlalchemy import ScalarSelect, Select, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from store import models
-from store.dynamic_stiffness import DynamicStiffness
+from store.dynamic_stiffness import COLUMNS, DynamicStiffness, from_columns
 
 
 class Place(NamedTuple):
@@ -96,13 +95,11 @@ def find_sine_points(
 ) -> list[tuple[Place, DynamicStiffness]]:
     """Dynamic stiffness of an article's specimens, newest first."""
     point = models.DynamicStiffness
-    names = [field.name for field in fields(DynamicStiffness) if field.name not in ("specimen", "flags")]
     query = (
-        select(point.id, point.analysis_id, _run_of(point.analysis_id), models.Specimen.name, point.flags,
-               *[getattr(point, name) for name in names])
+        select(point.id, point.analysis_id, _run_of(point.analysis_id), *COLUMNS)
         .join(models.Specimen, models.Specimen.id == point.specimen_id)
         .where(point.specimen_id.in_(_specimens(article, specimen)))
-    )  # fmt: skip
+    )
     wanted = {"configuration": configuration, "amplitude_pp_mm": amplitude_pp_mm}
     for name, value in wanted.items():
         if value is not None:
@@ -114,10 +111,7 @@ def find_sine_points(
     if before is not None:
         query = query.where(point.id < before)
     rows = session.execute(query.order_by(point.id.desc()).limit(limit))
-    return [
-        (_place(row), DynamicStiffness(specimen=row[3], flags=tuple(row[4]), **dict(zip(names, row[5:], strict=True))))
-        for row in rows
-    ]
+    return [(_place(row), from_columns(*row[3:])) for row in rows]
 
 
 def find_comparisons(

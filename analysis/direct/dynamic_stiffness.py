@@ -48,7 +48,9 @@ class DynamicStiffness:
         degrees_of_freedom: behind the covariance; infinite where it is known beforehand.
         amplitude_pp_standard_error: in m, or None where it is not known.
         thd_displacement: total harmonic distortion of the displacement, 1, or None where it was not recorded.
-        thd_force: the same of the force.
+        thd_displacement_standard_error: of it, 1, or None where it is not known; noise adds to a distortion, never
+            takes off, so a value of a few standard errors may be noise alone.
+        thd_force, thd_force_standard_error: the same of the force.
         loop_energy: loop integral of force over displacement with all modelled harmonics, J a cycle, or None where it
             was not recorded.
         loop_energy_excess: loop energy less `first_harmonic_energy` with its standard error, J a cycle, or None.
@@ -64,7 +66,9 @@ class DynamicStiffness:
     degrees_of_freedom: float = math.inf
     amplitude_pp_standard_error: float | None = None
     thd_displacement: float | None = None
+    thd_displacement_standard_error: float | None = None
     thd_force: float | None = None
+    thd_force_standard_error: float | None = None
     loop_energy: float | None = None
     loop_energy_excess: Estimate | None = None
     corrections: tuple[AppliedCorrection, ...] = ()
@@ -129,6 +133,16 @@ class DynamicStiffness:
     def first_harmonic_energy(self) -> float:
         """Energy pi X^2 h of the ellipse that the first harmonics draw, J a cycle."""
         return math.pi * (self.amplitude_pp / 2) ** 2 * self.damping
+
+    @property
+    def loop_energy_estimate(self) -> Estimate | None:
+        """`loop_energy` with its standard error, J a cycle: those of amplitude, h and what the harmonics add."""
+        if self.loop_energy is None or self.loop_energy_excess is None or self.amplitude_pp_standard_error is None:
+            return None
+        of_amplitude = 2 * self.first_harmonic_energy * self.amplitude_pp_standard_error / self.amplitude_pp
+        of_damping = math.pi * (self.amplitude_pp / 2) ** 2 * self.damping_estimate.standard_error
+        error = math.hypot(of_amplitude, of_damping, self.loop_energy_excess.standard_error)
+        return Estimate(self.loop_energy, error, self.degrees_of_freedom)
 
     @property
     def shortcomings(self) -> tuple[str, ...]:
@@ -251,6 +265,10 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
     loop = float(_energies(fit.harmonics))
     excess = _energies(fit.blocks) - _energies(fit.blocks[:, :, :1])
     distortion = fit.total_harmonic_distortion
+    distortion_error = [
+        math.sqrt(covariance_of_mean(each.astype(np.complex128), motion, fit.cycles_per_block)[0, 0])
+        for each in fit.distortion_deviation.T
+    ]
     return DynamicStiffness(
         frequency=fit.frequency,
         amplitude_pp=float(fit.amplitude_pp[0]),
@@ -259,7 +277,9 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
         degrees_of_freedom=count - 1,
         amplitude_pp_standard_error=2 * math.sqrt(variance_of_mean(motion, fit.cycles_per_block)),
         thd_displacement=float(distortion[0]),
+        thd_displacement_standard_error=distortion_error[0],
         thd_force=float(distortion[1]),
+        thd_force_standard_error=distortion_error[1],
         loop_energy=loop,
         loop_energy_excess=Estimate(
             loop - ellipse, math.sqrt(variance_of_mean(excess, fit.cycles_per_block)), count - 1

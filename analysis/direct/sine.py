@@ -73,6 +73,17 @@ class SineFit:
         return np.asarray(np.linalg.norm(self.harmonics[:, 1:], axis=1) / np.abs(self.first))
 
     @property
+    def distortion_deviation(self) -> Real:
+        """(blocks, signals) by how much each block moves `total_harmonic_distortion`, to first order."""
+        higher, first = self.harmonics[:, 1:], np.abs(self.first)
+        size = np.linalg.norm(higher, axis=1)
+        # d |H| = Re(H* dH) / |H|: what is across H, as most of noise, moves its length in the second order only
+        along = np.divide(higher.conj(), size[:, None], out=np.zeros_like(higher), where=size[:, None] > 0)
+        of_higher = np.sum((along * (self.blocks[:, :, 1:] - higher)).real, axis=2)
+        of_first = (self._relative_blocks - 1).real * size
+        return np.asarray((of_higher - of_first) / first)
+
+    @property
     def residual_rms(self) -> Real:
         """(signals,) root mean square of the residual."""
         return np.asarray(np.sqrt(np.mean(self.residual**2, axis=1)))

@@ -11,6 +11,7 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.modal.estimation import ModalEstimate
@@ -225,8 +226,20 @@ def _series(points: tuple[DynamicStiffness, ...]) -> dict[str, Any]:
         "k_ci95": [point.stiffness_estimate.interval() for point in points],
         "h_ci95": [point.damping_estimate.interval() for point in points],
         "gamma_ci95": [point.loss_factor_estimate.interval() for point in points],
+        "thd_force": [point.thd_force for point in points],
+        "thd_force_se": [point.thd_force_standard_error for point in points],
+        "thd_displacement": [point.thd_displacement for point in points],
+        "thd_displacement_se": [point.thd_displacement_standard_error for point in points],
+        "loop_energy": [point.loop_energy for point in points],
+        "loop_energy_ci95": [_interval(point.loop_energy_estimate) for point in points],
+        "first_harmonic_energy": [point.first_harmonic_energy for point in points],
+        "loop_energy_excess_ci95": [_interval(point.loop_energy_excess) for point in points],
         "first_harmonic_sufficient": [point.first_harmonic_sufficient for point in points],
     }
+
+
+def _interval(estimate: Estimate | None) -> tuple[float, float] | None:
+    return None if estimate is None else estimate.interval()
 
 
 def _comparison(each: ElementComparison) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.interval import Estimate
 from store.dynamic_stiffness import DynamicStiffness as StoredPoint
 
 
@@ -37,18 +38,33 @@ class SinePoint:
 
 
 def sine_point(stored: StoredPoint) -> SinePoint:
-    """A stored sine point as analysis has it."""
+    """A stored sine point as analysis has it; what it was corrected for is in the settings of its analysis."""
     errors = (stored.stiffness_se or 0.0, stored.damping_se or 0.0)
+    covariance = np.diag(np.square(errors))
+    covariance[0, 1] = covariance[1, 0] = stored.stiffness_damping_covariance or 0.0
+    freedom = math.inf if stored.degrees_of_freedom is None else stored.degrees_of_freedom
+    excess = None
+    if stored.loop_energy_excess is not None and stored.loop_energy_excess_se is not None:
+        excess = Estimate(stored.loop_energy_excess, stored.loop_energy_excess_se, freedom)
+    reached_pp_mm = stored.amplitude_pp_mm if stored.reached_pp_mm is None else stored.reached_pp_mm
     return SinePoint(
         specimen=stored.specimen,
         configuration=stored.configuration,
         amplitude_pp_mm=stored.amplitude_pp_mm,
         result=DynamicStiffness(
             frequency=stored.frequency,
-            amplitude_pp=stored.amplitude_pp_mm * 1e-3,
+            amplitude_pp=1e-3 * reached_pp_mm,
             complex_stiffness=complex(stored.stiffness, stored.damping),
-            covariance=np.diag(np.square(errors)),
-            thd_force=None if stored.thd_percent is None else stored.thd_percent / 100,
+            covariance=covariance,
+            degrees_of_freedom=freedom,
+            amplitude_pp_standard_error=_times(1e-3, stored.reached_pp_se_mm),
+            thd_displacement=_times(1e-2, stored.thd_displacement_percent),
+            thd_displacement_standard_error=_times(1e-2, stored.thd_displacement_se_percent),
+            thd_force=_times(1e-2, stored.thd_percent),
+            thd_force_standard_error=_times(1e-2, stored.thd_se_percent),
+            loop_energy=stored.loop_energy,
+            loop_energy_excess=excess,
+            shared_errors={source: complex(*move) for source, move in stored.shared_errors.items()},
         ),
         order_number=stored.order_number,
         elapsed=stored.elapsed,
@@ -60,6 +76,7 @@ def sine_point(stored: StoredPoint) -> SinePoint:
 def stored_point(point: SinePoint) -> StoredPoint:
     """A sine point as the catalogue keeps it."""
     result = point.result
+    energy, excess = result.loop_energy_estimate, result.loop_energy_excess
     return StoredPoint(
         order_number=point.order_number,
         elapsed=point.elapsed,
@@ -77,9 +94,24 @@ def stored_point(point: SinePoint) -> StoredPoint:
         loss_factor_se=result.loss_factor_estimate.standard_error,
         magnitude_se=result.magnitude_estimate.standard_error,
         loss_angle_se_deg=math.degrees(result.loss_angle_estimate.standard_error),
-        thd_percent=None if result.thd_force is None else 100 * result.thd_force,
-        thd_displacement_percent=None if result.thd_displacement is None else 100 * result.thd_displacement,
+        degrees_of_freedom=None if math.isinf(result.degrees_of_freedom) else result.degrees_of_freedom,
+        stiffness_damping_covariance=float(result.covariance[0, 1]),
+        reached_pp_mm=1e3 * result.amplitude_pp,
+        reached_pp_se_mm=_times(1e3, result.amplitude_pp_standard_error),
+        thd_percent=_times(100, result.thd_force),
+        thd_se_percent=_times(100, result.thd_force_standard_error),
+        thd_displacement_percent=_times(100, result.thd_displacement),
+        thd_displacement_se_percent=_times(100, result.thd_displacement_standard_error),
+        loop_energy=result.loop_energy,
+        loop_energy_se=None if energy is None else energy.standard_error,
+        loop_energy_excess=None if excess is None else excess.value,
+        loop_energy_excess_se=None if excess is None else excess.standard_error,
         temperature_c=point.temperature_c,
         flags=result.shortcomings,
+        shared_errors={source: (move.real, move.imag) for source, move in result.shared_errors.items()},
         sine_record_id=point.sine_record_id,
     )
+
+
+def _times(factor: float, value: float | None) -> float | None:
+    return None if value is None else factor * value

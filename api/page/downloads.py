@@ -40,6 +40,17 @@ POINT_COLUMNS = (
     "damping_se",
     "loss_factor",
     "loss_factor_se",
+    "degrees_of_freedom",
+    "reached_pp_mm",
+    "reached_pp_se_mm",
+    "thd_percent",
+    "thd_se_percent",
+    "thd_displacement_percent",
+    "thd_displacement_se_percent",
+    "loop_energy",
+    "loop_energy_se",
+    "loop_energy_excess",
+    "loop_energy_excess_se",
     "temperature_c",
 )
 

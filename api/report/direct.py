@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -87,6 +88,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
         else f"The first harmonic does not describe {len(insufficient)} of {len(flagged)} points, the first because "
         f"{insufficient[0].shortcomings[0]}."
     )
+    content.append(_first_harmonic(name, direct))
     content += [f"Not a specimen's stiffness: {text}." for text in direct.unphysical]
     content += _claims(direct)
     if direct.superposition:
@@ -117,6 +119,52 @@ def _ratios(name: str, direct: Direct) -> Table:
         rows.append((configuration, number(float(stiffness)), number(float(loss))))
     caption = f"Joint {name}: smallest over largest amplitude, mean over frequency"
     return Table(caption, ("configuration", "|k|", "loss factor"), tuple(rows))
+
+
+def _first_harmonic(name: str, direct: Direct) -> Table:
+    """What was reached, and how far each series is from sines and ellipses at the worst of its points."""
+    rows = []
+    for configuration, by_amplitude in direct.series.items():
+        for amplitude, points in by_amplitude.items():
+            reached = [1e3 * point.amplitude_pp for point in points]
+            rows.append(
+                (
+                    configuration,
+                    f"{amplitude:g}",
+                    ends((min(reached), max(reached))),
+                    _worst(points, lambda point: _with_error(point.thd_force, point.thd_force_standard_error)),
+                    _worst(
+                        points, lambda point: _with_error(point.thd_displacement, point.thd_displacement_standard_error)
+                    ),
+                    _worst(points, _loop_excess),
+                )
+            )
+    return Table(
+        f"Joint {name}: reached amplitude, and the worst of total harmonic distortion and of loop energy against "
+        "π X² h in each series, with standard errors",
+        ("configuration", "asked, mm p-p", "reached, mm p-p", "force, %", "displacement, %", "loop less π X² h, %"),
+        tuple(rows),
+    )
+
+
+def _worst(points: Sequence[DynamicStiffness], share: Callable[[DynamicStiffness], Estimate | None]) -> str:
+    """The largest of what is known of points, in percent; a dash where nothing is."""
+    known = [found for point in points if (found := share(point)) is not None]
+    if not known:
+        return "–"
+    worst = max(known, key=lambda found: abs(found.value))
+    error = f" ± {number(100 * worst.standard_error, 2)}" if math.isfinite(worst.standard_error) else ""
+    return f"{number(100 * worst.value)}{error}"
+
+
+def _with_error(value: float | None, standard_error: float | None) -> Estimate | None:
+    return None if value is None else Estimate(value, math.nan if standard_error is None else standard_error)
+
+
+def _loop_excess(point: DynamicStiffness) -> Estimate | None:
+    """Of the energy of the first harmonic's ellipse."""
+    excess, ellipse = point.loop_energy_excess, point.first_harmonic_energy
+    return None if excess is None else Estimate(excess.value / ellipse, excess.standard_error / abs(ellipse))
 
 
 def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:

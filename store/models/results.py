@@ -153,7 +153,7 @@ class JointElement(Recorded, Base):
 
 
 class DynamicStiffness(Recorded, Base):
-    """Dynamic stiffness of a specimen at one sine point: k, h in N/m, loss factor, standard errors, flags."""
+    """Dynamic stiffness of a specimen at one sine point: k, h in N/m, loss factor, energies in J a cycle, flags."""
 
     __tablename__ = "dynamic_stiffness"
     __table_args__ = (
@@ -180,11 +180,22 @@ class DynamicStiffness(Recorded, Base):
     magnitude_se: Mapped[float | None]
     loss_angle_deg: Mapped[float]
     loss_angle_se_deg: Mapped[float | None]
+    degrees_of_freedom: Mapped[float | None]
+    stiffness_damping_covariance: Mapped[float | None]
     sd_rel: Mapped[float | None]
+    reached_pp_mm: Mapped[float | None]
+    reached_pp_se_mm: Mapped[float | None]
     thd_percent: Mapped[float | None]
+    thd_se_percent: Mapped[float | None]
     thd_displacement_percent: Mapped[float | None]
+    thd_displacement_se_percent: Mapped[float | None]
+    loop_energy: Mapped[float | None]
+    loop_energy_se: Mapped[float | None]
+    loop_energy_excess: Mapped[float | None]
+    loop_energy_excess_se: Mapped[float | None]
     temperature_c: Mapped[float | None]
     flags: Mapped[list[str]]
+    shared_errors: Mapped[dict[str, Any] | None]
     specimen: Mapped[Specimen] = relationship()
 
 

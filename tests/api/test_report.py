@@ -65,6 +65,17 @@ def test_a_run_is_reported_and_its_results_stored(
     answer = jointlab("report", measured, "-o", "again.html")
     assert answer.returncode == 0, answer.stderr
     assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(4, 2)]
+    (worst,) = re.findall(r"<td>shear</td>(.*?)</tr>", _table("again.html", "Joint I: reached amplitude"), re.DOTALL)[
+        :1
+    ]
+    assert re.search(r"<td>0\.1</td><td>0\.\d+ … 0\.\d+</td>(<td>-?[\d.e-]+ ± [\d.e-]+</td>){3}", worst), worst
+
+
+def _table(page: str, caption: str) -> str:
+    """The table of a page whose caption begins so."""
+    tables = Path(page).read_text(encoding="utf-8").split("<table")
+    (found,) = [table for table in tables if f"<caption>{caption}" in table]
+    return found
 
 
 @pytest.mark.parametrize(

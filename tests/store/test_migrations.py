@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from alembic import command
@@ -73,11 +75,26 @@ def _migrate(opened: Catalogue, revision: str) -> None:
         step(configuration(session.connection()), revision)
 
 
-def _contents(opened: Catalogue) -> dict[str, list[str]]:
-    """Every row of every table."""
+Contents = dict[str, list[dict[str, str]]]
+
+
+def _contents(opened: Catalogue) -> Contents:
+    """Every row of every table, its values by column."""
     with opened.reading() as session:
         tables = set(inspect(session.connection()).get_table_names()) - {"alembic_version"}
-        return {table: sorted(map(repr, session.execute(text(f"SELECT * FROM {table}")))) for table in tables}
+        rows = {table: session.execute(text(f"SELECT * FROM {table}")).mappings() for table in tables}
+        return {
+            table: sorted(({name: repr(value) for name, value in row.items()} for row in found), key=repr)
+            for table, found in rows.items()
+        }
+
+
+def _as_far_as(contents: Contents, other: Contents) -> Contents:
+    """What of `contents` is in tables and columns that `other` has."""
+    return {
+        table: sorted(({name: row[name] for name in rows[0]} for row in contents[table]), key=repr)
+        for table, rows in other.items()
+    }
 
 
 def test_the_migrations_make_what_the_models_say(catalogue: Catalogue) -> None:
@@ -106,11 +123,14 @@ def test_rows_survive_the_way_down_to_a_revision_that_has_their_table_and_up_aga
     assert all(before[table] for table in before)
     _migrate(catalogue, revision)
     below = _contents(catalogue)
-    assert below == {table: before[table] for table in below}
+    assert below == _as_far_as(before, below)
     _migrate(catalogue, "head")
     above = _contents(catalogue)
+    assert {table: set(rows[0]) for table, rows in above.items() if rows} == {
+        table: set(before[table][0]) for table, rows in above.items() if rows
+    }
     assert set(above) == set(before)
-    assert below == {table: above[table] for table in below}
+    assert below == _as_far_as(above, below)
     with catalogue.reading() as session:
         assert get_run(session, filled).article == "beam 3"
         assert session.scalar(text("SELECT count(*) FROM v_blows")) == len(before["blows"])
@@ -134,7 +154,8 @@ def test_a_database_that_was_written_at_a_revision_is_read_and_goes_on(
             assert [blow.peak_force for blow in list_blows(session, 1)] == [101.5]
             assert [record.frequency for record in list_sine_records(session, 1)] == [5.0]
             if revision >= "0002":
-                assert [point.stiffness for point in list_dynamic_stiffness(session, 1)] == [7e5]
+                (point,) = list_dynamic_stiffness(session, 1)
+                assert (point.stiffness, point.loop_energy, point.shared_errors) == (7e5, None, {})
             if revision < "0004":
                 assert [(event.state, event.reason) for event in list_run_events(session, 1)] == [
                     ("running", None), ("stopped", "tired")
@@ -142,6 +163,25 @@ def test_a_database_that_was_written_at_a_revision_is_read_and_goes_on(
         with opened.writing() as session:
             assert start_run(session, kind="hammer", title="new", article="beam 3", setup={}).id == 2
         assert check(opened) == []
+
+
+def test_what_a_point_is_known_by_since_revision_8_is_lost_below_it_and_nothing_else(
+    catalogue: Catalogue, filled: int, samples: SimpleNamespace
+) -> None:
+    _migrate(catalogue, "0007")
+    _migrate(catalogue, "head")
+    with catalogue.reading() as session:
+        (analysis,) = session.scalars(text("SELECT DISTINCT analysis_id FROM dynamic_stiffness")).all()
+        found = list_dynamic_stiffness(session, analysis)
+    kept = [
+        replace(
+            point, degrees_of_freedom=None, stiffness_damping_covariance=None, reached_pp_mm=None,
+            reached_pp_se_mm=None, thd_se_percent=None, thd_displacement_se_percent=None, loop_energy=None,
+            loop_energy_se=None, loop_energy_excess=None, loop_energy_excess_se=None, shared_errors={},
+        )
+        for point in samples.dynamic_stiffness(found[0].sine_record_id)
+    ]  # fmt: skip
+    assert found == kept
 
 
 def test_the_way_down_to_nothing_and_up_again(catalogue: Catalogue, filled: int) -> None:

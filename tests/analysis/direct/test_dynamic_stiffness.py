@@ -134,6 +134,56 @@ def test_a_distorted_force_is_flagged_with_its_figure() -> None:
     assert point.shortcomings == ("total harmonic distortion of the force is 15.0 %, above 10 %",)
 
 
+def with_third(rng: np.random.Generator, frequency: float) -> tuple[Real, Real]:
+    """A noisy machine with 8 % of third harmonic in the force and 4 % in the displacement."""
+    x, f = noisy(rng, frequency)
+    angle = 6 * np.pi * frequency * np.arange(x.size) / RATE
+    return x + 0.04 * 5e-6 * np.cos(angle + 2.0), f + 0.08 * 5e-6 * abs(TRUTH) * np.cos(angle + 0.4)
+
+
+def test_intervals_of_distortion_and_energy_cover_the_truth() -> None:
+    rng = np.random.default_rng(1)
+    energy = math.pi * 5e-6**2 * TRUTH.imag
+    extra = 3 * math.pi * 0.04 * 0.08 * 5e-6**2 * abs(TRUTH) * math.sin(0.4 - 2.0)
+    runs = 600
+    hits = np.zeros(4)
+    for _ in range(runs):
+        point = dynamic_stiffness(*with_third(rng, 45.0), RATE, 45.0)
+        assert point.thd_force is not None
+        assert point.thd_force_standard_error is not None
+        assert point.thd_displacement is not None
+        assert point.thd_displacement_standard_error is not None
+        assert point.loop_energy_estimate is not None
+        assert point.loop_energy_excess is not None
+        freedom = point.degrees_of_freedom
+        estimates = (
+            (Estimate(point.thd_force, point.thd_force_standard_error, freedom), 0.08),
+            (Estimate(point.thd_displacement, point.thd_displacement_standard_error, freedom), 0.04),
+            (point.loop_energy_estimate, energy + extra),
+            (point.loop_energy_excess, extra),
+        )
+        for index, (estimate, truth) in enumerate(estimates):
+            low, high = estimate.interval()
+            hits[index] += low <= truth <= high
+    # 600 draws know 95 % to 0.9 %; the error of the excess counts all scatter as wander, and is wide
+    assert np.all(hits / runs > 0.92), hits / runs
+    assert np.all(hits[:3] / runs < 0.99), hits / runs
+
+
+def test_the_error_of_a_distortion_falls_with_the_length_of_the_record() -> None:
+    rng = np.random.default_rng(4)
+
+    def error(cycles: int) -> float:
+        x, f = noisy(rng, 50.0, cycles)
+        third = 0.1 * 5e-6 * abs(TRUTH) * np.cos(300 * np.pi * np.arange(x.size) / RATE)
+        found = dynamic_stiffness(x, f + third, RATE, 50.0).thd_force_standard_error
+        assert found is not None
+        return found
+
+    short, long = (np.mean([error(cycles) for _ in range(40)]) for cycles in (24, 216))
+    assert short / long == pytest.approx(3, rel=0.25)
+
+
 def test_distortion_just_below_the_limit_passes() -> None:
     x, f = steady()
     third = 0.99 * LARGEST_DISTORTION * abs(TRUTH) * 50e-6 * np.cos(2 * np.pi * 150 * np.arange(x.size) / RATE)
@@ -183,6 +233,8 @@ def test_a_point_of_a_bundle_has_the_errors_that_its_relative_deviation_says() -
     low, high = point.magnitude_estimate.interval()
     assert (high - low) / 2 == pytest.approx(1.959964 * 2e4)
     assert point.loop_energy is None
+    assert point.loop_energy_estimate is None
+    assert point.thd_force_standard_error is None
 
 
 @pytest.mark.parametrize(("change", "said"), [({"magnitude": -1.0}, "magnitude"), ({"frequency": 0.0}, "frequency")])

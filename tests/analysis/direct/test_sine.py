@@ -88,6 +88,20 @@ def test_distortion_is_the_root_sum_of_squares_of_the_higher_harmonics() -> None
     assert fit.total_harmonic_distortion[0] == pytest.approx(0.25)
 
 
+def test_blocks_move_the_distortion_by_as_much_as_their_harmonics_differ() -> None:
+    t = times(2048)
+    grows = 1 + 0.1 * (t - np.mean(t)) / np.max(t)
+    fit = fit_sine(sine(40, 2.0, t) + grows * sine(120, 0.5, t), RATE, 40.0)
+    middle = np.mean(np.reshape(t, (16, -1)), axis=1)
+    moved = 0.25 * 0.1 * (middle - np.mean(t)) / np.max(t)
+    np.testing.assert_allclose(fit.distortion_deviation[:, 0], moved, atol=2e-4)
+
+
+def test_a_pure_sine_has_blocks_that_move_its_distortion_by_nothing() -> None:
+    fit = fit_sine(sine(500.0, 1.0, times()), RATE, 500.0, harmonics=1)
+    assert np.all(fit.distortion_deviation == 0)
+
+
 def test_a_held_frequency_stays_and_has_no_error() -> None:
     fit = fit_sine(sine(50.2, 1.0, times()), RATE, 50.0, refine=False)
     assert fit.frequency == 50.0

@@ -60,6 +60,8 @@ def test_a_chart_is_saved_as_a_picture_and_a_table_as_csv(page: Page, campaign: 
     rows = list(csv.DictReader(io.StringIO(httpx.get(address, cookies={"jointlab-key": campaign.key}).text)))
     assert len(rows) == 36
     assert float(rows[0]["stiffness"]) > 1e5
+    assert float(rows[0]["loop_energy"]) > 10 * float(rows[0]["loop_energy_se"]) > 0
+    assert float(rows[0]["reached_pp_mm"]) == pytest.approx(float(rows[0]["amplitude_pp_mm"]), rel=0.05)
 
 
 def test_the_report_opens_with_every_figure(page: Page) -> None:

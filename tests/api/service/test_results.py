@@ -84,7 +84,18 @@ def test_dynamic_stiffness_is_that_of_the_identification(client: httpx.Client, s
     shear = get(client, "/runs/1/dynamic-stiffness", specimen="II", configuration="shear")["items"]
     assert {(point["specimen"], point["configuration"]) for point in shear} == {("II", "shear")}
     small = [point["stiffness"] for point in shear if point["amplitude_pp_mm"] == 0.01]
-    assert small == summary["direct"]["II"]["shear"]["0.01"]["k"]
+    series = summary["direct"]["II"]["shear"]["0.01"]
+    assert small == series["k"]
+    for point, reached, distortion, energy in zip(
+        [point for point in shear if point["amplitude_pp_mm"] == 0.01],
+        series["amplitude_pp_mm"], series["thd_force"], series["loop_energy"], strict=True,
+    ):  # fmt: skip
+        assert point["reached_pp_mm"] == reached
+        assert point["thd_percent"] == pytest.approx(100 * distortion)
+        assert point["loop_energy"] == energy > 0
+        assert 0 < point["loop_energy_se"] < 0.1 * energy
+        assert abs(point["loop_energy_excess"]) < 0.01 * energy
+        assert min(point[name] for name in ("reached_pp_se_mm", "thd_se_percent", "loop_energy_excess_se")) > 0
     article = get(client, "/runs/1")["article"]
     found = get(
         client, "/dynamic-stiffness", article=article, specimen="II", configuration="shear", amplitude_pp_mm=0.01,

@@ -50,6 +50,8 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
         return "no rig here", "idle"
     if state.interlocks:
         return f"tripped: {', '.join(state.interlocks).replace('_', ' ')}", "tripped"
+    if state.tester_silent is not None:
+        return "the tester does not answer", "held"
     return PHASES[state.phase]
 
 

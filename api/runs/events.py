@@ -50,6 +50,18 @@ class RunEnded(Event):
 
 
 @dataclass(frozen=True)
+class TesterSilent(Event):
+    """The tester does not answer while nothing is carried out, for `reason`."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class TesterAnswers(Event):
+    """The tester answers again."""
+
+
+@dataclass(frozen=True)
 class LeaseChanged(Event):
     """`holder` drives the rig from now on; None is nobody."""
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from api.errors import EXPECTED, ConflictError
 from api.runs.events import BlowWithdrawn, RunEnded, RunStopping
+from api.runs.idle_watch import IdleWatch
 from api.runs.journal import Journal
 from api.runs.lease import ControlLease
 from api.runs.prompts import Hands, Prompt, PromptingOperator
@@ -24,6 +25,7 @@ from rig.operator import Event, RunContinued, RunStarted
 from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
+from rig.tester_look import look_at_tester
 from rig.tester_status import names_of
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
@@ -75,6 +77,9 @@ class RunManager:
         self._active: _Active | None = None
         self._thread: threading.Thread | None = None
         self._state = RigState()
+        self._watch = IdleWatch(
+            lambda: look_at_tester(self._instruments.tester_url), lambda: self._state, self._observe
+        )
 
     @property
     def state(self) -> RigState:
@@ -176,7 +181,7 @@ class RunManager:
         """
         active = self._active if run_id is None else self._steered(run_id)
         if active is None:
-            with self._asking, self._instruments.tester() as tester:
+            with self._asking, self._watch.kept_off(), self._instruments.tester() as tester:
                 tester.halt()
             return None
         self._observe(RunStopping(active.run_id))
@@ -244,7 +249,7 @@ class RunManager:
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; stop it first")
-            with self._instruments.tester() as tester, tester.telling(self._observe):
+            with self._watch.kept_off(), self._instruments.tester() as tester, tester.telling(self._observe):
                 tripped = tester.status().interlocks
                 if not tripped:
                     return ()
@@ -266,6 +271,7 @@ class RunManager:
                 self.stop()
         finally:
             self.wait()
+            self._watch.close()
             self.journal.close()
 
     def _sequence_of(self, run_id: int, states: set[RunState]) -> Sequence:
@@ -300,7 +306,8 @@ class RunManager:
     def _work(self, active: _Active, carry_out: Callable[[_Active], None]) -> None:
         ended, reason = RunState.FINISHED, None
         try:
-            carry_out(active)
+            with self._watch.kept_off():  # the run says what the tester is at
+                carry_out(active)
         except RunStoppedError as stopped:
             active.error = stopped
             ended, reason = RunState.STOPPED, str(stopped)

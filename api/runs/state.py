@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from api.runs.events import BlowWithdrawn, RunEnded, RunStopping
+from api.runs.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
 from rig.operator import (
     BlowAccepted,
     Event,
@@ -49,6 +49,7 @@ class RigState:
         sines, sines_wanted: its sine points.
         ended_as: how the last run ended, and why; None while one is carried out.
         interlocks: of the tester that stopped it and were not acknowledged.
+        tester_silent: why the tester does not answer while nothing is carried out; None where it does.
     """
 
     phase: Phase = Phase.IDLE
@@ -63,6 +64,7 @@ class RigState:
     ended_as: str | None = None
     reason: str | None = None
     interlocks: tuple[str, ...] = field(default=())
+    tester_silent: str | None = None
 
 
 def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
@@ -113,5 +115,9 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, interlocks=interlocks) if stopped else state
         case InterlockReset():
             return replace(state, interlocks=())
+        case TesterSilent(reason) if state.phase is Phase.IDLE:
+            return replace(state, tester_silent=reason)
+        case TesterAnswers():
+            return replace(state, tester_silent=None)
         case _:
             return state

@@ -14,6 +14,7 @@ from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
 from api.page.words import THIN, duration, interlock, moment, quantity, standing, time_left
+from api.runs.idle_watch import INTERVAL
 from api.runs.state import Phase, RigState
 from api.service.context import Services
 from store.blows import list_blows
@@ -154,10 +155,18 @@ def _because(reason: str | None) -> str:
 
 
 def _interlocks(state: RigState | None) -> str:
-    if state is None or not state.interlocks:
-        return "<h2>Interlocks</h2><p>No interlock has stopped the actuator.</p>"
-    said = "".join(f"<li><b>{escape(interlock(name))}</b></li>" for name in state.interlocks)
-    return f'<h2>Interlocks</h2><div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>'
+    parts = ["<h2>Interlocks</h2>"]
+    if state is not None and state.tester_silent is not None:
+        parts.append(
+            f'<div class="notice trouble" id="silent"><b>The tester does not answer.</b> Look at its power and its '
+            f"line; it is asked again every {INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
+        )
+    if state is not None and state.interlocks:
+        said = "".join(f"<li><b>{escape(interlock(name))}</b></li>" for name in state.interlocks)
+        parts.append(f'<div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>')
+    if len(parts) == 1:
+        parts.append("<p>No interlock has stopped the actuator.</p>")
+    return "".join(parts)
 
 
 def _temperature(found: tuple[float, datetime] | None) -> str:

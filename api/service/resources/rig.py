@@ -55,6 +55,9 @@ class RigDocument(BaseModel):
     ended_as: str | None
     reason: str | None
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    tester_silent: str | None = Field(
+        description="why the tester does not answer while nothing is carried out; null where it does"
+    )
     prompt: PromptDocument | None
     driven_by: str | None = Field(description="who has the control lease")
     latest_event: int = Field(description="number of the latest event")

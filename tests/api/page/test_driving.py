@@ -10,6 +10,7 @@ from playwright.sync_api import Page, expect
 
 from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.tester_server import TesterFault
 from tests.api.page.technician import Service, Tab
 
 HAMMER = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Two points"}
@@ -200,6 +201,27 @@ def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Hand, la
     page.get_by_role("button", name="I have seen to the cause").click()
     expect(page.locator("#rig-state")).to_have_text("at rest")
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
+
+
+def test_a_trip_while_nothing_runs_is_shown_with_the_reset_beside_it(tab: Tab, laboratory: Laboratory) -> None:
+    page = tab.go("/page/")
+    expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
+    laboratory.tester.emergency_stop()
+    expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
+    expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
+    laboratory.tester.release_emergency_stop()
+    page.get_by_role("button", name="I have seen to the cause").click()
+    expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
+
+
+def test_a_tester_that_does_not_answer_is_shown_while_nothing_runs(tab: Tab, laboratory: Laboratory) -> None:
+    page = tab.go("/page/")
+    laboratory.tester.faults.set(TesterFault.SILENT)
+    expect(page.locator("#silent")).to_contain_text("The tester does not answer. Look at its power and its line")
+    expect(page.locator("#rig-state")).to_have_text("the tester does not answer")
+    laboratory.tester.faults.clear()
+    expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
+    expect(page.locator("#rig-state")).to_have_text("at rest")
 
 
 def test_what_cannot_be_measured_is_refused_where_the_technician_looks(tab: Tab) -> None:

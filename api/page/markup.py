@@ -11,10 +11,11 @@ from nicegui import ui
 
 @dataclass(frozen=True)
 class Link:
-    """Text that leads somewhere."""
+    """Text that leads somewhere; in a new tab where that is no view of this page, which would have no STOP."""
 
     text: str
     address: str
+    new_tab: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,14 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> 
 def terms(pairs: Mapping[str, Cell]) -> str:
     """Terms and what they are."""
     return f"<dl>{''.join(f'<dt>{escape(term)}</dt><dd>{_inner(cell)}</dd>' for term, cell in pairs.items())}</dl>"
+
+
+def anchor(link: Link) -> str:
+    """A link by itself."""
+    if link.new_tab:
+        shown = f"{escape(link.text)} <small>(new tab)</small>"
+        return f'<a href="{escape(link.address)}" target="_blank" rel="noopener">{shown}</a>'
+    return f'<a href="{escape(link.address)}">{escape(link.text)}</a>'
 
 
 def details(summary: str, inner: str) -> str:
@@ -104,8 +113,8 @@ def _cell(cell: Cell) -> str:
 
 def _inner(cell: Cell) -> str:
     match cell:
-        case Link(text, address):
-            return f'<a href="{escape(address)}">{escape(text)}</a>'
+        case Link():
+            return anchor(cell)
         case Unknown(text, why):
             return f"{escape(text)}<br><small>{escape(why)}</small>"
         case Bar(share, text):

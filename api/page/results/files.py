@@ -10,7 +10,7 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.downloads import TABLES
 from api.page.frame import Frame
-from api.page.markup import Cell, Link, show, table
+from api.page.markup import Cell, Link, anchor, show, table
 from api.page.words import moment
 from api.service.access import Caller
 from api.service.context import queue
@@ -84,12 +84,12 @@ def _outcome(job: Job) -> Cell:
     if job.error:
         return job.error
     if job.kind == "export" and job.result:
-        return Link(f"Open {job.result['file']}", f"/page/files/{job.id}")
+        return Link(f"Open {job.result['file']}", f"/page/files/{job.id}", new_tab=True)
     if job.kind == "diagnose" and job.result:
         return Link("Open the diagnosis", f"/page/gap?diagnosis={job.result['diagnosis']}")
     return ""
 
 
 def _tables(run: Run) -> str:
-    links = " · ".join(f'<a href="/page/tables/{run.id}/{name}.csv">{name.replace("_", " ")}</a>' for name in TABLES)
-    return f"<p>Tables as CSV: {links}</p>"
+    links = (Link(name.replace("_", " "), f"/page/tables/{run.id}/{name}.csv", new_tab=True) for name in TABLES)
+    return f"<p>Tables as CSV: {' · '.join(map(anchor, links))}</p>"

@@ -55,6 +55,9 @@ def test_a_chart_is_saved_as_a_picture_and_a_table_as_csv(page: Page, campaign: 
         with page.expect_download() as fetched:
             page.get_by_role("button", name=f"save k, joint I in shear as {form}").click()
         assert Path(fetched.value.path()).read_bytes().startswith(beginning)
+    tables = page.locator('a[href^="/page/tables/"]')
+    expect(tables).to_have_count(5)
+    expect(tables.and_(page.locator('[target="_blank"][rel="noopener"]'))).to_have_count(5)  # an error has no STOP
     address = f"{campaign.address}/page/tables/1/dynamic_stiffness.csv"
     assert httpx.get(address).status_code == 401
     rows = list(csv.DictReader(io.StringIO(httpx.get(address, cookies={"jointlab-key": campaign.key}).text)))
@@ -68,9 +71,14 @@ def test_the_report_opens_with_every_figure(page: Page) -> None:
     page.get_by_role("button", name="Report").click()
     link = page.get_by_role("link", name="Open run-1").first
     expect(link).to_be_visible(timeout=JOB)
-    link.click()
+    with page.expect_popup() as opened:
+        link.click()
+    expect(page.get_by_role("button", name="STOP")).to_be_visible()  # the report has none
+    report = opened.value
+    assert report.evaluate("() => window.opener") is None
     for figure in ("Fig. 5", "Fig. 6", "Fig. 7", "Fig. 11", "Fig. 13", "Fig. 14"):
-        expect(page.locator("figcaption").filter(has_text=figure).first).to_be_visible()
+        expect(report.locator("figcaption").filter(has_text=figure).first).to_be_visible()
+    report.close()
 
 
 def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(page: Page, diagnosis: int) -> None:

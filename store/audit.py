@@ -14,14 +14,14 @@ from store import models
 
 @dataclass(frozen=True)
 class AuditEntry:
-    """One deed.
+    """One deed, or its beginning.
 
     Attributes:
         who: the key's number and name, or where the caller sat.
         action: such as "start run".
         target: what it was done to, such as "run 7".
-        outcome: "done", or why it was not.
-        details: what else was given.
+        outcome: "begun" (what came of it is an entry of its own), "done", "refused: " and why, or why it failed.
+        details: what else was given; `begun` is the number of the entry of its beginning.
     """
 
     id: int
@@ -35,14 +35,16 @@ class AuditEntry:
 
 def add_audit_entry(
     session: Session, *, who: str, action: str, target: str, outcome: str, details: dict[str, Any] | None = None
-) -> None:
-    """Note a deed.
+) -> int:
+    """Note a deed; the number of the entry.
 
     Raises:
         StoreError: the details have no JSON form.
     """
-    session.add(models.AuditEntry(who=who, action=action, target=target, outcome=outcome, details=details or {}))
+    row = models.AuditEntry(who=who, action=action, target=target, outcome=outcome, details=details or {})
+    session.add(row)
     session.flush()
+    return row.id
 
 
 def list_audit_entries(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -13,9 +14,9 @@ from api.errors import EXPECTED
 from api.page.visitor import Visitor
 from api.runs.lease import LeaseError
 from api.runs.manager import RunManager
-from api.service.access import Caller
+from api.service.access import Caller, check_scope
+from api.service.deeds import Deed
 from api.service.problems import AccessError
-from store.audit import add_audit_entry
 from store.keys import Scope
 
 Made = TypeVar("Made")
@@ -37,44 +38,63 @@ class Deeds:
     visitor: Visitor
     tell: Callable[[str], None]
 
-    def drive(
-        self, action: str, target: str, do: Callable[[RunManager, Caller], Made]
-    ) -> Awaitable[Made | None]:  # fmt: skip
+    async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made | None:
         """Do something with the rig, holding its lease."""
-
-        def carry_out(caller: Caller) -> Made:
-            runs = self.visitor.services.runs
-            if runs is None:
-                raise AccessError(409, "this service drives no rig; write [[channels]] into jointlab.toml")
-            hold_lease(runs, caller.name)
-            return do(runs, caller)
-
-        return self.act(Scope.CONTROL, action, target, carry_out)
+        return await self._told(lambda: self._drive(action, target, do))
 
     async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made | None:
         """Do something that needs `scope`."""
+        return await self._told(lambda: self._act(scope, action, target, do))
+
+    async def _told(self, do: Callable[[], Made]) -> Made | None:
         self.tell("")
         try:
-            return await run.io_bound(self._act, scope, action, target, do)
+            return await run.io_bound(do)
         except REFUSALS as error:
             self.tell(str(error))
             return None
 
+    def _drive(self, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made:
+        runs = self.visitor.services.runs
+        if runs is None:
+            raise AccessError(409, "this service drives no rig; write [[channels]] into jointlab.toml")
+        caller = self.visitor.caller()
+        deed = Deed(caller.name, action, target, moves=True)
+        with self._refusing(deed):
+            check_scope(caller, Scope.CONTROL)
+            hold_lease(runs, caller.name)
+        return self._done(deed, lambda: do(runs, caller))
+
     def _act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made:
         caller = self.visitor.caller()
-        if scope not in caller.scopes:
-            raise AccessError(403, f"{action}: this needs the scope {scope}; {caller.name} has it not")
-        try:
-            made = do(caller)
-        except EXPECTED as error:
-            self._note(caller, action, target, str(error))
-            raise
-        self._note(caller, action, target, "done")
-        return made
+        deed = Deed(caller.name, action, target)
+        with self._refusing(deed):
+            check_scope(caller, scope)
+        return self._done(deed, lambda: do(caller))
 
-    def _note(self, caller: Caller, action: str, target: str, outcome: str) -> None:
-        with self.visitor.services.catalogue.writing() as session:
-            add_audit_entry(session, who=caller.name, action=action, target=target, outcome=outcome)
+    @contextmanager
+    def _refusing(self, deed: Deed) -> Iterator[None]:
+        """Note that a deed is refused, where it is."""
+        try:
+            yield
+        except (AccessError, LeaseError) as error:
+            self.visitor.services.refusals.note(self.visitor.services.catalogue, deed, str(error))
+            raise
+
+    def _done(self, deed: Deed, do: Callable[[], Made]) -> Made:
+        """Do it, noted in the audit log."""
+        catalogue = self.visitor.services.catalogue
+        with catalogue.writing() as session:
+            begun = deed.begin(session)
+        try:
+            made = do()
+        except Exception as error:
+            with catalogue.writing() as session:
+                deed.end(session, str(error) or type(error).__name__, begun)
+            raise
+        with catalogue.writing() as session:
+            deed.end(session, "done", begun)
+        return made
 
 
 def hold_lease(runs: RunManager, name: str) -> None:

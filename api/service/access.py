@@ -8,12 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from fastapi import Depends, Header, Request
+from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
-from api.runs.manager import RunManager
-from api.service.context import Context, Services, rig
-from api.service.documents import IdempotencyKey
+from api.service.context import Context, Services
 from api.service.problems import AccessError
 from store.keys import Scope, count_keys, find_key
 
@@ -70,34 +68,26 @@ def caller(
     return authenticate(context, None if given is None else given.credentials, request.url.hostname)
 
 
+def check_scope(who: Caller, scope: Scope) -> None:
+    """Let a caller pass to whom `scope` is open.
+
+    Raises:
+        AccessError: it is not.
+    """
+    if scope not in who.scopes:
+        raise AccessError(403, f"this needs the scope {scope}; {who.name} has {', '.join(sorted(who.scopes))}")
+
+
 def needs(scope: Scope) -> Any:
     """A dependency: the caller, if `scope` is open to them."""
 
     async def check(who: Annotated[Caller, Depends(caller)]) -> Caller:  # waits for nothing, so it needs no thread
-        if scope not in who.scopes:
-            held = ", ".join(sorted(who.scopes))
-            raise AccessError(403, f"this needs the scope {scope}; {who.name} has {held}")
+        check_scope(who, scope)
         return who
 
     return Depends(check)
 
 
 Reader = Annotated[Caller, needs(Scope.READ)]
-Analyst = Annotated[Caller, needs(Scope.ANALYSE)]
 Controller = Annotated[Caller, needs(Scope.CONTROL)]
-Engineer = Annotated[Caller, needs(Scope.ENGINEER)]
 Admin = Annotated[Caller, needs(Scope.ADMIN)]
-
-
-def driver(
-    who: Controller,
-    runs: Annotated[RunManager, Depends(rig)],
-    _key: IdempotencyKey,
-    token: Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")] = None,
-) -> Caller:
-    """The caller, if they hold the control lease of the rig; looked at when the request is whole."""
-    runs.lease.check(token)
-    return who
-
-
-Driver = Annotated[Caller, Depends(driver)]

@@ -16,6 +16,7 @@ from api.errors import ConflictError
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager
 from api.runs.state import RigState
+from api.service.deeds import Refusals
 from api.service.steady_time import SteadyTime
 from store.catalogue import Catalogue
 
@@ -30,6 +31,7 @@ class Services:
         loopback: whether nobody outside this computer can reach the service.
         jobs: does what takes its time; None where this service asks for nothing of that kind.
         now: the time by which keys end.
+        refusals: notes deeds that were refused.
     """
 
     catalogue: Catalogue
@@ -37,6 +39,7 @@ class Services:
     loopback: bool = True
     jobs: JobQueue | None = None
     now: Callable[[], datetime] = field(default_factory=SteadyTime)
+    refusals: Refusals = field(default_factory=Refusals)
 
     @property
     def rig_state(self) -> RigState | None:

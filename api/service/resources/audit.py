@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from api.service.access import Admin
 from api.service.context import Context
@@ -27,8 +27,8 @@ class AuditDocument(BaseModel):
     who: str
     action: str
     target: str
-    outcome: str
-    details: dict[str, Any]
+    outcome: str = Field(description="begun, done, refused and why, or why it failed")
+    details: dict[str, Any] = Field(description="what else was given; `begun` is the entry of the deed's beginning")
 
 
 @router.get("", responses=problems(401, 403))

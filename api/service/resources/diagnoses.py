@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from api.service.access import Analyst, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.documents import number_of, quantity
 from api.service.etags import TaggedRoute
@@ -17,7 +17,7 @@ from api.service.links import first_of, job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
-from api.service.resources.jobs import JobDocument, queue_job
+from api.service.resources.jobs import JobDocument, queue_job, queueing
 from store.diagnoses import Verdict, get_diagnosis, list_diagnoses
 
 router = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
@@ -62,7 +62,7 @@ def list_(
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
-def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: OfRun) -> Response:
+def create(act: Annotated[Act, queueing("diagnose")], context: Context, jobs: Jobs, wanted: OfRun) -> Response:
     """Queue a diagnosis of a run; the job's result says its number."""
     return queue_job(act, jobs, "diagnose", wanted.model_dump(), lambda: existing_run(context, wanted.run))
 

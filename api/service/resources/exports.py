@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
@@ -10,15 +10,15 @@ from pydantic import Field
 
 from api.errors import ConflictError
 from api.jobs.kinds import exports_folder
-from api.service.access import Analyst, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
 from api.service.links import job_links
 from api.service.pages import Cursor, Limit, Page
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
-from api.service.resources.jobs import JobDocument, JobNumber, job_document, page_of_jobs, queue_job
+from api.service.resources.jobs import JobDocument, JobNumber, job_document, page_of_jobs, queue_job, queueing
 from store.errors import NotFoundError
 from store.jobs import JobState
 
@@ -40,7 +40,7 @@ def list_(
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
-def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: NewExport) -> Response:
+def create(act: Annotated[Act, queueing("export")], context: Context, jobs: Jobs, wanted: NewExport) -> Response:
     """Queue an export; its file can be fetched when the job is done."""
     return queue_job(act, jobs, "export", wanted.model_dump(), lambda: existing_run(context, wanted.run))
 

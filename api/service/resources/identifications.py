@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from api.identification.options import MOST_ELEMENTS
-from api.service.access import Analyst
-from api.service.acts import Once
+from api.service.acts import Act
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
 from api.service.links import job_links
 from api.service.pages import LARGEST
 from api.service.problems import problems
-from api.service.resources.jobs import JobDocument, queue_job
+from api.service.resources.jobs import JobDocument, queue_job, queueing
 from store.runs import Run, get_run
 
 router = APIRouter(prefix="/identifications", tags=["identifications"], route_class=TaggedRoute)
@@ -45,7 +46,9 @@ class NewIdentification(OfRun):
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
-def create(_who: Analyst, act: Once, context: Context, jobs: Jobs, wanted: NewIdentification) -> Response:
+def create(
+    act: Annotated[Act, queueing("identify")], context: Context, jobs: Jobs, wanted: NewIdentification
+) -> Response:
     """Queue an identification; its results are beside older ones when the job is done."""
 
     def check() -> None:

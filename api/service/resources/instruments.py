@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.service.access import Engineer, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
@@ -24,6 +24,7 @@ from store.calibrations import (
     list_calibrations,
     list_known_instruments,
 )
+from store.keys import Scope
 
 router = APIRouter(prefix="/instruments", tags=["instruments"], route_class=TaggedRoute)
 Number = Annotated[int, number_of("instrument")]
@@ -104,7 +105,12 @@ def calibrations(_who: Reader, context: Context, instrument_id: Number) -> list[
     response_model=CalibrationDocument,
     responses=problems(401, 403, 404, 409),
 )
-def calibrate(_who: Engineer, act: Once, context: Context, instrument_id: Number, given: NewCalibration) -> Response:
+def calibrate(
+    act: Annotated[Act, acting("add calibration", "instrument {instrument_id}", Scope.ENGINEER)],
+    context: Context,
+    instrument_id: Number,
+    given: NewCalibration,
+) -> Response:
     """Store what a new certificate says; it is in force when the channel table of the configuration says so, too."""
 
     def add() -> CalibrationDocument:
@@ -113,5 +119,4 @@ def calibrate(_who: Engineer, act: Once, context: Context, instrument_id: Number
                 add_calibration(session, instrument_id, given.calibrated_on, given.sensitivity, given.sensitivity_unit)
             )
 
-    details = given.model_dump(mode="json")
-    return act.once("add calibration", f"instrument {instrument_id}", add, 201, **details)
+    return act.once(add, 201, **given.model_dump(mode="json"))

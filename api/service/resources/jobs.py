@@ -12,8 +12,8 @@ from fastapi import APIRouter, Depends, Query, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, Field
 
-from api.service.access import Analyst, Reader
-from api.service.acts import Act, Once
+from api.service.access import Reader
+from api.service.acts import Act, acting
 from api.service.context import Context, Jobs, Services
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
@@ -21,6 +21,7 @@ from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.jobs import OVER, Job, JobState, get_job, list_jobs
+from store.keys import Scope
 
 router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
 JobNumber = Annotated[int, number_of("job")]
@@ -72,9 +73,11 @@ def get(_who: Reader, context: Context, job_id: JobNumber) -> JobDocument:
 
 
 @router.post("/{job_id}/cancel", response_model=JobDocument, responses=problems(401, 403, 404, 409))
-def cancel(_who: Analyst, act: Once, jobs: Jobs, job_id: JobNumber) -> Response:
+def cancel(
+    act: Annotated[Act, acting("cancel job", "job {job_id}", Scope.ANALYSE)], jobs: Jobs, job_id: JobNumber
+) -> Response:
     """End a job; one that is over stays as it is."""
-    return act.once("cancel job", f"job {job_id}", lambda: JobDocument.of(jobs.cancel(job_id)))
+    return act.once(lambda: JobDocument.of(jobs.cancel(job_id)))
 
 
 def job_document(context: Services, job_id: int) -> JobDocument:
@@ -118,6 +121,11 @@ def page_of_jobs(
     return page_of([JobDocument.of(job) for job in found], limit, lambda job: job.id)
 
 
+def queueing(kind: str) -> Any:
+    """A dependency: the act of queueing a job of this kind."""
+    return acting(f"queue {kind}", "jobs", Scope.ANALYSE)
+
+
 def queue_job(
     act: Act, jobs: Jobs, kind: str, parameters: dict[str, Any], check: Callable[[], object] = lambda: None
 ) -> Response:
@@ -127,4 +135,4 @@ def queue_job(
         check()
         return JobDocument.of(jobs.add(kind, parameters, act.who.name))
 
-    return act.once(f"queue {kind}", "jobs", add, 202, **parameters)
+    return act.once(add, 202, **parameters)

@@ -10,7 +10,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from api.errors import ApiError
 from api.service.access import Admin
-from api.service.acts import Once
+from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
@@ -65,7 +65,9 @@ def list_(_who: Admin, context: Context, limit: Limit = 100, cursor: Cursor = No
 @router.post(
     "", status_code=201, response_model=MadeKey, responses=problems(401, 403, 409) | links(201, "key_id", "keys-revoke")
 )
-def create(_who: Admin, act: Once, context: Context, wanted: NewKey) -> Response:
+def create(
+    act: Annotated[Act, acting("create key", "keys", Scope.ADMIN)], context: Context, wanted: NewKey
+) -> Response:
     """Make a key; its secret is in this answer and nowhere else."""
 
     def make() -> MadeKey:
@@ -75,15 +77,19 @@ def create(_who: Admin, act: Once, context: Context, wanted: NewKey) -> Response
 
     if wanted.expires_at is not None and wanted.expires_at <= context.now():
         raise ApiError(f"a key that ends at {wanted.expires_at} would open nothing; give a later time")
-    return act.once("create key", "keys", make, 201, secret="secret", **wanted.model_dump(mode="json"))
+    return act.once(make, 201, secret="secret", **wanted.model_dump(mode="json"))
 
 
 @router.post("/{key_id}/revoke", response_model=KeyDocument, responses=problems(401, 403, 404, 409))
-def revoke(_who: Admin, act: Once, context: Context, key_id: Annotated[int, number_of("key")]) -> Response:
+def revoke(
+    act: Annotated[Act, acting("revoke key", "key {key_id}", Scope.ADMIN)],
+    context: Context,
+    key_id: Annotated[int, number_of("key")],
+) -> Response:
     """Let a key open nothing from now on."""
 
     def end() -> KeyDocument:
         with context.catalogue.writing() as session:
             return KeyDocument.of(revoke_key(session, key_id))
 
-    return act.once("revoke key", f"key {key_id}", end)
+    return act.once(end)

@@ -9,8 +9,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from api.service.access import Controller, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act, acting
 from api.service.context import Context, Rig, Services
 from api.service.documents import RunNumber, Why, number_of, quantity
 from api.service.etags import TaggedRoute
@@ -19,6 +19,7 @@ from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from store.blows import Blow, get_blow, list_blows
 from store.errors import NotFoundError
+from store.keys import Scope
 from store.sine_records import SineRecord, get_sine_record, list_sine_records
 from store.waveform import WaveformReference
 
@@ -140,13 +141,18 @@ def blow(_who: Reader, context: Context, blow_id: Annotated[int, number_of("blow
 
 
 @router.post("/blows/{blow_id}/withdraw", response_model=BlowDocument, responses=problems(401, 403, 404, 409))
-def withdraw(who: Controller, act: Once, rig: Rig, blow_id: Annotated[int, number_of("blow")], why: Why) -> Response:
+def withdraw(
+    act: Annotated[Act, acting("withdraw blow", "blow {blow_id}", Scope.CONTROL)],
+    rig: Rig,
+    blow_id: Annotated[int, number_of("blow")],
+    why: Why,
+) -> Response:
     """Take an accepted blow back: it counts no more, and a session that is still on strikes its point once more."""
 
     def take_back() -> BlowDocument:
-        return BlowDocument.of(rig.withdraw_blow(blow_id, why.reason, who.name))
+        return BlowDocument.of(rig.withdraw_blow(blow_id, why.reason, act.who.name))
 
-    return act.once("withdraw blow", f"blow {blow_id}", take_back, reason=why.reason)
+    return act.once(take_back, reason=why.reason)
 
 
 @router.get("/blows/{blow_id}/waveform", responses=problems(401, 403, 404, 500))

@@ -16,8 +16,8 @@ from api.runs.journal import Entry, Journal
 from api.runs.lease import Lease
 from api.runs.manager import RunManager
 from api.runs.state import Phase
-from api.service.access import Controller, Engineer, Reader
-from api.service.acts import Once
+from api.service.access import Controller, Reader
+from api.service.acts import Act, LeaseToken, acting
 from api.service.context import Context, Rig, Services
 from api.service.documents import Words, quantity
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
@@ -28,7 +28,6 @@ from store.audit import add_audit_entry
 from store.keys import Scope
 
 router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)
-Token = Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")]
 
 
 class PromptDocument(BaseModel):
@@ -148,25 +147,27 @@ async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopp
 
 
 @router.post("/lease", status_code=201, response_model=LeaseDocument, responses=problems(401, 403, 409))
-def take_lease(who: Controller, act: Once, rig: Rig, wanted: LeaseRequest) -> Response:
+def take_lease(
+    act: Annotated[Act, acting("take lease", "rig", Scope.CONTROL)], rig: Rig, wanted: LeaseRequest
+) -> Response:
     """Take the control lease: whoever has it drives, and nobody else does. It ends by itself unless it is renewed."""
-    if wanted.by_force and Scope.ENGINEER not in who.scopes:
+    if wanted.by_force and Scope.ENGINEER not in act.who.scopes:
         raise AccessError(403, f"taking the lease by force needs the scope {Scope.ENGINEER}")
 
     def take() -> LeaseDocument:
         return LeaseDocument.of(rig.lease.take(wanted.holder, by_force=wanted.by_force))
 
-    return act.once("take lease", "rig", take, 201, **wanted.model_dump())
+    return act.once(take, 201, **wanted.model_dump())
 
 
 @router.put("/lease", responses=problems(401, 403, 409))
-def renew_lease(_who: Controller, rig: Rig, token: Token = None) -> LeaseDocument:
+def renew_lease(_who: Controller, rig: Rig, token: LeaseToken = None) -> LeaseDocument:
     """Go on driving; renewing again changes nothing but the time."""
     return LeaseDocument.of(rig.lease.renew(token))
 
 
 @router.delete("/lease", status_code=204, response_class=Response, responses=problems(401, 403, 409))
-def give_lease_back(_who: Controller, rig: Rig, token: Token = None) -> Response:
+def give_lease_back(_who: Controller, rig: Rig, token: LeaseToken = None) -> Response:
     """Drive no more."""
     rig.lease.give_back(token)
     return Response(status_code=204)
@@ -179,15 +180,20 @@ def limits(_who: Reader, rig: Rig) -> Limits:
 
 
 @router.put("/limits", response_model=Limits, responses=problems(401, 403, 409, 412))
-def set_limits(who: Engineer, act: Once, rig: Rig, wanted: Limits, if_match: IfMatch = None) -> Response:
+def set_limits(
+    act: Annotated[Act, acting("set limits", "rig", Scope.ENGINEER)],
+    rig: Rig,
+    wanted: Limits,
+    if_match: IfMatch = None,
+) -> Response:
     """Set the rig's limits for runs that begin from now on, also when the service is started anew."""
 
     def change() -> Limits:
         check_unchanged(if_match, tag_of(Limits.of(rig).model_dump_json().encode()))
-        rig.set_limits(TesterLimits(**wanted.model_dump()), who.name)
+        rig.set_limits(TesterLimits(**wanted.model_dump()), act.who.name)
         return Limits.of(rig)
 
-    return act.once("set limits", "rig", change, **wanted.model_dump())
+    return act.once(change, **wanted.model_dump())
 
 
 @router.get("/events", response_class=EventSourceResponse, responses=problems(401, 403, 409))

@@ -8,8 +8,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.service.access import Controller, Driver, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act, acting, driving
 from api.service.context import Context, Rig, Services
 from api.service.documents import Name, RunNumber, WholeSequence, Why, Words
 from api.service.etags import TaggedRoute
@@ -18,6 +18,7 @@ from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.sequences import sequence_named
 from rig.sequence import Sequence
+from store.keys import Scope
 from store.runs import Run, RunState, get_run, list_run_events, list_runs
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
@@ -110,14 +111,16 @@ def list_(
 
 
 @router.post("", status_code=201, response_model=RunSummary, responses=problems(401, 403, 404, 409) | run_links())
-def create(who: Controller, act: Once, context: Context, rig: Rig, wanted: NewRun) -> Response:
+def create(
+    act: Annotated[Act, acting("create run", "new run", Scope.CONTROL)], context: Context, rig: Rig, wanted: NewRun
+) -> Response:
     """Store a run to be started later; its sequence is checked against the limits of the rig."""
 
     def plan() -> RunSummary:
-        number = rig.plan(_sequence(context, wanted.sequence), who.name)
+        number = rig.plan(_sequence(context, wanted.sequence), act.who.name)
         return _summary(context, number)
 
-    return act.once("create run", "new run", plan, 201)
+    return act.once(plan, 201)
 
 
 @router.get("/{run_id}", responses=problems(401, 403, 404))
@@ -137,75 +140,95 @@ def history(_who: Reader, context: Context, run_id: RunNumber) -> list[RunEventD
 
 @router.post("/{run_id}/start", response_model=RunSummary, responses=DRIVING)
 def start(
-    who: Driver, act: Once, context: Context, rig: Rig, run_id: RunNumber, how: Beginning | None = None
+    act: Annotated[Act, driving("start run")],
+    context: Context,
+    rig: Rig,
+    run_id: RunNumber,
+    how: Beginning | None = None,
 ) -> Response:
     """Begin a run that was created; answers when its instruments have answered, and the run is under way."""
     how = how or Beginning()
 
     def begin() -> RunSummary:
-        rig.start(run_id, who.name, automatic=how.automatic, reset=how.reset)
+        rig.start(run_id, act.who.name, automatic=how.automatic, reset=how.reset)
         return _summary(context, run_id)
 
-    return act.once("start run", f"run {run_id}", begin, **how.model_dump())
+    return act.once(begin, **how.model_dump())
 
 
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
-def pause(_who: Driver, act: Once, context: Context, rig: Rig, run_id: RunNumber) -> Response:
+def pause(act: Annotated[Act, driving("pause run")], context: Context, rig: Rig, run_id: RunNumber) -> Response:
     """Hold the run where it is; answers with the actuator at rest."""
 
     def hold() -> RunSummary:
         rig.pause(run_id)
         return _summary(context, run_id)
 
-    return act.once("pause run", f"run {run_id}", hold)
+    return act.once(hold)
 
 
 @router.post("/{run_id}/resume", response_model=RunSummary, responses=DRIVING)
 def resume(
-    who: Driver, act: Once, context: Context, rig: Rig, run_id: RunNumber, how: Beginning | None = None
+    act: Annotated[Act, driving("resume run")],
+    context: Context,
+    rig: Rig,
+    run_id: RunNumber,
+    how: Beginning | None = None,
 ) -> Response:
     """Let a paused run go on, or one that was stopped, failed or lost its process, at the next point not measured."""
     how = how or Beginning()
 
     def go_on() -> RunSummary:
-        rig.resume(run_id, who.name, automatic=how.automatic, reset=how.reset)
+        rig.resume(run_id, act.who.name, automatic=how.automatic, reset=how.reset)
         return _summary(context, run_id)
 
-    return act.once("resume run", f"run {run_id}", go_on, **how.model_dump())
+    return act.once(go_on, **how.model_dump())
 
 
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
-def stop(who: Controller, act: Once, context: Context, rig: Rig, run_id: RunNumber) -> Response:
-    """End the run and wait until it is stored; answers with the actuator at rest. `POST /rig/stop` needs no key."""
+def stop(
+    act: Annotated[Act, acting("stop run", "run {run_id}", Scope.CONTROL)],
+    context: Context,
+    rig: Rig,
+    run_id: RunNumber,
+) -> Response:
+    """End the run and wait until it is stored; answers with the actuator at rest.
+
+    `POST /rig/stop` needs no key, and waits for no database, as this does.
+    """
 
     def end() -> RunSummary:
         rig.stop(run_id)
         rig.wait(timeout=10.0)
         return _summary(context, run_id)
 
-    return act.once("stop run", f"run {run_id}", end, by=who.name)
+    return act.once(end)
 
 
 @router.post("/{run_id}/answer", response_model=RunSummary, responses=DRIVING)
-def answer(_who: Driver, act: Once, context: Context, rig: Rig, run_id: RunNumber, given: PromptAnswer) -> Response:
+def answer(
+    act: Annotated[Act, driving("answer prompt")], context: Context, rig: Rig, run_id: RunNumber, given: PromptAnswer
+) -> Response:
     """Say that what the operator was asked for is done; the run goes on."""
 
     def reply() -> RunSummary:
         rig.answer(run_id, given.prompt)
         return _summary(context, run_id)
 
-    return act.once("answer prompt", f"run {run_id}", reply, prompt=given.prompt)
+    return act.once(reply, prompt=given.prompt)
 
 
 @router.post("/{run_id}/acknowledge-interlock", response_model=Acknowledged, responses=DRIVING)
-def acknowledge(_who: Driver, act: Once, context: Context, rig: Rig, run_id: RunNumber, why: Why) -> Response:
+def acknowledge(
+    act: Annotated[Act, driving("acknowledge interlock")], context: Context, rig: Rig, run_id: RunNumber, why: Why
+) -> Response:
     """Reset the tester that had tripped in this run, because its cause has been seen to; `resume` goes on then."""
 
     def reset() -> Acknowledged:
         _summary(context, run_id)
         return Acknowledged(interlocks=list(rig.acknowledge_interlocks()))
 
-    return act.once("acknowledge interlock", f"run {run_id}", reset, reason=why.reason)
+    return act.once(reset, reason=why.reason)
 
 
 def _sequence(context: Services, wanted: str | Sequence) -> Sequence:

@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session
 
 from api.errors import ApiError, ConflictError
 from api.sequences import NAMES, built_in
-from api.service.access import Controller, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Name, WholeSequence
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
@@ -21,6 +21,7 @@ from api.service.pages import Cursor, Limit, Page, from_cursor, page_of
 from api.service.problems import problems
 from rig.sequence import Sequence, sequence_from
 from store.errors import NotFoundError
+from store.keys import Scope
 from store.sequence_documents import SequenceDocument, get_sequence, keep_sequence, list_sequences, remove_sequence
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
@@ -68,7 +69,11 @@ def get(_who: Reader, context: Context, name: SequenceName) -> NamedSequence:
 
 @router.put("/{name}", response_model=NamedSequence, responses=problems(401, 403, 409, 412) | NEXT)
 def put(
-    _who: Controller, act: Once, context: Context, name: SequenceName, sequence: WholeSequence, if_match: IfMatch = None
+    act: Annotated[Act, acting("keep sequence", "sequence {name}", Scope.CONTROL)],
+    context: Context,
+    name: SequenceName,
+    sequence: WholeSequence,
+    if_match: IfMatch = None,
 ) -> Response:
     """Keep a sequence under a name, in place of what was there."""
     if name in NAMES:
@@ -80,11 +85,16 @@ def put(
             keep_sequence(session, name, sequence.model_dump(mode="json"))
         return NamedSequence(name=name, sequence=sequence)
 
-    return act.once("keep sequence", f"sequence {name}", keep)
+    return act.once(keep)
 
 
 @router.delete("/{name}", status_code=204, response_class=Response, responses=problems(401, 403, 404, 409, 412))
-def delete(_who: Controller, act: Once, context: Context, name: SequenceName, if_match: IfMatch = None) -> Response:
+def delete(
+    act: Annotated[Act, acting("forget sequence", "sequence {name}", Scope.CONTROL)],
+    context: Context,
+    name: SequenceName,
+    if_match: IfMatch = None,
+) -> Response:
     """Forget a sequence; runs keep their own copy."""
 
     def remove() -> None:
@@ -92,7 +102,7 @@ def delete(_who: Controller, act: Once, context: Context, name: SequenceName, if
             check_unchanged(if_match, _tag(session, name))
             remove_sequence(session, name)
 
-    return act.once("forget sequence", f"sequence {name}", remove, 204)
+    return act.once(remove, 204)
 
 
 def sequence_named(session: Session, name: str) -> Sequence:

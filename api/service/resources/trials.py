@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.service.access import Analyst, Reader
-from api.service.acts import Once
+from api.service.access import Reader
+from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
 from api.service.links import job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page
 from api.service.problems import problems
-from api.service.resources.jobs import JobDocument, page_of_jobs, queue_job
+from api.service.resources.jobs import JobDocument, page_of_jobs, queue_job, queueing
 from store.jobs import JobState
 
 router = APIRouter(prefix="/trials", tags=["trials"], route_class=TaggedRoute)
@@ -36,6 +38,6 @@ def list_(
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 409) | job_links())
-def create(_who: Analyst, act: Once, jobs: Jobs, wanted: NewTrial) -> Response:
+def create(act: Annotated[Act, queueing("trial")], jobs: Jobs, wanted: NewTrial) -> Response:
     """Queue a trial."""
     return queue_job(act, jobs, "trial", wanted.model_dump())

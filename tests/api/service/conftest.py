@@ -49,6 +49,12 @@ def served(app: FastAPI) -> Iterator[httpx.Client]:
 
 
 @pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Writers wait for each other for 0.05 s instead of ten."""
+    monkeypatch.setattr("store.write_ahead.PATIENCE", 0.05)
+
+
+@pytest.fixture
 def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
         yield opened

@@ -29,12 +29,6 @@ SWEEP = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Writers wait for each other for 0.05 s instead of ten."""
-    monkeypatch.setattr("store.write_ahead.PATIENCE", 0.05)
-
-
 def test_a_locked_database_is_a_503_and_the_same_request_is_done_once_it_is_free(
     impatient: None, client: httpx.Client, acting: Acting, tmp_path: Path
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,12 @@ class FrequencyResponses:
         inputs: (rows,) where the hammer struck.
         coherence: (rows, lines) in 0..1, or None where it was not measured.
         variance: (rows, lines) variance of the averaged accelerance, per real and imaginary part,
-            in ((m/s^2)/N)^2, or None where it is not known.
+            in ((m/s^2)/N)^2, or None where it is not known. Lines are taken to be independent of each other.
         scatter: (rows, blows, lines) complex, in (m/s^2)/N: how far each blow moves the average of its row. Their outer
             products add up to the covariance of the average, between lines too: a blow beside its mark is off at all
             lines together. None where single blows are not known, or too few.
+        decay: in 1/s, of the exponential window that the records carry: lines are then at lambda = decay + i w, where
+            every mode seems damped more than it is, and not at i w.
     """
 
     frequency: Real
@@ -38,6 +40,7 @@ class FrequencyResponses:
     coherence: Real | None = None
     variance: Real | None = None
     scatter: Complex | None = None
+    decay: float = 0.0
 
     def __post_init__(self) -> None:
         shape = (len(self.inputs), self.frequency.size)
@@ -65,11 +68,10 @@ class FrequencyResponses:
     def band(self, lowest: float, highest: float) -> FrequencyResponses:
         """The lines from `lowest` to `highest`, Hz, both included."""
         keep = (self.frequency >= lowest) & (self.frequency <= highest)
-        return FrequencyResponses(
+        return replace(
+            self,
             frequency=self.frequency[keep],
             accelerance=self.accelerance[:, keep],
-            response=self.response,
-            inputs=self.inputs,
             coherence=None if self.coherence is None else self.coherence[:, keep],
             variance=None if self.variance is None else self.variance[:, keep],
             scatter=None if self.scatter is None else self.scatter[..., keep],

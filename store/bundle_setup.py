@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from store.blow_window import BlowWindow
 from store.dof import Dof
 from store.errors import StoreError
 
@@ -20,6 +21,14 @@ def _plain_name(name: str) -> str:
     if not name or PurePosixPath(name).name != name or name in (".", "..") or any(c in name for c in "\\:\0"):
         raise ValueError("is not the plain name of a file in the bundle")
     return name
+
+
+def _known_window(text: str) -> str:
+    try:
+        BlowWindow.parse(text, block_seconds=1.0)
+    except StoreError as error:
+        raise ValueError(str(error)) from error
+    return text
 
 
 FileName = Annotated[str, AfterValidator(_plain_name)]
@@ -69,7 +78,7 @@ class InverseSet(_Part):
     averages: Annotated[int, Field(ge=1, le=1_000_000)]
     peak_force: Positive
     temperature_c: Annotated[float, Field(gt=-273.15, lt=1000)]
-    window: str
+    window: Annotated[str, AfterValidator(_known_window)]
     sample_rate: Positive
     block_seconds: Positive
 

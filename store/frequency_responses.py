@@ -33,7 +33,7 @@ class FrequencyResponseSet:
         variance: (rows, lines) per real and imaginary part, ((m/s^2)/N)^2, or None where it is not known.
         averages: blows averaged at each point.
         peak_force: typical peak of the blows, N.
-        window: of the acceleration; none for a plain record.
+        window: of the records, as `blow_window` reads it; none for plain ones.
         sample_rate: Hz; block_seconds: length of a record, s.
         estimator: H1, ... or what an imported file leaves unsaid.
         source: the file it was imported from, or None.

@@ -111,7 +111,7 @@ class Baseline:
         drawing = self.measurement.drawing
         rows = len(setting.inputs)
         driven = np.array([dof == drawing.accelerometer for dof in setting.inputs])
-        pole = 2j * np.pi * setting.frequency
+        pole = setting.decay + 2j * np.pi * setting.frequency
         return BeamBench(
             pole=np.asarray(pole, dtype=complex),
             joints=np.zeros((1, len(drawing.joints), 3, 3), dtype=complex),

@@ -51,12 +51,14 @@ class Setting:
         frequency: (lines,) Hz.
         peak_force: of a blow, N.
         temperature: degrees Celsius; nan where it is not known.
+        decay: of the exponential window that the records are stated to carry, 1/s.
     """
 
     inputs: tuple[Dof, ...]
     frequency: Real
     peak_force: float
     temperature: float
+    decay: float = 0.0
 
     @cached_property
     def loading(self) -> Loading:

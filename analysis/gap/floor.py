@@ -45,6 +45,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
         np.broadcast_to(noise, shape),
         reference.peak_force,
         reference.temperature,
+        decay=reference.decay,
     )
     other = Likelihood(likelihood.simulation.of(replace(likelihood.measurement, sets=(there,))))
     scores = np.zeros(other.unknowns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -79,6 +79,7 @@ class HammerSet:
         peak_force: of a blow, N.
         temperature: degrees Celsius; nan where it was not recorded.
         coherence: (rows, lines) 0 to 1; None where it was not recorded.
+        decay: of the exponential window that the records are stated to carry, 1/s.
     """
 
     inputs: tuple[Dof, ...]
@@ -88,6 +89,7 @@ class HammerSet:
     peak_force: float
     temperature: float = float("nan")
     coherence: Real | None = None
+    decay: float = 0.0
 
     def __post_init__(self) -> None:
         expected = (len(self.inputs), self.frequency.size)
@@ -102,27 +104,23 @@ class HammerSet:
 
     def lines(self, keep: NDArray[np.bool_] | Indices) -> HammerSet:
         """The same at some of its lines."""
-        return HammerSet(
-            self.inputs,
-            self.frequency[keep],
-            self.accelerance[:, keep],
-            self.deviation[:, keep],
-            self.peak_force,
-            self.temperature,
-            None if self.coherence is None else self.coherence[:, keep],
+        return replace(
+            self,
+            frequency=self.frequency[keep],
+            accelerance=self.accelerance[:, keep],
+            deviation=self.deviation[:, keep],
+            coherence=None if self.coherence is None else self.coherence[:, keep],
         )
 
     def rows(self, keep: NDArray[np.bool_]) -> HammerSet:
         """The same with some of its rows."""
         inputs = tuple(dof for dof, kept in zip(self.inputs, keep, strict=True) if kept)
-        return HammerSet(
-            inputs,
-            self.frequency,
-            self.accelerance[keep],
-            self.deviation[keep],
-            self.peak_force,
-            self.temperature,
-            None if self.coherence is None else self.coherence[keep],
+        return replace(
+            self,
+            inputs=inputs,
+            accelerance=self.accelerance[keep],
+            deviation=self.deviation[keep],
+            coherence=None if self.coherence is None else self.coherence[keep],
         )
 
 

@@ -81,12 +81,12 @@ class Simulation:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """Hammer sets that see one bench: at the same lines, and at the same level where an effect asks for it."""
+        """Hammer sets that see one bench: at the same lines, through one window, at one level where an effect asks."""
         measurement = self.baseline.measurement
         by_level = any(acts_on(effect, "cylinders") for effect in self.effects)
         found = dict[tuple[object, ...], list[int]]()
         for number, each in enumerate(measurement.sets):
-            key = (each.frequency.tobytes(), each.peak_force if by_level else None)
+            key = (each.frequency.tobytes(), each.decay, each.peak_force if by_level else None)
             found.setdefault(key, []).append(number)
         return tuple(self._group(numbers) for numbers in found.values())
 
@@ -102,7 +102,8 @@ class Simulation:
             sensor_mass=drawing.accelerometer_mass,
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
         )
-        setting = Setting(inputs, sets[0].frequency, sets[0].peak_force, sets[0].temperature)
+        first = sets[0]
+        setting = Setting(inputs, first.frequency, first.peak_force, first.temperature, first.decay)
         return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
 
     @cached_property

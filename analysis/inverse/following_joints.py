@@ -68,6 +68,7 @@ def accelerance_on(
     frequency: Real,
     response: Dof,
     inputs: Sequence[Dof],
+    decay: float = 0.0,
 ) -> FrequencyResponses:
     """Accelerances, Eq. (46), with the joints at each line as they are at its frequency.
 
@@ -78,19 +79,20 @@ def accelerance_on(
         frequency: (lines,) Hz, rising, none negative; at 0 Hz what is held does not accelerate.
         response: where the accelerometer sits.
         inputs: (rows,) where the hammer strikes.
+        decay: of the exponential window through which they are seen, 1/s.
     """
     if not exponents:
-        return accelerance(free_beam, joints, frequency, response, inputs)
+        return accelerance(free_beam, joints, frequency, response, inputs, decay)
     moving = frequency > 0
     nodes = tuple(joint.node for joint in joints)
-    model = ResponseModel(free_beam, nodes, response, tuple(inputs), frequency[moving])
+    model = ResponseModel(free_beam, nodes, response, tuple(inputs), frequency[moving], decay)
     values = Deviations.none(len(joints), len(inputs)).values
     first = len(COMMON) + len(joints)
     values[first : first + len(joints)] = [exponents.get(joint.name, 0.0) for joint in joints]
     stiffness = np.array([joint.dynamic_stiffness for joint in joints])
     found = np.zeros((len(inputs), frequency.size), dtype=complex)
     found[:, moving] = model.condensed(Deviations(values, len(joints))).on(stiffness).accelerance
-    return FrequencyResponses(frequency, found, response, tuple(inputs))
+    return FrequencyResponses(frequency, found, response, tuple(inputs), decay=decay)
 
 
 def _settled(

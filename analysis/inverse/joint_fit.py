@@ -108,14 +108,16 @@ class JointFit:
         columns = np.concatenate([term_columns(response), deviation_columns(response, likelihood.active)])
         chain = likelihood.chain(self.values)
         model = likelihood.model
-        responses = FrequencyResponses(model.frequency, response.accelerance, model.response, model.inputs)
+        responses = FrequencyResponses(
+            model.frequency, response.accelerance, model.response, model.inputs, decay=model.decay
+        )
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
     def predict(self, response: Dof, inputs: Sequence[Dof], frequency: Real) -> ResponseBand:
         """Accelerances that were not measured, or not in this way, for blows on the drawing's nodes.
 
         Those of the accelerometer of the fit are as it reads them, with its gain and where it sits; of another one, as
-        they would be without fault.
+        they would be without fault. No window is in them.
 
         Args:
             response: where acceleration is wanted.

@@ -57,7 +57,8 @@ def identify_from_responses(
     Args:
         free_beam: the beam without joints, as drawn, with its C and known masses.
         responses: accelerances; their variance is the noise. Where it is None, noise is estimated from the scatter
-            about the fit, as a floor and a part proportional to the response.
+            about the fit, as a floor and a part proportional to the response. What an exponential window adds to the
+            damping is no part of the joints'.
         start: joints to start from, such as those of `identification.identify_joints`; 20 % off will do.
         parameters: what joints are described by; all terms of their matrices by default.
         tolerances: of the bench; deviations within them are estimated alongside, and their uncertainty is in all
@@ -80,7 +81,7 @@ def identify_from_responses(
             f"{len(described_by.labels)} parameters"
         )
     model = ResponseModel(
-        free_beam, tuple(joint.node for joint in start), lines.response, lines.inputs, lines.frequency
+        free_beam, tuple(joint.node for joint in start), lines.response, lines.inputs, lines.frequency, lines.decay
     )
     target = ResponseLikelihood(
         model=model,

@@ -33,6 +33,7 @@ class ResponseModel:
         response: the accelerometer.
         inputs: (rows,) the points struck.
         frequency: (lines,) Hz, all above zero.
+        decay: of the exponential window that the records carry, 1/s.
 
     Raises:
         AnalysisError: joints share a node or are none, a node is unknown, or a line is not above 0 Hz.
@@ -43,6 +44,7 @@ class ResponseModel:
     response: Dof
     inputs: tuple[Dof, ...]
     frequency: Real
+    decay: float = 0.0
 
     def __post_init__(self) -> None:
         nodes = self.joint_nodes
@@ -55,8 +57,8 @@ class ResponseModel:
 
     @property
     def poles(self) -> Complex:
-        """(lines,) lambda = i w, rad/s."""
-        return np.asarray(2j * np.pi * self.frequency)
+        """(lines,) lambda = i w, rad/s, and to the right of it by what a window decays."""
+        return np.asarray(self.decay + 2j * np.pi * self.frequency)
 
     def condensed(self, deviations: Deviations) -> CondensedBeam:
         """The free beam between joints, accelerometer and blows, for a bench with these deviations."""
@@ -81,7 +83,7 @@ class ResponseModel:
             joints=_by_line(_receptance(compliance, at_joints, at_joints)),
             ends=_by_line(_receptance(compliance, at_joints, at_ends)),
             direct=_receptance(compliance, at_ends[:1], at_ends)[0],
-            log_frequency=np.log(self.frequency / REFERENCE_FREQUENCY),
+            log_frequency=np.log(self.poles / (2j * np.pi * REFERENCE_FREQUENCY)),
         )
 
     def modal_stiffness(self, deviations: Deviations) -> Complex:
@@ -106,7 +108,7 @@ class CondensedBeam:
         joints: (lines, 3 joints, 3 joints) free receptance between joints, m/N.
         ends: (lines, 3 joints, 1 + rows) free receptance between joints and ends.
         direct: (1 + rows, lines) free receptance between the accelerometer and all ends.
-        log_frequency: (lines,) logarithm of the frequency over that at which joints are stated.
+        log_frequency: (lines,) logarithm of lambda over that at which joints are stated.
     """
 
     model: ResponseModel
@@ -119,12 +121,12 @@ class CondensedBeam:
     joints: Complex
     ends: Complex
     direct: Complex
-    log_frequency: Real
+    log_frequency: Complex
 
     @property
-    def growth(self) -> Real:
+    def growth(self) -> Complex:
         """(3 joints, lines) what frequency makes of the stiffness at each freedom of the joints."""
-        return np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency))
+        return np.asarray(np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency)))
 
     def on(self, dynamic_stiffness: Complex) -> SupportedResponse:
         """Put it on joints of `dynamic_stiffness` (joints, 3, 3), where they follow frequency that at 100 Hz.

@@ -86,19 +86,17 @@ def estimate_modes(
     *,
     damping: DampingKind = DampingKind.STRUCTURAL,
     highest_order: int = 60,
-    window_decay: float = 0.0,
 ) -> ModalEstimate:
     """Poles and shapes of all modes in `band`, with their covariance.
 
     Args:
         responses: accelerances; their variance is the noise and weighs the lines, their scatter, where there is one,
             gives the covariances. Where the variance is None, noise is estimated from the scatter about the fit, as a
-            floor and a part proportional to the response.
+            floor and a part proportional to the response. What their window adds to the damping is taken out exactly.
         band: lowest and highest frequency in Hz; all lines above 0 Hz by default.
         damping: what the structure's damping is like. It places the mirror poles only: viscously damped modes of loss
             factor 0.11, fitted as structurally damped, come out 0.01 % off in frequency and 0.1 % in loss factor.
         highest_order: of the stabilisation chart.
-        window_decay: decay in 1/s of an exponential window that the records carry; its damping is taken out exactly.
 
     Raises:
         AnalysisError: no mode found, or too few lines in the band.
@@ -112,13 +110,13 @@ def estimate_modes(
         lowest=float(lines.frequency[0]),
         highest=float(lines.frequency[-1]),
         line_spacing=float(lines.frequency[1] - lines.frequency[0]),
-        decay=window_decay,
+        decay=lines.decay,
     )
     if chart.candidates.size == 0:
         raise AnalysisError(
             f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {highest_order}"
         )
-    data = ModalData(lines.frequency, lines.accelerance, _deviation(lines), damping, window_decay)
+    data = ModalData(lines.frequency, lines.accelerance, _deviation(lines), damping, lines.decay)
     fit = refine(data, chart.candidates, _FIRST_TERMS)
     if lines.variance is None:
         for _ in range(3):

@@ -35,6 +35,20 @@ def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) ->
     return np.asarray(force.conj() * left / power * np.sqrt(blows / (blows - 1)))
 
 
+def h2_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
+    """How far each blow moves H2, (blows, lines): as `blow_scatter` of its inverse, with the channels exchanged.
+
+    Args:
+        force: (blows, lines) spectra of the force.
+        acceleration: (blows, lines) spectra of the acceleration.
+        accelerance: (lines,) H2; nil where nothing was heard.
+    """
+    blows = force.shape[0]
+    heard = np.maximum(np.sum(np.abs(acceleration) ** 2, axis=0), np.finfo(float).tiny)
+    left = acceleration - accelerance * force
+    return np.asarray(accelerance * acceleration.conj() * left / heard * np.sqrt(blows / (blows - 1)))
+
+
 def variance_from_scatter(scatter: Complex) -> Real:
     """Variance (lines,) of an average from `blow_scatter` (blows, lines)."""
     return np.asarray(np.sum(np.abs(scatter) ** 2, axis=0) / 2)

@@ -16,7 +16,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.modal.response_variance import blow_scatter, smoothed_variance, variance_from_scatter
+from analysis.modal.response_variance import blow_scatter, h2_scatter, smoothed_variance, variance_from_scatter
 
 
 class Estimator(StrEnum):
@@ -34,9 +34,9 @@ class Windows:
     Attributes:
         force_duration: in s from the end of the pre-trigger, after which the force is set to zero, with a cosine taper
             over the last tenth. None leaves the force as it is.
-        decay: in 1/s; force and acceleration are multiplied by exp(-decay t). The accelerance is then that of a
-            structure whose poles lie `decay` further left: give the same `decay` to `estimate_modes`, or take it out
-            of modes with `pole_parameters.without_window`.
+        decay: in 1/s; force and acceleration are multiplied by exp(-decay t). The accelerance is then that at
+            lambda = decay + i w, as of a structure whose poles lie `decay` further left; `FrequencyResponses.decay`
+            says so to whoever identifies from it.
     """
 
     force_duration: float | None = None
@@ -45,6 +45,14 @@ class Windows:
     def added_loss_factor(self, frequency: Real) -> Real:
         """What the exponential window adds to the loss factor of a mode at `frequency` in Hz, for small damping."""
         return np.asarray(self.decay / (np.pi * frequency))
+
+    def noise_kept(self, block_seconds: float) -> float:
+        """Share of the noise's power that the exponential window leaves in a record of `block_seconds`.
+
+        What it takes off the lines it ties together: who takes them to be independent has to count on all of it.
+        """
+        fallen = 2 * self.decay * block_seconds
+        return float(-np.expm1(-fallen) / fallen) if fallen > 0 else 1.0
 
 
 RECTANGULAR = Windows()
@@ -89,11 +97,13 @@ def average(force: Complex, acceleration: Complex, estimator: Estimator = Estima
         raise AnalysisError("the force record is zero; check the hammer's cable")
     coherence = np.abs(cross) ** 2 / (force_power * np.maximum(acceleration_power, np.finfo(float).tiny))
     coherence = np.clip(coherence, np.finfo(float).tiny, 1.0)
-    exponent = {Estimator.H1: 0.0, Estimator.HV: 0.5, Estimator.H2: 1.0}[estimator]
-    accelerance = cross / force_power * coherence**-exponent
-    single = force.shape[0] == 1
-    scatter = np.zeros_like(force) if single else blow_scatter(force, acceleration, accelerance)
-    return AveragedResponse(accelerance, coherence, scatter)
+    h1, exponent = cross / force_power, {Estimator.H1: 0.0, Estimator.HV: 0.5, Estimator.H2: 1.0}[estimator]
+    scatter = np.zeros_like(force)
+    if force.shape[0] > 1:
+        by_h1 = blow_scatter(force, acceleration, h1)
+        by_h2 = h2_scatter(force, acceleration, h1 / coherence) if exponent > 0 else 0.0
+        scatter = (1 - exponent) * coherence**-exponent * by_h1 + exponent * coherence ** (1 - exponent) * by_h2
+    return AveragedResponse(h1 * coherence**-exponent, coherence, scatter)
 
 
 def responses_from_blows(
@@ -140,6 +150,7 @@ def responses_from_blows(
     keep = frequency <= (np.inf if highest_frequency is None else highest_frequency)
     repeated = all(len(blows) > 1 for blows in force)
     variance = smoothed_variance(np.array([row.variance for row in rows]), smoothed_over)
+    variance /= windows.noise_kept(samples / sample_rate)
     return FrequencyResponses(
         frequency=frequency[keep],
         accelerance=np.array([row.accelerance[keep] for row in rows]),
@@ -148,6 +159,7 @@ def responses_from_blows(
         coherence=np.array([row.coherence[keep] for row in rows]) if repeated else None,
         variance=variance[:, keep] if repeated else None,
         scatter=_stacked([row.scatter[:, keep] for row in rows]),
+        decay=windows.decay,
     )
 
 

@@ -65,6 +65,7 @@ def accelerance(
     frequency: Real,
     response: Dof,
     inputs: Sequence[Dof],
+    decay: float = 0.0,
 ) -> FrequencyResponses:
     """Accelerances of the supported beam, Eq. (46), exact for all modes of the mesh.
 
@@ -74,6 +75,7 @@ def accelerance(
         frequency: (lines,) Hz, rising, none negative; a beam that is not held has no answer at 0 Hz.
         response: where the accelerometer sits.
         inputs: (rows,) where the hammer strikes.
+        decay: of the exponential window through which they are seen, 1/s.
 
     Raises:
         AnalysisError: a node is unknown, a frequency is negative, or the beam is free and one is zero.
@@ -82,13 +84,13 @@ def accelerance(
     if frequency.size and (np.min(frequency) < 0 or not np.all(np.isfinite(frequency))):
         raise AnalysisError("frequencies must be finite and not negative, in Hz")
     supported = SupportedBeam.of(free_beam, joints, float(np.max(frequency, initial=0.0)))
-    angular: Real = 2 * np.pi * frequency
+    poles: Complex = np.asarray(decay + 2j * np.pi * frequency)
     output, rows = free_beam.mesh.degree(response), [free_beam.mesh.degree(dof) for dof in inputs]
     try:
-        receptance = supported.receptance(np.asarray(1j * angular), output, rows)
+        receptance = supported.receptance(poles, output, rows)
     except np.linalg.LinAlgError as error:
         raise AnalysisError("the beam is not held against every rigid motion: leave out 0 Hz") from error
-    return FrequencyResponses(frequency, -(angular**2) * receptance, response, tuple(inputs))
+    return FrequencyResponses(frequency, poles**2 * receptance, response, tuple(inputs), decay=decay)
 
 
 def _in_plane(nodes: int) -> tuple[Dof, ...]:

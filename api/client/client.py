@@ -9,6 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from analysis.modal.spectra import Estimator
 from api.client.connection import Connection, RigEvent
 from api.client.driving import Driver
 from api.service.resources.comparisons import ComparisonDocument
@@ -137,15 +138,33 @@ class Client:
 
     # Jobs
 
-    def identify(self, run: int, *, free_beam: int | None = None) -> JobDocument:
+    def identify(
+        self,
+        run: int,
+        *,
+        free_beam: int | None = None,
+        estimator: Estimator | None = None,
+        force_window: float | None = None,
+        exponential_window: float | None = None,
+    ) -> JobDocument:
         """Queue an identification of a run by both methods.
 
         Args:
             run: its number.
             free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
+            estimator: of the blows' average; H1 by default.
+            force_window: seconds after the trigger that force counts; all by default.
+            exponential_window: time constant in seconds of a window on force and acceleration; none by default.
         """
-        wanted = {"run": run} if free_beam is None else {"run": run, "free_beam": free_beam}
-        return self._connection.post(JobDocument, "/identifications", wanted)
+        wanted = {
+            "run": run,
+            "free_beam": free_beam,
+            "estimator": estimator,
+            "force_window": force_window,
+            "exponential_window": exponential_window,
+        }
+        chosen = {name: value for name, value in wanted.items() if value is not None}
+        return self._connection.post(JobDocument, "/identifications", chosen)
 
     def diagnose(self, run: int) -> JobDocument:
         """Queue a diagnosis of the gap between a run and its simulation."""

@@ -12,6 +12,7 @@ from rich.table import Table
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modal.spectra import Estimator
 from api.commands.terminal import (
     LARGEST_RUN,
     check_writable,
@@ -24,7 +25,14 @@ from api.commands.terminal import (
 from api.identification.document import identification_document, modes_document, plain
 from api.identification.inverse import exponent_texts
 from api.identification.measurement import dof
-from api.identification.options import AS_MEASURED, MOST_ELEMENTS, Options
+from api.identification.options import (
+    AS_MEASURED,
+    LONGEST_WINDOW,
+    MOST_ELEMENTS,
+    SHORTEST_CONSTANT,
+    Averaging,
+    Options,
+)
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
@@ -32,6 +40,7 @@ from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import SWITCHES
 from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
+from store.blow_window import BlowWindow
 from store.bundle import read_bundle
 
 Without = Annotated[
@@ -68,6 +77,29 @@ JointExponent = Annotated[
     ),
 ]
 
+EstimatorOption = Annotated[
+    Estimator,
+    typer.Option(
+        "--estimator", help="How blows are averaged: H1 trusts the force, H2 the acceleration, Hv neither more."
+    ),
+]
+ForceWindow = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS", min=1e-4, max=LONGEST_WINDOW, help="Take force for nil so long after the trigger of a blow."
+    ),
+]
+ExponentialWindow = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        min=SHORTEST_CONSTANT,
+        max=LONGEST_WINDOW,
+        help="Let force and acceleration of every blow fall with this time constant; what that adds to the damping is "
+        "taken out of modes and joints.",
+    ),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands."""
@@ -82,6 +114,9 @@ def identify_(
     free_beam: FreeBeam = None,
     elements: Elements = None,
     joint_exponent: JointExponent = 0.0,
+    estimator: EstimatorOption = Estimator.H1,
+    force_window: ForceWindow = None,
+    exponential_window: ExponentialWindow = None,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
@@ -89,7 +124,8 @@ def identify_(
     """
     if json_file is not None:
         check_writable(json_file)
-    found = identified(target, Options(tuple(without or ()), elements, joint_exponent), free_beam)
+    averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
+    found = identified(target, Options(tuple(without or ()), elements, joint_exponent, averaging), free_beam)
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -129,15 +165,16 @@ def identified(target: str, options: Options = AS_MEASURED, free_beam: int | Non
     """
     run = run_number(target)
     if run is None:
-        measurement = measurement_of_bundle(read_bundle(Path(target)))
+        measurement = measurement_of_bundle(read_bundle(Path(target)), options.averaging)
         if free_beam is not None:
             with open_catalogue() as catalogue:
                 measurement = with_free_beam(measurement, catalogue, free_beam, on_terminal(progress_console))
         return identify(measurement, options)
     with open_catalogue() as catalogue:
-        measurement = measurement_of_run(catalogue, run, on_terminal(progress_console))
+        told = on_terminal(progress_console)
+        measurement = measurement_of_run(catalogue, run, told, options.averaging)
         if free_beam is not None:
-            measurement = with_free_beam(measurement, catalogue, free_beam, on_terminal(progress_console))
+            measurement = with_free_beam(measurement, catalogue, free_beam, told, options.averaging)
         found = identify(measurement, options)
         store_identification(catalogue, run, found)
     return found

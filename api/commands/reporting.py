@@ -7,12 +7,23 @@ from typing import Annotated
 
 import typer
 
-from api.commands.identification import Elements, FreeBeam, JointExponent, Without, identified
+from analysis.modal.spectra import Estimator
+from api.commands.identification import (
+    Elements,
+    EstimatorOption,
+    ExponentialWindow,
+    ForceWindow,
+    FreeBeam,
+    JointExponent,
+    Without,
+    identified,
+)
 from api.commands.terminal import open_catalogue, out, run_number
-from api.identification.options import Options
+from api.identification.options import Averaging, Options
 from api.report.gap import stored_gap_sections
 from api.report.page import write_report
 from api.report.section import Section
+from store.blow_window import BlowWindow
 
 
 def register(app: typer.Typer) -> None:
@@ -27,12 +38,16 @@ def report(
     free_beam: FreeBeam = None,
     elements: Elements = None,
     joint_exponent: JointExponent = 0.0,
+    estimator: EstimatorOption = Estimator.H1,
+    force_window: ForceWindow = None,
+    exponential_window: ExponentialWindow = None,
 ) -> None:
     """Identify and write the report, with the paper's figures and tables for this bench.
 
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
-    options = Options(tuple(without or ()), elements, joint_exponent)
+    averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
+    options = Options(tuple(without or ()), elements, joint_exponent, averaging)
     found, run = identified(target, options, free_beam), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:

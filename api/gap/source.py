@@ -165,6 +165,7 @@ def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
         peak_force=stored.peak_force,
         temperature=stored.temperature_c,
         coherence=None if responses.coherence is None else responses.coherence[:, keep],
+        decay=responses.decay,
     )
 
 

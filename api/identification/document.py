@@ -15,10 +15,12 @@ from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.modal.estimation import ModalEstimate
+from analysis.modal.spectra import Windows
 from analysis.suspended.beam_slopes import PARAMETERS
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse, Route
 from api.identification.levels import Level
+from api.identification.measurement import Measurement
 from api.identification.pipeline import Identification
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import TesterCorrections
@@ -35,6 +37,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "title": found.measurement.title,
             "blows_left_out": found.measurement.left_out,
             "faults": found.measurement.faults,
+            "averaging": _averaging(found.inverse, found.measurement) if found.inverse else None,
             "suspended_beam": _suspended(found.suspended) if found.suspended else None,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
@@ -116,6 +119,16 @@ def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
 def _inverse(route: Route[Any]) -> dict[str, Any]:
     joints = {name: _joint(joint) for name, joint in route.joints.items()}
     return joints | {"weak_directions": _weak_directions(route)}
+
+
+def _averaging(inverse: Inverse, measurement: Measurement) -> dict[str, Any]:
+    """How blows of the reference set became accelerances, and the damping that was taken out of each mode for it."""
+    first, windows = measurement.sets[0], Windows(decay=inverse.measured.decay)
+    return {
+        "estimator": first.estimator,
+        "window": first.window,
+        "loss_factor_taken_out": windows.added_loss_factor(inverse.modal.modes.frequency),
+    }
 
 
 def _model(inverse: Inverse) -> dict[str, Any]:

@@ -52,7 +52,7 @@ class Route(Generic[JointT]):
             give back as many modes as were measured.
         predicted: modes of the beam on these joints.
         errors: measured against predicted modes, for those that have a pair.
-        responses: accelerances of the beam on these joints at the measured lines, Eq. (46).
+        responses: accelerances of the beam on these joints at the measured lines and through their window, Eq. (46).
     """
 
     method: str
@@ -232,5 +232,7 @@ def _route(
         weak_directions=weak_directions,
         predicted=predicted,
         errors=mode_errors(modes, predicted),
-        responses=accelerance_on(beam, held_by, exponents, measured.frequency, measured.response, measured.inputs),
+        responses=accelerance_on(
+            beam, held_by, exponents, measured.frequency, measured.response, measured.inputs, measured.decay
+        ),
     )

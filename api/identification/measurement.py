@@ -12,9 +12,11 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.spectra import Windows
 from analysis.suspended.suspension import Suspension
 from api.identification.sine_points import SinePoint
 from api.identification.tester_corrections import ReferenceTemperature
+from store.blow_window import BlowWindow
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
 from store.frequency_responses import FrequencyResponseSet
@@ -80,11 +82,17 @@ def dof(stored: StoredDof) -> Dof:
 
 
 def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
-    """A stored set as analysis has it; where only coherence is known, the variance follows from it."""
+    """A stored set as analysis has it; where only coherence is known, the variance follows from it.
+
+    Raises:
+        StoreError: its window is none that can be corrected for.
+    """
+    decay = BlowWindow.parse(measured.window, measured.block_seconds).decay
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
     if variance is None and measured.coherence is not None and measured.averages > 1:
         variance = smoothed_variance(variance_from_coherence(accelerance, measured.coherence, measured.averages))
+        variance /= Windows(decay=decay).noise_kept(measured.block_seconds)
     return FrequencyResponses(
         frequency=measured.frequency,
         accelerance=accelerance,
@@ -92,4 +100,5 @@ def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
         inputs=tuple(dof(point) for point in measured.inputs),
         coherence=measured.coherence,
         variance=variance,
+        decay=decay,
     )

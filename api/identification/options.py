@@ -4,7 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from analysis.modal.spectra import Estimator
+from store.blow_window import NO_WINDOW, BlowWindow
+
 MOST_ELEMENTS = 32
+SHORTEST_CONSTANT, LONGEST_WINDOW = 0.01, 100.0  # s; a mode has to be seen through an exponential window
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """How the raw blows of a run become accelerances; those of a bundle are as their own laboratory made them.
+
+    Attributes:
+        estimator: H1, H2 or Hv.
+        window: on force and acceleration; what it adds to the damping is taken out of modes and joints.
+    """
+
+    estimator: Estimator = Estimator.H1
+    window: BlowWindow = NO_WINDOW
 
 
 @dataclass(frozen=True)
@@ -15,11 +32,13 @@ class Options:
         without: corrections of the sine points to switch off, by the names in `tester_corrections.SWITCHES`.
         elements: of the beam between neighbouring nodes; 1 is the paper's mesh, None as many as the data call for.
         joint_exponent: standard deviation of the power of frequency that each joint follows; zero for constant joints.
+        averaging: of the raw blows. It acts where the measurement is read, in `source`.
     """
 
     without: tuple[str, ...] = ()
     elements: int | None = None
     joint_exponent: float = 0.0
+    averaging: Averaging = Averaging()
 
 
 AS_MEASURED = Options()

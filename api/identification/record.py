@@ -98,6 +98,7 @@ def _suspended(session: Session, run_id: int, found: Identification) -> int:
             },
             "statements": list(result.statements),
             "run": found.measurement.suspended.run,
+            "decay": found.measurement.suspended.responses.decay,
         },
         runs=[run_id],
     )

@@ -14,10 +14,11 @@ from analysis.direct.temperature import TemperatureCoefficients
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
-from analysis.modal.spectra import responses_from_blows
+from analysis.modal.spectra import Windows, responses_from_blows
 from analysis.suspended.suspension import Suspension
 from api.errors import ApiError
 from api.identification.measurement import Measurement, SuspendedTest, dof, responses_of
+from api.identification.options import AS_MEASURED, Averaging
 from api.identification.sine_points import SinePoint, sine_point
 from api.identification.tester_corrections import ReferenceTemperature
 from api.progress import Advance, Progress, silent
@@ -39,24 +40,38 @@ from store.sine_records import BLANK, SineRecord, list_sine_records
 DIMENSIONS = ("length", "height", "width")
 
 
-def measurement_of_bundle(bundle: Bundle) -> Measurement:
-    """The measurement that a bundle holds."""
+def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.averaging) -> Measurement:
+    """The measurement that a bundle holds.
+
+    Raises:
+        ApiError: another average is asked for than the bundle has.
+    """
+    _check_as_averaged(averaging, bundle.setup.title)
     points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
     return Measurement(bundle.setup.title, bundle.setup, bundle.inverse, points, raw=False)
 
 
-def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Measurement:
+def measurement_of_run(
+    catalogue: Catalogue, run_id: int, progress: Progress = silent, averaging: Averaging = AS_MEASURED.averaging
+) -> Measurement:
     """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
+
+    Args:
+        catalogue: that holds it.
+        run_id: its number.
+        progress: is told how far the records are read.
+        averaging: of its blows.
 
     Raises:
         StoreError: there is no such run, or a record is damaged.
         AnalysisError: a record cannot be evaluated; the message names it.
-        ApiError: the run holds nothing to identify from.
+        ApiError: the run holds nothing to identify from, or was imported and another average is asked for.
     """
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         article = article_from(run.setup)
         if run.kind == "import":
+            _check_as_averaged(averaging, f"run {run_id}")
             stored = list_dynamic_stiffness(
                 session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
             )
@@ -71,7 +86,7 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
     with progress("accelerances", len(blows)) as advance:
         every_set = [
-            (step, _accelerances(catalogue, article, own, step, advance))
+            (step, _accelerances(catalogue, article, own, step, averaging, advance))
             for number, step in enumerate(sequence.hammer_steps, start=1)
             if (own := [blow for blow in blows if blow.set_number == number])
         ]
@@ -92,7 +107,11 @@ def measurement_of_run(catalogue: Catalogue, run_id: int, progress: Progress = s
 
 
 def with_free_beam(
-    measurement: Measurement, catalogue: Catalogue, run_id: int, progress: Progress = silent
+    measurement: Measurement,
+    catalogue: Catalogue,
+    run_id: int,
+    progress: Progress = silent,
+    averaging: Averaging = AS_MEASURED.averaging,
 ) -> Measurement:
     """The measurement with the suspended test of another run in place of its own.
 
@@ -100,13 +119,21 @@ def with_free_beam(
         StoreError: there is no such run.
         ApiError: that run has none, or its beam is another one.
     """
-    lending = measurement_of_run(catalogue, run_id, progress)
+    lending = measurement_of_run(catalogue, run_id, progress, averaging)
     if lending.suspended is None:
         raise ApiError(f"run {run_id} has no hammer step on the suspended beam")
     ours, theirs = (each.article.beam.model_dump(include=set(DIMENSIONS)) for each in (measurement, lending))
     if ours != theirs:
         raise ApiError(f"run {run_id} is on a beam of other dimensions: {theirs}, here {ours}")
     return replace(measurement, suspended=lending.suspended)
+
+
+def _check_as_averaged(averaging: Averaging, what: str) -> None:
+    if averaging != AS_MEASURED.averaging:
+        raise ApiError(
+            f"{what} holds accelerances, no blows: they have the estimator and the window that they came with; leave "
+            "both out"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +157,12 @@ def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
 
 
 def _accelerances(
-    catalogue: Catalogue, article: Article, blows: list[Blow], step: HammerStep, advance: Advance
+    catalogue: Catalogue,
+    article: Article,
+    blows: list[Blow],
+    step: HammerStep,
+    averaging: Averaging,
+    advance: Advance,
 ) -> _Struck:
     """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
@@ -159,7 +191,15 @@ def _accelerances(
             if reason is not None
         ]
     computed = responses_from_blows(
-        forces, accelerations, rate, dof(response), [dof(point) for point in points], step.highest_frequency
+        forces,
+        accelerations,
+        rate,
+        dof(response),
+        [dof(point) for point in points],
+        step.highest_frequency,
+        averaging.estimator,
+        pre_trigger=round(step.pretrigger_seconds * rate),
+        windows=Windows(averaging.window.force_seconds, averaging.window.decay),
     )
     peaks = [blow.peak_force for blow in blows if blow.peak_force is not None]
     temperatures = [blow.temperature_c for blow in blows if blow.temperature_c is not None]
@@ -174,10 +214,10 @@ def _accelerances(
         averages=step.blows,
         peak_force=float(np.mean(peaks)),
         temperature_c=float(np.mean(temperatures)),
-        window="none",
+        window=str(averaging.window),
         sample_rate=rate,
         block_seconds=step.block_seconds,
-        estimator="H1",
+        estimator=averaging.estimator.value,
     )
     return _Struck(measured, computed.scatter, tuple(left_out))
 

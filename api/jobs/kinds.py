@@ -14,16 +14,18 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from analysis.modal.spectra import Estimator
 from api.errors import ApiError
 from api.gap.pipeline import diagnose_run
 from api.gap.record import keep_diagnosis
-from api.identification.options import Options
+from api.identification.options import AS_MEASURED, Averaging, Options
 from api.identification.pipeline import identify as identify_measurement
 from api.identification.record import keep_identification
 from api.identification.source import measurement_of_run, with_free_beam
 from api.progress import Progress
 from api.report.gap import stored_gap_sections
 from api.report.page import write_report
+from store.blow_window import BlowWindow
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.hdf5 import export_hdf5
@@ -63,14 +65,24 @@ def exports_folder(catalogue: Catalogue) -> Path:
 def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     """k, h and gamma of a run by both methods, and their comparison."""
     run, free_beam = job.parameters["run"], job.parameters.get("free_beam")
-    options = Options(elements=job.parameters.get("elements"), joint_exponent=job.parameters.get("joint_exponent", 0.0))
-    measurement = measurement_of_run(catalogue, run, progress)
+    options = _options(job.parameters)
+    measurement = measurement_of_run(catalogue, run, progress, options.averaging)
     if free_beam is not None:
-        measurement = with_free_beam(measurement, catalogue, free_beam, progress)
+        measurement = with_free_beam(measurement, catalogue, free_beam, progress, options.averaging)
     with progress("identification", 1) as advance:
         found = identify_measurement(measurement, options)
         advance(1)
     return lambda session: asdict(keep_identification(session, run, found))
+
+
+def _options(given: Mapping[str, Any]) -> Options:
+    """What was chosen by hand; by default nothing."""
+    window = BlowWindow(given.get("force_window"), given.get("exponential_window"))
+    return Options(
+        elements=given.get("elements"),
+        joint_exponent=given.get("joint_exponent", AS_MEASURED.joint_exponent),
+        averaging=Averaging(Estimator(given.get("estimator", AS_MEASURED.averaging.estimator)), window),
+    )
 
 
 def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
@@ -111,8 +123,9 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
 
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
+TAKES = ("free_beam", "elements", "joint_exponent", "estimator", "force_window", "exponential_window")
 KINDS: Mapping[str, Kind] = {
-    "identify": Kind(("run",), identify, takes=("free_beam", "elements", "joint_exponent")),
+    "identify": Kind(("run",), identify, takes=TAKES),
     "diagnose": Kind(("run",), diagnose),
     "trial": Kind(("cases", "seed"), trial),
     "export": Kind(("run", "form"), export),

@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.inverse.joint_fit import JointFit
+from analysis.modal.spectra import Estimator, Windows
 from analysis.modes import Modes
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
@@ -68,6 +69,7 @@ def _modes(inverse: Inverse, measurement: Measurement) -> Section:
             "Predicted are the modes of the beam on the joints identified by maximum likelihood; one column shows how "
             "far those of the paper's own method are off. That method leaves k12 several per cent off even on exact "
             "modes, and the two lowest modes, near-repeated, show it most.",
+            *_averaging(inverse, measurement),
             *_misfit(inverse),
             *(f"Found wrong: {text}." for text in measurement.faults),
             *(f"In no average: {text}." for text in measurement.left_out),
@@ -92,6 +94,21 @@ def _predicted_frequencies(pair: ModeError | None, theory: Sequence[FrequencyRow
 def _predicted_shape(pair: ModeError | None) -> tuple[str, str]:
     """Predicted loss factor and MAC; dashes for a mode that nothing predicts."""
     return ("–", "–") if pair is None else (number(pair.predicted_loss_factor), f"{pair.mac:.4f}")
+
+
+def _averaging(inverse: Inverse, measurement: Measurement) -> list[str]:
+    """How blows were averaged, where that is not by H1 of plain records."""
+    first, found = measurement.sets[0], list[str]()
+    if first.estimator in (Estimator.H2, Estimator.HV):
+        found.append(f"Blows are averaged by {first.estimator}.")
+    if inverse.measured.decay > 0:
+        lowest = float(Windows(decay=inverse.measured.decay).added_loss_factor(inverse.modal.modes.frequency[:1])[0])
+        found.append(
+            f"Records were seen through a window ({first.window}). Accelerances, measured and predicted, are shown "
+            f"through it; the loss factor that it adds, {number(lowest)} in the lowest mode, is in neither modes nor "
+            "joints."
+        )
+    return found
 
 
 def _misfit(inverse: Inverse) -> list[str]:

@@ -1,4 +1,4 @@
-"""An exponential window e^(-s t) on both channels, not corrected: H is seen at i w + s."""
+"""An exponential window e^(-s t) on both channels that nobody stated: H is seen at i w + s, beside a stated one."""
 
 from __future__ import annotations
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.dof import Dof
-from analysis.frequency_response import FrequencyResponses
 from analysis.modal.lscf import lscf_poles
 from analysis.modal.stabilisation import Stabilisation, read_chart
 from api.identification.inverse import LOWEST_LINE
+from api.identification.measurement import responses_of
 from api.page.charts import modal
 from api.page.controls import chart
 from api.page.markup import show, table
@@ -58,16 +57,7 @@ def stabilisation_of(measured: FrequencyResponseSet) -> Stabilisation:
         lowest=float(lines.frequency[0]),
         highest=float(lines.frequency[-1]),
         line_spacing=float(lines.frequency[1] - lines.frequency[0]),
-    )
-
-
-def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
-    """A stored set as analysis has it."""
-    return FrequencyResponses(
-        frequency=measured.frequency,
-        accelerance=measured.accelerance.astype(complex),
-        response=Dof.parse(str(measured.response)),
-        inputs=tuple(Dof.parse(str(point)) for point in measured.inputs),
+        decay=lines.decay,
     )
 
 

@@ -7,7 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.identification.options import MOST_ELEMENTS
+from analysis.modal.spectra import Estimator
+from api.identification.options import LONGEST_WINDOW, MOST_ELEMENTS, SHORTEST_CONSTANT
 from api.service.acts import Act
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
@@ -43,6 +44,19 @@ class NewIdentification(OfRun):
     joint_exponent: float = Field(
         default=0.0, ge=0, le=1, description="standard deviation of the power of frequency that joints follow"
     )
+    estimator: Estimator = Field(
+        default=Estimator.H1,
+        description="average of the blows: H1 trusts the force, H2 the acceleration, Hv both alike",
+    )
+    force_window: float | None = Field(
+        default=None, gt=0, le=LONGEST_WINDOW, description="seconds after the trigger that force counts"
+    )
+    exponential_window: float | None = Field(
+        default=None,
+        ge=SHORTEST_CONSTANT,
+        le=LONGEST_WINDOW,
+        description="time constant in seconds of a window on force and acceleration; its damping is taken out again",
+    )
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())
@@ -56,7 +70,7 @@ def create(
             if run is not None:
                 existing_run(context, run)
 
-    return queue_job(act, jobs, "identify", wanted.model_dump(exclude_defaults=True), check)
+    return queue_job(act, jobs, "identify", wanted.model_dump(mode="json", exclude_defaults=True), check)
 
 
 def existing_run(context: Services, run_id: int) -> Run:

@@ -344,6 +344,13 @@ def test_a_window_looks_beside_the_axis_of_frequency(empty: Measurement, bar: Ba
     assert np.allclose((shifted - once)[:, 1:-1] / 0.02, by_pole, rtol=0, atol=2e-3 * np.max(np.abs(by_pole)))
 
 
+def test_a_window_that_is_stated_is_no_effect(empty: Measurement, bar: Bar) -> None:
+    """What a window of 2 1/s does is explained by stating it, and by nothing else beside."""
+    stated = replace(empty, sets=tuple(replace(each, decay=2.0) for each in empty.sets))
+    with_effect, as_stated = read(ExponentialWindow(), empty, bar, s=2.0), read(ExponentialWindow(), stated, bar, s=0.0)
+    np.testing.assert_allclose(as_stated, with_effect, rtol=1e-9)
+
+
 # --- the blows ---
 
 

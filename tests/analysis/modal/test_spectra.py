@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.modal.pole_parameters import without_window
 from analysis.modal.spectra import Estimator, Windows, responses_from_blows
 from analysis.modes import Modes, poles_from
 
@@ -107,40 +106,37 @@ def test_an_exponential_window_moves_the_pole_left_by_its_decay() -> None:
     np.testing.assert_allclose(found.accelerance[0], expected, atol=3 * left_at_the_end * np.max(np.abs(expected)))
 
 
-def modes_of(frequency: float, loss_factor: float) -> Modes:
-    poles = poles_from(np.array([frequency]), np.array([loss_factor]))
-    return Modes(poles, np.ones((1, 1), complex), (POINT,), pole_covariance=np.diag([1e-4, 1e-6]))
+def test_the_damping_that_a_window_adds_is_stated() -> None:
+    windowed = Modes(np.array([POLE - 5.0]), np.ones((1, 1), complex), (POINT,))
+    added = Windows(decay=5.0).added_loss_factor(windowed.frequency)
+    np.testing.assert_allclose(windowed.loss_factor - 0.03, added, rtol=2e-3)
 
 
-def test_the_damping_that_a_window_adds_is_stated_and_taken_out_of_modes() -> None:
-    true, windowed = modes_of(60.0, 0.03), Modes(np.array([POLE - 5.0]), np.ones((1, 1), complex), (POINT,))
-    np.testing.assert_allclose(without_window(windowed, 5.0).poles, true.poles, rtol=1e-14)
-    added = Windows(decay=5.0).added_loss_factor(true.frequency)
-    np.testing.assert_allclose(windowed.loss_factor - true.loss_factor, added, rtol=2e-3)
+@pytest.mark.parametrize("estimator", list(Estimator))
+def test_the_scatter_of_blows_is_by_how_much_an_average_moves_without_them(estimator: Estimator) -> None:
+    force, acceleration = blows(2, 10, 0.005, 0.05)
+    whole = averaged(force, acceleration, estimator)
+    assert whole.scatter is not None
+    lines = slice(60, 600)
+    for left_out in range(3):
+        others = np.arange(10) != left_out
+        without = averaged(force[others], acceleration[others], estimator).accelerance[0, lines]
+        moved = np.sqrt(9 / 10) * (whole.accelerance[0, lines] - without)
+        stated = whole.scatter[0, left_out, lines]
+        assert np.linalg.norm(moved - stated) < 0.1 * np.linalg.norm(stated)
 
 
-def test_the_covariance_of_modes_without_window_follows_by_their_derivatives() -> None:
-    def frequency_and_loss_factor(shift: tuple[float, float]) -> Real:
-        modes = without_window(modes_of(60.0 + shift[0], 0.08 + shift[1]), 5.0)
-        return np.concatenate([modes.frequency, modes.loss_factor])
-
-    steps = ((1e-4, 0.0), (0.0, 1e-6))
-    change = np.stack(
-        [
-            (frequency_and_loss_factor(step) - frequency_and_loss_factor((-step[0], -step[1]))) / (2 * sum(step))
-            for step in steps
-        ],
-        axis=1,
-    )
-    covariance = without_window(modes_of(60.0, 0.08), 5.0).pole_covariance
-    assert covariance is not None
-    np.testing.assert_allclose(covariance, change @ np.diag([1e-4, 1e-6]) @ change.T, rtol=1e-5)
-
-
-def test_a_window_that_adds_more_damping_than_a_mode_has_is_refused() -> None:
-    modes = Modes(np.array([POLE]), np.ones((1, 1), complex), (POINT,))
-    with pytest.raises(AnalysisError, match="more damping than mode 1"):
-        without_window(modes, 50.0)
+def test_accelerances_say_which_window_is_on_them_and_count_on_the_noise_that_it_ties_together() -> None:
+    force, acceleration = blows(4, 10, acceleration_noise=0.5)
+    plain, windowed = averaged(force, acceleration), averaged(force, acceleration, windows=Windows(decay=5.0))
+    assert (plain.decay, windowed.decay) == (0.0, 5.0)
+    assert windowed.scatter is not None
+    assert windowed.variance is not None
+    assert plain.variance is not None
+    assert np.mean(windowed.variance) > np.mean(plain.variance)
+    of_lines = np.mean(np.sum(np.abs(windowed.scatter) ** 2, axis=1)) / 2
+    kept = (1 - np.exp(-2 * 5.0 * SAMPLES / RATE)) / (2 * 5.0 * SAMPLES / RATE)
+    assert of_lines / np.mean(windowed.variance) == pytest.approx(kept, rel=1e-2)
 
 
 def test_a_force_window_removes_the_noise_behind_the_blow() -> None:

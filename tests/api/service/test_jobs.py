@@ -87,6 +87,17 @@ def test_a_suspended_beam_that_is_not_there_is_refused(
     assert queued.json()["parameters"] == {"run": measured, "free_beam": measured, "elements": 1}
 
 
+def test_what_is_chosen_of_an_average_is_asked_of_the_job(
+    jobs_client: httpx.Client, acting: Acting, measured: int
+) -> None:
+    body = {"run": measured, "estimator": "Hv", "force_window": 0.05, "exponential_window": 0.5}
+    queued = jobs_client.post("/api/identifications", json=body, headers=acting())
+    assert (queued.status_code, queued.json()["parameters"]) == (202, body)
+    for wrong in ({"estimator": "H3"}, {"exponential_window": 0.001}, {"force_window": 0}):
+        refused = jobs_client.post("/api/identifications", json=body | wrong, headers=acting())
+        assert refused.status_code == 422
+
+
 @pytest.mark.parametrize("path", ["/api/jobs/7", "/api/jobs/7/events", "/api/exports/7/file"])
 def test_a_job_that_is_not_there_is_not_found(client: httpx.Client, path: str) -> None:
     answer = client.get(path)

@@ -1,0 +1,108 @@
+"""How blows become accelerances: by which estimator, through which windows, and that nobody pays for a window."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.modal.spectra import Estimator
+from api.identification.inverse import Inverse, inverse_of
+from api.identification.measurement import Measurement
+from api.identification.options import Averaging, Options
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from store.blow_window import NO_WINDOW, BlowWindow
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+from tests.api.conftest import Command
+
+WINDOW = BlowWindow(time_constant=0.5)
+COARSE = Options(elements=1)
+K12, K22 = (0, 1), (1, 1)
+
+
+def read(demo: Path, averaging: Averaging) -> Measurement:
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        return measurement_of_run(catalogue, 1, averaging=averaging)
+
+
+@pytest.fixture(scope="module")
+def plain(demo: Path) -> Inverse:
+    return inverse_of(read(demo, Averaging()), options=COARSE)
+
+
+@pytest.fixture(scope="module")
+def windowed(demo: Path) -> Measurement:
+    return read(demo, Averaging(window=WINDOW))
+
+
+def joint_loss_factors(inverse: Inverse) -> tuple[np.ndarray, np.ndarray]:
+    """(terms,) k12's and k22's of both joints, and (terms, 2) their intervals."""
+    joints = inverse.fit.joints.values()
+    values = [joint.loss_factor[at] for joint in joints for at in (K12, K22)]
+    return np.array(values), np.array([joint.loss_factor_ci95[at] for joint in joints for at in (K12, K22)])
+
+
+def inside(value: np.ndarray, interval: np.ndarray) -> np.ndarray:
+    return np.asarray((interval[:, 0] < value) & (value < interval[:, 1]))
+
+
+def test_damping_seen_through_an_exponential_window_is_that_without_it(plain: Inverse, windowed: Measurement) -> None:
+    found = inverse_of(windowed, options=COARSE)
+    assert found.measured.decay == 2.0
+    assert np.all(inside(plain.modal.modes.loss_factor, found.modal.loss_factor_ci95))
+    values, _ = joint_loss_factors(plain)
+    assert np.all(inside(values, joint_loss_factors(found)[1]))
+    assert np.min(found.likelihood.responses.decay) == 2.0
+
+
+def test_damping_seen_through_a_window_that_nobody_states_is_too_high(plain: Inverse, windowed: Measurement) -> None:
+    unstated = replace(windowed, sets=tuple(replace(each, window=str(NO_WINDOW)) for each in windowed.sets))
+    found = inverse_of(unstated, options=COARSE)
+    assert np.all(found.modal.loss_factor_ci95[:, 0] > plain.modal.modes.loss_factor)
+    values, _ = joint_loss_factors(plain)
+    assert not np.any(inside(values[1::2], joint_loss_factors(found)[1][1::2]))
+
+
+def test_estimator_and_windows_are_chosen_told_stored_and_taken_along_in_a_bundle(
+    jointlab: Command, measured: int, tmp_path: Path, plain: Inverse
+) -> None:
+    chosen = ("--estimator", "Hv", "--force-window", 0.05, "--exponential-window", 0.5)
+    answer = jointlab("identify", measured, *chosen, "--elements", 1, "--json", "found.json")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["averaging"]
+    assert (told["estimator"], told["window"]) == ("Hv", "force 0.05 s, exponential 0.5 s")
+    taken_out = 2.0 / (np.pi * plain.modal.modes.frequency)
+    assert told["loss_factor_taken_out"] == pytest.approx(taken_out, rel=1e-2)
+
+    assert jointlab("export", measured, "bundle", "--no-blows").returncode == 0
+    bundle = read_bundle(tmp_path / "bundle")
+    assert [each.window for each in bundle.setup.inverse] == ["force 0.05 s, exponential 0.5 s"]
+    measurement = measurement_of_bundle(bundle)
+    found = inverse_of(measurement, options=COARSE)
+    assert found.modal.modes.loss_factor == pytest.approx(plain.modal.modes.loss_factor, rel=1e-2)
+
+
+@pytest.mark.parametrize("choice", [("--estimator", "H2"), ("--exponential-window", 0.5)])
+def test_a_bundle_has_no_blows_to_average_anew(jointlab: Command, exported: Path, choice: tuple[str, object]) -> None:
+    answer = jointlab("identify", exported, *choice)
+    assert answer.returncode == 3
+    assert "holds accelerances, no blows" in answer.stderr
+
+
+def test_an_estimator_that_there_is_not_is_refused(jointlab: Command) -> None:
+    answer = jointlab("identify", 1, "--estimator", "H3")
+    assert answer.returncode == 2
+    assert "H1" in answer.stderr
+
+
+def test_each_estimator_is_that_of_its_average(demo: Path) -> None:
+    h1, h2, hv = (read(demo, Averaging(each)).sets[0] for each in Estimator)
+    assert [each.estimator for each in (h1, h2, hv)] == ["H1", "H2", "Hv"]
+    lines = h1.frequency > 20
+    size = [np.abs(each.accelerance[:, lines]) for each in (h1, h2, hv)]
+    assert np.all(size[0] <= size[1])
+    np.testing.assert_allclose(size[2] ** 2, size[0] * size[1], rtol=1e-9)

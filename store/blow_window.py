@@ -69,6 +69,14 @@ NO_WINDOW = BlowWindow()
 """Plain records."""
 
 
+def stated_window(text: str, block_seconds: float) -> tuple[BlowWindow, str | None]:
+    """The window that somebody else's record is stated to have; where nobody could correct for it, none, and why."""
+    try:
+        return BlowWindow.parse(text, block_seconds), None
+    except StoreError as error:
+        return NO_WINDOW, f"{error}; it is taken for none, and what it adds to the damping stays"
+
+
 def _is_share(name: str, percent: float) -> bool:
     """Whether a percentage is what an exponential window leaves."""
     return name == "exponential" and percent < 100

@@ -15,6 +15,7 @@ from typing import Any
 
 from store.accelerance_file import read_accelerances
 from store.blow_file import BundleBlow, read_blow
+from store.blow_window import stated_window
 from store.bundle_setup import BundleSetup, InverseSet, parse_setup
 from store.direct_table import DirectPoint, read_direct
 from store.dof import Dof
@@ -85,6 +86,8 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
                 f"{entry.sample_rate:g} Hz of setup.json"
             )
         warnings += measured.warnings
+        _, unknown = stated_window(entry.window, entry.block_seconds)
+        warnings += [f"{entry.file}: {unknown}"] if unknown else []
         sets.append(
             FrequencyResponseSet(
                 number=number,

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from store.blow_window import BlowWindow
 from store.dof import Dof
 from store.errors import StoreError
 
@@ -21,14 +20,6 @@ def _plain_name(name: str) -> str:
     if not name or PurePosixPath(name).name != name or name in (".", "..") or any(c in name for c in "\\:\0"):
         raise ValueError("is not the plain name of a file in the bundle")
     return name
-
-
-def _known_window(text: str) -> str:
-    try:
-        BlowWindow.parse(text, block_seconds=1.0)
-    except StoreError as error:
-        raise ValueError(str(error)) from error
-    return text
 
 
 FileName = Annotated[str, AfterValidator(_plain_name)]
@@ -78,7 +69,7 @@ class InverseSet(_Part):
     averages: Annotated[int, Field(ge=1, le=1_000_000)]
     peak_force: Positive
     temperature_c: Annotated[float, Field(gt=-273.15, lt=1000)]
-    window: Annotated[str, AfterValidator(_known_window)]
+    window: str
     sample_rate: Positive
     block_seconds: Positive
 

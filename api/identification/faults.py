@@ -11,14 +11,15 @@ from analysis.gap.row_faults import rows_put_right
 from api.errors import ApiError
 from api.gap.source import gap_measurement
 from api.identification.measurement import Measurement, dof
+from store.blow_window import stated_window
 from store.frequency_responses import FrequencyResponseSet
 
 
 def put_right(measurement: Measurement) -> Measurement:
     """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
 
-    Every fault is a sentence in `faults`. A set that was changed has lost the scatter of its single blows; one in which
-    nothing was wrong is left as it is.
+    Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A set that was changed has
+    lost the scatter of its single blows; one in which nothing was wrong is left as it is.
 
     Raises:
         AnalysisError: all rows are dead.
@@ -26,8 +27,9 @@ def put_right(measurement: Measurement) -> Measurement:
     """
     before = gap_measurement(measurement)
     after, faults = rows_put_right(before)
+    windows = _unknown_windows(measurement)
     if not faults:
-        return measurement
+        return replace(measurement, faults=windows) if windows else measurement
     if len(after.sets) < len(before.sets):
         raise ApiError(f"{'; '.join(faults)}; take the set without any signal out, or measure it again")
     sets, scatter = [], dict(measurement.scatter)
@@ -35,7 +37,12 @@ def put_right(measurement: Measurement) -> Measurement:
         sets.append(stored if _same(was, found) else _stored(stored, found))
         if sets[-1] is not stored:
             scatter.pop(stored.number, None)
-    return replace(measurement, sets=tuple(sets), scatter=scatter, faults=faults)
+    return replace(measurement, sets=tuple(sets), scatter=scatter, faults=(*windows, *faults))
+
+
+def _unknown_windows(measurement: Measurement) -> tuple[str, ...]:
+    read = [(each.source, stated_window(each.window, each.block_seconds)[1]) for each in measurement.sets]
+    return tuple(f"{source}: {unknown}" for source, unknown in read if unknown)
 
 
 def _same(one: HammerSet, other: HammerSet) -> bool:

@@ -16,7 +16,7 @@ from analysis.modal.spectra import Windows
 from analysis.suspended.suspension import Suspension
 from api.identification.sine_points import SinePoint
 from api.identification.tester_corrections import ReferenceTemperature
-from store.blow_window import BlowWindow
+from store.blow_window import stated_window
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
 from store.frequency_responses import FrequencyResponseSet
@@ -82,12 +82,8 @@ def dof(stored: StoredDof) -> Dof:
 
 
 def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
-    """A stored set as analysis has it; where only coherence is known, the variance follows from it.
-
-    Raises:
-        StoreError: its window is none that can be corrected for.
-    """
-    decay = BlowWindow.parse(measured.window, measured.block_seconds).decay
+    """A stored set as analysis has it; where only coherence is known, the variance follows from it."""
+    decay = stated_window(measured.window, measured.block_seconds)[0].decay
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
     if variance is None and measured.coherence is not None and measured.averages > 1:

@@ -93,6 +93,18 @@ def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change
     np.testing.assert_allclose(found.sets[0].accelerance, clean.sets[0].accelerance[:, above], rtol=1e-6)
 
 
+@pytest.mark.parametrize("change", [None, turn])
+def test_a_window_that_nobody_could_correct_for_is_named_and_taken_for_none(
+    clean: Measurement, change: Change | None
+) -> None:
+    measured = clean if change is None else spoilt(clean, change)
+    first = replace(measured.sets[0], window="hanning")
+    found = put_right(replace(measured, sets=(first, *measured.sets[1:])))
+    assert "'hanning' is not a window that can be corrected for" in found.faults[0]
+    assert len(found.faults) == (1 if change is None else 2)
+    assert found.responses(0).decay == 0.0
+
+
 def test_a_dead_row_is_left_out(clean: Measurement) -> None:
     found = put_right(spoilt(clean, kill))
     (fault,) = found.faults

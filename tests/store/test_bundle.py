@@ -98,6 +98,14 @@ def test_a_file_that_is_not_named_is_ignored_with_a_warning(bundle: Path) -> Non
     assert read_bundle(bundle).warnings == ("inverse_2.unv is not named in setup.json and is ignored",)
 
 
+def test_a_window_that_nobody_could_correct_for_is_kept_with_a_warning(bundle: Path) -> None:
+    _edit(bundle, lambda setup: setup["inverse"][0].update(window="hanning"))
+    found = read_bundle(bundle)
+    assert found.inverse[0].window == "hanning"
+    (warning,) = found.warnings
+    assert warning.startswith("inverse_1.unv: 'hanning' is not a window that can be corrected for")
+
+
 @pytest.mark.parametrize("name", ["direct.csv", "inverse_1.unv", "blows/blow_1y_set1_01.unv"])
 def test_a_checksum_that_differs_is_refused_by_file(bundle: Path, name: str) -> None:
     right = hashlib.sha256((bundle / name).read_bytes()).hexdigest()

@@ -1,6 +1,6 @@
 """The design study of Section 6: conditioning and sensitivity against joint stiffness, Figs. 3 and 4.
 
-Both vary k-bar = k_t L^3 / EI of two supports that lean inward by theta, Eq. (16).
+Both vary k-bar = k_t L^3 / EI of all supports together, Eq. (16); the paper's two lean inward by theta.
 """
 
 from __future__ import annotations
@@ -26,36 +26,34 @@ MARGIN = 1.2  # modes are sought so far above the highest one of the same suppor
 
 
 @dataclass(frozen=True)
-class Supports:
-    """Two opposed supports of the design study.
+class Support:
+    """One support of the design study.
 
     Attributes:
-        nodes: of joint I and joint II.
+        name: of the joint that it stands for.
+        node: where it is.
         aspect_ratio: R = k_l / k_t.
-        inclination: theta, rad, positive at joint I and negative at joint II.
+        inclination: theta, rad; positive at joint I and negative at joint II of the paper.
         loss_factor: of all terms.
         rotation_ratio: k_theta / (k_t L^2).
     """
 
-    nodes: tuple[int, int] = (2, 10)
+    name: str
+    node: int
     aspect_ratio: float = 7.0
     inclination: float = np.pi / 4
     loss_factor: float = 0.1
     rotation_ratio: float = 0.0
 
-    def joints(self, free_beam: FreeBeam, stiffness_ratio: float) -> tuple[Joint, Joint]:
-        """Joints I and II at k-bar = `stiffness_ratio`."""
+    def joint(self, free_beam: FreeBeam, stiffness_ratio: float) -> Joint:
+        """The joint at k-bar = `stiffness_ratio`."""
         lossy = stiffness_ratio * (1 + 1j * self.loss_factor)
-        first, second = (
-            inclined_support(
-                free_beam.beam, name, node, lossy, self.aspect_ratio, sign * self.inclination, self.rotation_ratio
-            )
-            for name, node, sign in zip(("I", "II"), self.nodes, (1, -1), strict=True)
+        return inclined_support(
+            free_beam.beam, self.name, self.node, lossy, self.aspect_ratio, self.inclination, self.rotation_ratio
         )
-        return first, second
 
 
-PAPER_SUPPORTS = Supports()
+PAPER_SUPPORTS = (Support("I", 2), Support("II", 10, inclination=-np.pi / 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +76,9 @@ def condition_numbers(
     free_beam: FreeBeam,
     stiffness_ratios: ArrayLike,
     modes: int,
-    supports: Supports = PAPER_SUPPORTS,
+    supports: Sequence[Support] = PAPER_SUPPORTS,
 ) -> Real:
-    """(points, 2) condition number of Yw, Eq. (45), for joints I and II at each k-bar, Fig. 3.
+    """(points, supports) condition number of Yw, Eq. (45), for each support at each k-bar, Fig. 3.
 
     In SI units, for all 18 unknowns, without the symmetry of Eq. (36). On ten equal elements, with a
     loss factor of 0.1, modes 1-3 give 3.9 at k-bar = 0.1, 4.2 at 10, 4.3 at 50, 5.3 at 100 and 123 at 300.
@@ -89,17 +87,17 @@ def condition_numbers(
         free_beam: with nodes at the supports.
         stiffness_ratios: (points,) k-bar, positive.
         modes: how many are used, from the lowest.
-        supports: R, theta and the rest of the design.
+        supports: any number, all at the same k-bar.
 
     Raises:
         AnalysisError: the mesh has fewer modes than asked for.
     """
-    dofs = [Dof(node, direction) for node in supports.nodes for direction in DIRECTIONS]
+    dofs = [Dof(support.node, direction) for support in supports for direction in DIRECTIONS]
     numbers = []
     for ratio in np.asarray(stiffness_ratios, dtype=float):
-        found = _lowest(free_beam, supports.joints(free_beam, ratio), modes, dofs)
-        shapes = found.shapes.reshape(modes, 2, 3)
-        numbers.append([regression.condition_number(shapes[:, joint]) for joint in range(2)])
+        joints = [support.joint(free_beam, ratio) for support in supports]
+        shapes = _lowest(free_beam, joints, modes, dofs).shapes.reshape(modes, len(joints), 3)
+        numbers.append([regression.condition_number(shapes[:, place]) for place in range(len(joints))])
     return np.array(numbers)
 
 
@@ -107,7 +105,7 @@ def eigenvalue_study(
     free_beam: FreeBeam,
     stiffness_ratios: ArrayLike,
     modes: int = 6,
-    supports: Supports = PAPER_SUPPORTS,
+    supports: Sequence[Support] = PAPER_SUPPORTS,
 ) -> EigenvalueStudy:
     """Natural frequencies and their sensitivities against k-bar, Fig. 4.
 
@@ -115,18 +113,18 @@ def eigenvalue_study(
         free_beam: with nodes at the supports.
         stiffness_ratios: (points,) k-bar, positive.
         modes: how many, from the lowest.
-        supports: R, theta and the rest of the design.
+        supports: any number, all at the same k-bar.
 
     Raises:
         AnalysisError: the mesh has fewer modes than asked for.
     """
     ratios = np.asarray(stiffness_ratios, dtype=float)
-    dofs = [Dof(node, direction) for node in supports.nodes for direction in DIRECTIONS]
+    dofs = [Dof(support.node, direction) for support in supports for direction in DIRECTIONS]
     frequency, sensitivity = np.empty((modes, ratios.size)), np.empty((modes, ratios.size))
     for point, ratio in enumerate(ratios):
-        joints = supports.joints(free_beam, ratio)
+        joints = [support.joint(free_beam, ratio) for support in supports]
         found = _lowest(free_beam, joints, modes, dofs)
-        shapes = found.shapes.reshape(modes, 2, 3)
+        shapes = found.shapes.reshape(modes, len(joints), 3)
         # unit modal mass: d lambda = -psi^T dz psi / (2 lambda), and dz = z d ln k-bar
         energy = sum(
             np.einsum("mp,pq,mq->m", shapes[:, place], joint.dynamic_stiffness, shapes[:, place])

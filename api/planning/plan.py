@@ -14,7 +14,7 @@ from analysis.inverse.experiment_information import Expectation, Experiment, Pla
 from analysis.inverse.experiment_remedies import Remedy, remedies
 from analysis.structure.beam import FreeBeam
 from analysis.structure.bench_design import BenchDesign, bench_design
-from analysis.structure.conditioning import EigenvalueStudy, Supports, condition_numbers, eigenvalue_study
+from analysis.structure.conditioning import EigenvalueStudy, Support, condition_numbers, eigenvalue_study
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from api.errors import ApiError
 from api.identification.inverse import LOWEST_LINE, cylinder_parameters_of, tolerances_of
@@ -52,7 +52,7 @@ class Plan:
         remedies: of the weakest direction, the best first.
         design: R, k-bar and theta, and what speaks against the bench.
         stiffness_ratios: (points,) k-bar of both studies.
-        conditions: by number of modes, (points, 2) of Eq. (45) for both supports, Fig. 3.
+        conditions: by number of modes, (points, joints) of Eq. (45), Fig. 3.
         eigenvalues: Fig. 4.
     """
 
@@ -79,27 +79,29 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elemen
         elements: of the beam between neighbouring nodes; 1 is the paper's mesh.
 
     Raises:
-        ApiError: the sequence does not strike the supported beam, or its article has not two joints.
+        ApiError: the sequence does not strike the supported beam.
         AnalysisError: the bench cannot be what is said of it.
     """
     step = next((step for step in sequence.hammer_steps if step.beam == "supported"), None)
     if step is None:
         raise ApiError(f"{sequence.title}: no hammer step on the supported beam to plan")
     article = sequence.article
-    if len(article.joints) != 2:
-        raise ApiError(f"the studies of Figs. 3 and 4 are of two joints; the article has {len(article.joints)}")
     free_beam = free_beam_of(article, elements=elements)
     joints = _joints(article, cylinder)
     planned = _planned_set(article, step, noise)
     experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article))
     design = bench_design(free_beam, joints, step.highest_frequency)
-    supports = Supports(
-        nodes=(joints[0].node, joints[1].node),
-        aspect_ratio=design.joints[0].aspect_ratio,
-        inclination=abs(design.joints[0].inclination),
-        loss_factor=cylinder.loss_factor,
-        rotation_ratio=design.joints[0].rotation_ratio,
-    )
+    supports = [
+        Support(
+            name=joint.name,
+            node=joint.node,
+            aspect_ratio=designed.aspect_ratio,
+            inclination=designed.inclination,
+            loss_factor=cylinder.loss_factor,
+            rotation_ratio=designed.rotation_ratio,
+        )
+        for joint, designed in zip(joints, design.joints, strict=True)
+    ]
     return Plan(
         title=sequence.title,
         free_beam=free_beam,

@@ -135,8 +135,8 @@ def _studies(plan: Plan) -> Section:
     return Section(
         "Design studies",
         (
-            "Both studies vary k-bar of two supports with this bench's R and theta; vertical lines are this bench's "
-            "joints.",
+            "Both studies vary k-bar of all supports together, with this bench's R and theta; vertical lines are this "
+            "bench's joints, and Fig. 3 shows the worst of them.",
             Picture("Fig. 3: condition number against joint stiffness", figures.conditions(plan)),
             Picture("Fig. 4: natural frequencies against joint stiffness", figures.eigenvalues(plan)),
         ),

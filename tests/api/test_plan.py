@@ -53,6 +53,21 @@ def test_less_noise_and_fewer_points_show_in_what_is_expected(jointlab: Command,
     assert widths[0] / widths[1] == pytest.approx(2.0, rel=1e-3)
 
 
+def test_a_bench_of_three_joints_is_planned_as_one_of_two_is(jointlab: Command, tmp_path: Path) -> None:
+    document = paper()
+    amid = {**document["article"]["joints"][0], "name": "M", "node": 5}
+    document["article"]["joints"].insert(1, amid)
+    (tmp_path / "three.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
+    answer = jointlab("plan", "three.yaml", "--elements", 1, "--json", "plan.json")
+    assert answer.returncode == 0, answer.stderr
+    found = json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))
+    assert list(found["joints"]) == list(found["design"]) == ["I", "M", "II"]
+    assert np.shape(found["studies"]["condition_numbers"]["modes 1-6"]) == (41, 3)
+    assert any("k11(M)" in text for text in found["weak_directions"])
+    page = (tmp_path / "plan.html").read_text(encoding="utf-8")
+    assert "joint M" in page
+
+
 def test_a_sequence_without_supported_beam_cannot_be_planned(jointlab: Command) -> None:
     refused = jointlab("plan", "suspended")
     assert refused.returncode == BAD_INPUT

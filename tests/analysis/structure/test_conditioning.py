@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analysis.errors import AnalysisError
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
-from analysis.structure.conditioning import Supports, condition_numbers, eigenvalue_study
+from analysis.structure.conditioning import PAPER_SUPPORTS, Support, condition_numbers, eigenvalue_study
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +33,9 @@ def test_condition_stays_between_3_and_5_up_to_a_stiffness_ratio_of_50(ten_eleme
 def test_sensitivities_are_the_slopes_of_the_frequencies(ten_elements: FreeBeam) -> None:
     step = 1e-4
     ratios = np.array([1.0, 40.0, 500.0])
-    study = eigenvalue_study(ten_elements, ratios, supports=Supports(loss_factor=0.0))
-    up, down = (
-        eigenvalue_study(ten_elements, ratios * np.exp(s), supports=Supports(loss_factor=0.0)) for s in (step, -step)
-    )
+    lossless = [replace(support, loss_factor=0.0) for support in PAPER_SUPPORTS]
+    study = eigenvalue_study(ten_elements, ratios, supports=lossless)
+    up, down = (eigenvalue_study(ten_elements, ratios * np.exp(s), supports=lossless) for s in (step, -step))
     slope = np.log(up.frequency / down.frequency) / (2 * step)
     np.testing.assert_allclose(study.sensitivity, slope, atol=1e-5)
 
@@ -50,6 +51,15 @@ def test_a_rigid_mode_stops_following_the_joints_above_a_ratio_of_100(ten_elemen
     assert sensitivity[0] > 0.49
     assert sensitivity[1] < 0.1
     assert sensitivity[2] < 0.01
+
+
+def test_any_number_of_supports_is_studied_at_any_node(ten_elements: FreeBeam) -> None:
+    three = (*PAPER_SUPPORTS, Support("M", 6, aspect_ratio=2.0, inclination=0.0))
+    numbers = condition_numbers(ten_elements, [10.0, 50.0], modes=6, supports=three)
+    assert numbers.shape == (2, 3)
+    assert np.all((numbers > 1) & (numbers < 10))
+    stiffer = eigenvalue_study(ten_elements, [10.0], supports=three).frequency
+    assert np.all(stiffer > eigenvalue_study(ten_elements, [10.0]).frequency)
 
 
 def test_more_modes_than_freedoms_are_refused(ten_elements: FreeBeam) -> None:

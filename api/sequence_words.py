@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from api.durations import duration
 from rig.detectors import StepDetectors
 from rig.operator import SUSPENDED
 from rig.registers import Interlock, name_of
-from rig.sequence import BlankStep, HammerStep, PromptStep, SoakStep, Step, SweepStep
+from rig.sequence import BlankStep, HammerStep, PromptStep, SineStep, SoakStep, Step, SweepStep
 from rig.steps import sweep_plan
 from rig.sweep_order import Order
 
@@ -31,19 +34,42 @@ def step_words(step: Step) -> str:
             return f"wait: {step.seconds:g} s"
 
 
+def step_seconds(step: Step) -> float:
+    """How long a step takes at least, s: blows at a usual pace, records alone, a soak that settles at once."""
+    match step:
+        case HammerStep():
+            return len(step.points) * step.blows * SECONDS_A_BLOW
+        case SweepStep() | BlankStep():
+            plan = sweep_plan(step)
+            series = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
+            return series * len(plan.specimens) * len(plan.configurations)
+        case PromptStep():
+            return 0.0
+        case _:
+            return step.seconds
+
+
+def total_words(steps: Iterable[Step]) -> str:
+    """How long the steps take together, and what comes on top of that, in a line."""
+    least = duration(sum(map(step_seconds, steps)))
+    return f"altogether at least {least}; settling, mounting, prompts and soaks that last longer come on top"
+
+
+def _records_words(step: SineStep) -> str:
+    return f"(records alone {duration(step_seconds(step))})"
+
+
 def _hammer_line(step: HammerStep) -> str:
     blows = len(step.points) * step.blows
     where = " on the suspended beam" if step.beam == SUSPENDED else ""
     return (
         f"hammer{where}: {step.blows} blows at each of {', '.join(step.points)} "
-        f"({blows} blows of about {step.peak_force:g} N, about {blows * SECONDS_A_BLOW / 60:.0f} min)"
+        f"({blows} blows of about {step.peak_force:g} N, about {duration(step_seconds(step))})"
     )
 
 
 def _sweep_line(step: SweepStep) -> str:
     plan = sweep_plan(step)
-    seconds = sum(plan.record_duration(frequency, 0.0, 1.0) for _, frequency in plan.sines())
-    seconds *= len(plan.specimens) * len(plan.configurations)
     amplitudes = ", ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm)
     order = "in sequence"
     if step.order is not Order.SEQUENTIAL:
@@ -52,7 +78,7 @@ def _sweep_line(step: SweepStep) -> str:
         f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
         f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
         f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
-        f"(records alone {seconds / 60:.0f} min){_detector_words(step.detectors)}"
+        f"{_records_words(step)}{_detector_words(step.detectors)}"
     )
 
 
@@ -60,8 +86,8 @@ def _blank_line(step: BlankStep) -> str:
     stiffness = "rigid" if step.stiffness is None else f"{step.stiffness:g} N/m"
     return (
         f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
-        f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p"
-        f"{_detector_words(step.detectors)}"
+        f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p "
+        f"{_records_words(step)}{_detector_words(step.detectors)}"
     )
 
 

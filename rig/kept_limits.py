@@ -11,24 +11,34 @@ from store.catalogue import Catalogue
 from store.rig_limits import keep_rig_limits, rig_limits
 
 
-def with_kept_limits(instruments: Instruments, catalogue: Catalogue) -> Instruments:
-    """The instruments with the limits that were set for their rig, or as they are where nobody has set any.
+def kept_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
+    """The limits that were set last for `rig`; None where nobody has set any.
 
     Raises:
         RigError: another version of this software has set limits that this one does not know.
         StoreError: the catalogue cannot be read.
     """
     with catalogue.reading() as session:
-        kept = rig_limits(session, instruments.rig)
+        kept = rig_limits(session, rig)
     if kept is None:
-        return instruments
+        return None
     try:
-        return replace(instruments, limits=TesterLimits(**kept))
+        return TesterLimits(**kept)
     except TypeError as error:
         raise RigError(
-            f"the limits that are kept for {instruments.rig!r} do not fit this version ({error}); install the version "
+            f"the limits that are kept for {rig!r} do not fit this version ({error}); install the version "
             "that set them, or give this rig another name"
         ) from error
+
+
+def with_kept_limits(instruments: Instruments, catalogue: Catalogue) -> Instruments:
+    """The instruments with the limits that were set for their rig, or as they are where nobody has set any.
+
+    Raises:
+        RigError, StoreError: as for `kept_limits`.
+    """
+    kept = kept_limits(catalogue, instruments.rig)
+    return instruments if kept is None else replace(instruments, limits=kept)
 
 
 def keep_limits(instruments: Instruments, catalogue: Catalogue, limits: TesterLimits, who: str) -> Instruments:

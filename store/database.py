@@ -38,6 +38,16 @@ def address_of(url: str) -> URL:
     return address
 
 
+def is_made(url: str) -> bool:
+    """Whether there is a database that can be opened without making it; one on a server is taken to be there.
+
+    Raises:
+        StoreError: as for `address_of`.
+    """
+    address = address_of(url)
+    return address.drivername != SQLITE or Path(str(address.database)).is_file()
+
+
 def waveform_folder_of(address: URL) -> Path:
     """Where waveforms go if nobody says: beside an SQLite file.
 

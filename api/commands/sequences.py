@@ -13,18 +13,19 @@ import typer
 from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, out, progress_console
 from api.interrupts import INTERRUPTED, stopping_on_interrupt
 from api.operator import SequenceProgress, TerminalOperator
-from api.sequence_words import step_words
+from api.sequence_words import step_words, total_words
 from api.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
-from api.settings import load_settings
+from api.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
-from rig.kept_limits import with_kept_limits
+from rig.kept_limits import kept_limits, with_kept_limits
 from rig.operator import Event, RunContinued, RunStarted, told
 from rig.run import resume_run, run_sequence
-from rig.sequence import Sequence, SweepStep, load_sequence, sequence_from
+from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
+from store.database import is_made
 from store.provenance import who_is_here
 from store.rig_lock import driving_alone
 from store.runs import get_run
@@ -49,7 +50,10 @@ def show_schema(wanted: bool) -> None:
 
 def run(
     sequence: Annotated[str, typer.Argument(help=f"A sequence (YAML), or one of ours: {BUILT_IN}, {SUSPENDED}.")],
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check and list the steps; connect to nothing.")] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Check against the limits in force and list the steps; move and store nothing."),
+    ] = False,
     reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
         bool,
@@ -61,10 +65,10 @@ def run(
     Ctrl-C stops it with the actuator at rest; what was measured is kept, and jointlab resume goes on.
     """
     document = named_sequence(sequence)
-    if dry_run:
-        list_steps(document)
-        return
     settings = load_settings()
+    if dry_run:
+        list_steps(document, settings)
+        return
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
     with (
@@ -143,23 +147,36 @@ def named_sequence(name: str) -> Sequence:
     return built_in(name) if name in NAMES else load_sequence(Path(name))
 
 
-def list_steps(sequence: Sequence) -> None:
+def list_steps(sequence: Sequence, settings: Settings) -> None:
     """Say what a sequence would do, how long it takes about, and within which limits.
 
     Raises:
-        RigError: a step makes no sense, or is beyond the rig's limits.
+        RigError: a step makes no sense, or is beyond the limits in force at the rig.
+        StoreError: there is a database, and it cannot be read.
     """
-    limits = TesterLimits()
+    kept = _kept_limits(settings)
+    limits = kept or TesterLimits()
     check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
         out.print(f"{number}. {step_words(step)}", markup=False)
-        if isinstance(step, SweepStep):
-            out.print(f"   {_limits_line(limits)}")
+    out.print(total_words(sequence.steps))
+    if sequence.sine_steps:
+        whose = "nobody has set others" if kept is None else f"set for {settings.rig!r}"
+        out.print(f"{_limits_line(limits)} ({whose})")
+
+
+def _kept_limits(settings: Settings) -> TesterLimits | None:
+    """The limits that somebody has set for the rig; none where there is no database yet, and none is made."""
+    if not is_made(settings.database_url):
+        return None
+    with open_catalogue(settings) as catalogue:
+        return kept_limits(catalogue, settings.rig)
 
 
 def _limits_line(limits: TesterLimits) -> str:
     return (
         f"limits of the rig: {1e3 * limits.amplitude_pp:g} mm p-p, preset {1e3 * limits.lowest_preset:g} to "
-        f"{1e3 * limits.highest_preset:g} mm, {limits.lowest_frequency:g} to {limits.highest_frequency:g} Hz"
+        f"{1e3 * limits.highest_preset:g} mm, {limits.lowest_frequency:g} to {limits.highest_frequency:g} Hz, "
+        f"{limits.velocity:g} m/s, {limits.acceleration:g} m/s^2, {limits.force:g} N"
     )

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from itertools import pairwise
 from statistics import median
 
+from api import durations
 from api.report.section import ends, number
 from api.runs.state import Phase, RigState
 from store.runs import Run, RunState
@@ -56,11 +57,7 @@ def interlock(name: str) -> str:
 
 def duration(seconds: float) -> str:
     """A length of time as people say it."""
-    if seconds < 90:
-        return f"{max(seconds, 0):.0f}{THIN}s"
-    if seconds < 90 * 60:
-        return f"{seconds / 60:.0f}{THIN}min"
-    return f"{int(seconds // 3600)}{THIN}h {seconds % 3600 / 60:02.0f}{THIN}min"
+    return durations.duration(seconds, THIN)
 
 
 def moment(at: datetime | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Any
@@ -17,11 +18,13 @@ from analysis.dof import Dof
 from api.errors import ApiError
 from api.operator import TerminalOperator
 from api.simulated import SimulatedOperator
+from rig.tester_limits import TesterLimits
 from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 from store.frequency_responses import list_frequency_responses
+from store.rig_limits import keep_rig_limits
 
 Command = Callable[..., CompletedProcess[str]]
 Contents = Callable[[], dict[str, Any]]
@@ -80,8 +83,31 @@ def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, con
     assert answer.returncode == 0
     assert "10 blows at each of 1y, 3y, 4y, 5y, 6y, 7y, 8y, 9y, 11y, 1x, 11x (110 blows" in answer.stdout
     assert "720 sine points, 5 to 200 Hz, 0.1, 0.05, 0.01 mm p-p, preset 0.5 mm" in answer.stdout
+    assert "blows of about 100 N, about 11 min)\n" in answer.stdout
+    assert "(records alone 9 min)\naltogether at least 20 min; settling" in answer.stdout
     assert "limits of the rig: 0.3 mm p-p" in answer.stdout
+    assert answer.stdout.endswith("150 m/s^2, 4000 N (nobody has set others)\n")
     assert contents() == before
+
+
+def test_a_dry_run_makes_no_database(jointlab: Command, tmp_path: Path) -> None:
+    assert jointlab("run", "paper", "--dry-run").returncode == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dry_run_checks_against_the_limits_that_somebody_has_set_for_this_rig(
+    jointlab: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.writing() as session:
+        keep_rig_limits(session, "rig", asdict(TesterLimits(amplitude_pp=2e-5)), "an engineer")
+        keep_rig_limits(session, "other rig", asdict(TesterLimits(force=900.0)), "an engineer")
+    refused = jointlab("run", "paper", "--dry-run")
+    assert refused.returncode == BAD_INPUT
+    one_line(refused, "amplitude 0.0001 m is outside the rig's limits of 0 to 2e-05 m")
+    monkeypatch.setenv("JOINTLAB_RIG", "other rig")
+    elsewhere = jointlab("run", "paper", "--dry-run")
+    assert elsewhere.returncode == 0, elsewhere.stderr
+    assert "150 m/s^2, 900 N (set for 'other rig')" in elsewhere.stdout
 
 
 def test_a_dry_run_lists_the_detectors_that_a_step_tightens(jointlab: Command, sequence: Write) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rig.control import RunControl, RunStoppedError
+from rig.errors import RigError
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.measured import Measured, ResumeError, measured_of
@@ -25,6 +26,7 @@ from rig.operator import (
     unobserved,
 )
 from rig.recording import BlowRecorder, SineRecorder
+from rig.registers import Interlock, name_of
 from rig.sequence import (
     BlankStep,
     HammerStep,
@@ -49,6 +51,7 @@ from rig.sweep import run_sweep
 from rig.tester_limits import TesterLimits
 from rig.tester_status import names_of
 from rig.waiting import soak, wait
+from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
@@ -98,7 +101,8 @@ def run_sequence(
         observer: who is told.
         control: who may pause and stop the run.
         planned: number of the run that `plan_run` stored for this sequence; None for a new one.
-        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is recorded.
+        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is in
+            the audit log whether or not the run begins, and in the history of one that does.
         who: asks for it, for the history of the run; whoever runs this process where nobody is named.
 
     Raises:
@@ -109,7 +113,9 @@ def run_sequence(
     control = control or RunControl()
     sequence = sequence.with_seed()
     check_plan(sequence, instruments.limits)
-    done = _reset(sequence, instruments, observer) if reset else None
+    who = who or who_is_here()
+    target = "new run" if planned is None else f"run {planned}"
+    done = _reset(sequence, instruments, catalogue, observer, target, who) if reset else None
     identities = check_instruments(sequence, instruments, observer)
     control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
     with ExitStack() as held:
@@ -119,7 +125,7 @@ def run_sequence(
                     stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)
                 ],
                 "instruments": identities,
-                "who": who or who_is_here(),
+                "who": who,
                 "reason": done,
             }
             described = _described(sequence)
@@ -183,13 +189,14 @@ def resume_run(
         steps = measured.left_of(sequence)
         left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
         reason = f"resumed after it was {run.state}" if run.reason else "resumed after its process was lost"
-        if reset and (done := _reset(left, instruments, observer)):
+        who = who or who_is_here()
+        if reset and (done := _reset(left, instruments, catalogue, observer, f"run {run_id}", who)):
             reason += f", {done}"
         if steps:
             _check_same(catalogue, run, left, instruments, check_instruments(left, instruments, observer))
         control.carry_out(lambda: None, observer)
         with catalogue.writing() as session:
-            run = reopen_run(session, run_id, reason, who or who_is_here())
+            run = reopen_run(session, run_id, reason, who)
         observer(RunContinued(run.id, measured.blows, len(measured.sines)))
         _carry_out(
             _Work(run, measured, instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
@@ -333,13 +340,31 @@ def _check_same(
             )
 
 
-def _reset(sequence: Sequence, instruments: Instruments, observer: Observer) -> str | None:
-    """Reset the tester where it is needed and has tripped; what was done, in words."""
+def _reset(
+    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, observer: Observer, target: str, who: str
+) -> str | None:
+    """Reset the tester where it is needed and has tripped; what was done, in words.
+
+    It is in the audit log whatever becomes of the run that it was asked for with.
+    """
     if not sequence.sine_steps:
         return None
     with instruments.tester() as tester, tester.telling(observer):
         tripped = tester.status().interlocks
         if not tripped:
             return None
-        tester.reset()
+        try:
+            tester.reset()
+        except RigError as error:
+            _note_reset(catalogue, tripped, target, who, str(error))
+            raise
+        _note_reset(catalogue, tripped, target, who, "done")
     return f"tester reset after {names_of(tripped)}"
+
+
+def _note_reset(catalogue: Catalogue, tripped: Interlock, target: str, who: str, outcome: str) -> None:
+    details = {"interlocks": [name_of(one) for one in tripped]}
+    with catalogue.writing() as session:
+        add_audit_entry(
+            session, who=who, action="acknowledge interlock", target=target, outcome=outcome, details=details
+        )

@@ -23,13 +23,14 @@ from rig.operator import (
     SpecimenMounted,
 )
 from rig.registers import State
-from rig.run import run_sequence
+from rig.run import plan_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.steps import check_instruments
 from rig.tester_limits import LimitExceededError, TesterLimits
 from rig.tester_status import TesterMismatchError, TesterTrippedError
 from rig.thermometer import ThermometerError
 from simlab.laboratory import Laboratory
+from store.audit import list_audit_entries
 from store.catalogue import Catalogue
 from store.models import Base
 from store.runs import Run, RunState, list_runs
@@ -352,6 +353,48 @@ def test_a_tripped_tester_is_found_before_the_first_blow(
         run_sequence(sequence, instruments, catalogue, person)
     assert stored() == before
     assert person.counts == {"strike": 0, "mount": 0}
+
+
+def resets(catalogue: Catalogue) -> list[tuple[str, str, str, object]]:
+    """Who reset what with which outcome, and what had tripped."""
+    with catalogue.reading() as session:
+        entries = list_audit_entries(session, action="acknowledge interlock")
+    return [(entry.who, entry.target, entry.outcome, entry.details["interlocks"]) for entry in entries]
+
+
+def test_a_reset_is_in_the_audit_log_though_the_run_it_was_asked_for_with_does_not_begin(
+    document: dict[str, Any],
+    instruments: Instruments,
+    catalogue: Catalogue,
+    person: Person,
+    whole_laboratory: Laboratory,
+) -> None:
+    document["steps"][0] |= {"hammer": "mallet"}  # which is noticed after the reset
+    whole_laboratory.tester.emergency_stop()
+    whole_laboratory.tester.release_emergency_stop()
+    with pytest.raises(ChannelError, match="mallet"):
+        run_sequence(sequence_from(document), instruments, catalogue, person, reset=True, who="key 3 (bench)")
+    assert resets(catalogue) == [("key 3 (bench)", "new run", "done", ["emergency_stop"])]
+    with catalogue.reading() as session:
+        assert list_runs(session) == []
+
+
+def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(
+    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, whole_laboratory: Laboratory
+) -> None:
+    whole_laboratory.tester.emergency_stop()  # and the button stays pressed
+    planned = plan_run(sequence, instruments.limits, catalogue)
+    with pytest.raises(RigError, match="cause still present"):
+        run_sequence(sequence, instruments, catalogue, person, planned=planned, reset=True)
+    ((_, target, outcome, _),) = resets(catalogue)
+    assert (target, outcome) == (f"run {planned}", "the tester refused reset: cause still present")
+
+
+def test_a_reset_that_nothing_needs_is_no_deed(
+    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
+) -> None:
+    run_sequence(sequence, instruments, catalogue, person, reset=True)
+    assert resets(catalogue) == []
 
 
 def test_limits_of_the_rig_hold_for_the_whole_run(

@@ -17,8 +17,9 @@ from analysis.inverse import regression
 from analysis.inverse.expansion import joint_motion
 from analysis.inverse.joint_estimate import JointEstimate, estimate, joint_of
 from analysis.inverse.longitudinal import averaged
-from analysis.inverse.observability import determined, modal_bound
+from analysis.inverse.observability import modal_bound
 from analysis.inverse.propagation import ModalUncertainty, propagated_covariance
+from analysis.inverse.term_reasons import term_names, undetermined
 from analysis.inverse.weak_directions import WeakDirection, weak_directions
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
@@ -36,6 +37,7 @@ PAPER_DOFS = (
 )
 """The components that Section 3 uses: points on either side of each joint, and both ends along the beam."""
 
+NOT_KNOWN = "the joints found do not give back as many modes as were measured, so what these determine is not known"
 BAND = 1.5  # modes of the identified model are sought up to so many times the highest measured frequency
 
 
@@ -68,13 +70,14 @@ def identify_joints(
     joints = [joint_of(name, node, found) for (name, node), found in zip(joint_nodes.items(), solved, strict=True)]
     bound = information_bound(free_beam, joints, modes, measured)
     values = np.concatenate([found.terms for found in solved])
-    known = np.zeros(values.size, dtype=bool) if bound is None else determined(bound, values)
+    names = term_names(tuple(joint_nodes))
+    why_not = np.full(values.size, NOT_KNOWN) if bound is None else undetermined(bound, values, names)
     propagated = None
     if ModalUncertainty.of(modes, measured) is not None:
         propagated = propagated_covariance(free_beam, modes, nodes, measured, average_longitudinal)
     return {
         joint.name: estimate(
-            joint.name, joint.node, found, None if propagated is None else propagated[at, at], known[at]
+            joint.name, joint.node, found, None if propagated is None else propagated[at, at], why_not[at]
         )
         for joint, found, at in zip(joints, solved, _places(len(joints)), strict=True)
     }

@@ -13,12 +13,14 @@ from scipy.special import stdtrit
 from analysis.frequency_response import Real
 from analysis.interval import CONFIDENCE
 from analysis.inverse.regression import UPPER, Regression
+from analysis.inverse.term_reasons import Reasons
 from analysis.structure.joints import Joint
 
 ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter
 HALF = len(UPPER)
 
-Scalar = TypeVar("Scalar", np.float64, np.bool_)
+Scalar = TypeVar("Scalar", np.float64, np.str_)
+NOT_REAL = "its 95 % interval includes zero"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +34,8 @@ class IdentifiedJoint:
         k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
         loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
         loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
-        observable: (3, 3) whether the stiffness can be told from zero and is determined on its own by the data, with
-            nothing assumed: see `observability.determined`.
+        why_not: (3, 3) of text, why the stiffness is not observable: it cannot be told from zero, or is not determined
+            on its own by the data with nothing assumed, see `term_reasons.undetermined`; empty where it is observable.
     """
 
     name: str
@@ -45,7 +47,17 @@ class IdentifiedJoint:
     h_ci95: Real
     loss_factor: Real
     loss_factor_ci95: Real
-    observable: NDArray[np.bool_]
+    why_not: Reasons
+
+    @property
+    def observable(self) -> NDArray[np.bool_]:
+        """(3, 3) whether a term is more than an assumption."""
+        return np.asarray(self.why_not == "")
+
+    @property
+    def not_observable(self) -> dict[str, str]:
+        """By name, such as "k12" and "k21", of every element that is not observable, why."""
+        return {f"k{p + 1}{q + 1}": str(why) for (p, q), why in np.ndenumerate(self.why_not) if why}
 
     @property
     def joint(self) -> Joint:
@@ -100,7 +112,7 @@ def joint_of(name: str, node: int, regression: Regression) -> Joint:
 
 
 def estimate(
-    name: str, node: int, regression: Regression, propagated: Real | None, determined: NDArray[np.bool_]
+    name: str, node: int, regression: Regression, propagated: Real | None, undetermined: Reasons
 ) -> JointEstimate:
     """Matrices and intervals of one joint.
 
@@ -109,12 +121,12 @@ def estimate(
         node: of the joint.
         regression: its solution.
         propagated: (12, 12) covariance from that of the modes, or None.
-        determined: (12,) which terms the modes determine whatever is assumed.
+        undetermined: (12,) why the modes do not determine a term whatever is assumed; empty where they do.
     """
     covariances = [(regression.honest_covariance, quantile(regression.freedom))]
     if propagated is not None:
         covariances.append((propagated, quantile(np.inf)))
-    common = identified(name, node, regression.terms, regression.covariance, covariances, determined)
+    common = identified(name, node, regression.terms, regression.covariance, covariances, undetermined)
     return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
 
 
@@ -124,7 +136,7 @@ def identified(
     terms: Real,
     covariance: Real,
     widths: Sequence[tuple[Real, float]],
-    determined: NDArray[np.bool_],
+    undetermined: Reasons,
 ) -> IdentifiedJoint:
     """Matrices and intervals of one joint.
 
@@ -134,7 +146,7 @@ def identified(
         terms: (12,) k's and h's upper triangle.
         covariance: (12, 12) to state.
         widths: covariances (12, 12) and quantiles that intervals are made of; the widest counts.
-        determined: (6,) or more: which stiffnesses the data determine whatever is assumed.
+        undetermined: (6,) or more: why the data do not determine a stiffness whatever is assumed; empty where they do.
     """
     half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
     limits = np.stack([terms - half, terms + half], axis=-1)
@@ -155,7 +167,7 @@ def identified(
         h_ci95=square(limits[HALF:]),
         loss_factor=square(ratio),
         loss_factor_ci95=square(ratio_limits),
-        observable=square(real & determined[:HALF]),
+        why_not=square(np.where(real | (undetermined[:HALF] != ""), undetermined[:HALF], NOT_REAL)),
     )
 
 

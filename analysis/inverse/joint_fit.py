@@ -21,6 +21,7 @@ from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.term_information import TermBound, term_bound
+from analysis.inverse.term_reasons import term_names
 from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
 from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
 
@@ -164,14 +165,14 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
     bound = term_bound(information, likelihood.active_tolerance, unit)
-    observable = bound.observable(terms.ravel()).reshape(terms.shape)
+    why_not = bound.undetermined(terms.ravel(), term_names(names)).reshape(terms.shape)
 
     joints = {}
     for joint, name in enumerate(names):
         at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
         own = terms_covariance[at, at]
         common = identified(
-            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(np.inf))], observable[joint]
+            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(np.inf))], why_not[joint]
         )
         joints[name] = LikelihoodEstimate(**vars(common), gates=(passivity(common),))
 

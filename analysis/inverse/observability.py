@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from analysis.dof import Dof
@@ -25,9 +24,6 @@ from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
 UNKNOWN = 1e6  # standard deviation of a term that nothing determines, in units of `stiffness_unit`
-ENOUGH = 0.25  # half-width of the 95 % interval, as a share of the term
-HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
-SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
 EXACT = 1e-6  # least standard deviation of a shape component, relative to the largest
 
 
@@ -144,19 +140,3 @@ def _whiten(covariance: Real, columns: Real) -> Real:
     except np.linalg.LinAlgError as error:
         raise AnalysisError("a covariance of the modes is not positive definite") from error
     return np.asarray(np.linalg.solve(factor, columns / scale[:, None]))
-
-
-def determined(bound: Real, values: Real) -> NDArray[np.bool_]:
-    """(terms,) whether each term is known on its own, to a quarter of its value, and not in a sum or difference only.
-
-    A term is known in a sum only where its correlation with another one leaves the two of them undetermined in one
-    direction and forty times better known in the other. Better data do not change that, only another experiment does.
-
-    Args:
-        bound: (terms, terms) least covariance, as from `modal_bound`.
-        values: (terms,).
-    """
-    deviation = np.sqrt(np.diag(bound))
-    correlation = np.abs(bound / np.outer(deviation, deviation)) - np.eye(len(bound))
-    known = HALF_WIDTH * deviation < ENOUGH * np.abs(values)
-    return np.asarray(known & (np.max(correlation, axis=1) < SUM_ONLY))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from analysis.frequency_response import Real
 from analysis.inverse.joint_parameters import HALF
-from analysis.inverse.observability import ENOUGH, HALF_WIDTH, bounded_inverse, determined
+from analysis.inverse.observability import bounded_inverse
 from analysis.inverse.response_likelihood import Information
+from analysis.inverse.term_reasons import Reasons, too_wide, undetermined
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,17 +27,19 @@ class TermBound:
     as_drawn: Real
     within_tolerances: Real
 
-    def observable(self, values: Real) -> NDArray[np.bool_]:
-        """(12 joints,) which terms the data determine on their own, to a quarter of their value.
+    def undetermined(self, values: Real, names: Sequence[str]) -> Reasons:
+        """(12 joints,) why the data do not determine a term on its own, to a quarter of its value; empty where they do.
 
         A common factor, which gain, E and rho leave open, ties all terms together without making any a sum of others:
         so what is known in a sum only is judged with the bench as drawn.
 
         Args:
             values: (12 joints,) of the terms.
+            names: (12 joints,) of the terms, as from `term_names`.
         """
-        wide = HALF_WIDTH * np.sqrt(np.diag(self.within_tolerances))
-        return np.asarray(determined(self.as_drawn, values) & (wide < ENOUGH * np.abs(values)))
+        by_data = undetermined(self.as_drawn, values, names)
+        by_bench = too_wide(self.within_tolerances, values, "the bench's tolerances leave")
+        return np.where(by_data != "", by_data, by_bench)
 
 
 def term_bound(information: Information, tolerance: Real, unit: Real) -> TermBound:

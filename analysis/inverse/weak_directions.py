@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.inverse.observability import SUM_ONLY
-from analysis.inverse.regression import TERMS, UPPER
+from analysis.inverse.regression import UPPER
 from analysis.inverse.term_information import TermBound
+from analysis.inverse.term_reasons import SUM_ONLY, term_names
 
 LEADING = 0.3  # weights below this share of the largest are left out of the words
 
@@ -49,7 +49,7 @@ def weak_directions(
     found = []
     half = len(UPPER)
     scale = np.tile([unit[place] for place in UPPER], 2 * len(joint_names))
-    names = [f"{term}({joint})" for joint in joint_names for term in TERMS]
+    names = term_names(joint_names)
     scaled, values = covariance / np.outer(scale, scale), values / scale
     for kind in range(2):
         chosen = np.flatnonzero((np.arange(scale.size) // half) % 2 == kind)

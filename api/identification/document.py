@@ -205,6 +205,7 @@ def _joint(joint: IdentifiedJoint) -> dict[str, Any]:
         "h_ci95": joint.h_ci95,
         "gamma_ci95": joint.loss_factor_ci95,
         "observable": joint.observable,
+        "not_observable": joint.not_observable,
     }
 
 

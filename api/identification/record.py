@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from sqlalchemy.orm import Session
@@ -13,10 +14,10 @@ from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
 from analysis.suspended.beam_slopes import PARAMETERS
-from api.identification.inverse import Inverse
+from api.identification.inverse import Inverse, Route
 from api.identification.pipeline import Identification
 from api.identification.sine_points import stored_point
-from store.analyses import AnalysisKind, add_analysis, latest_analysis
+from store.analyses import Analysis, AnalysisKind, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
 from store.dof import Dof as StoredDof
@@ -26,6 +27,7 @@ from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.modes import ModeSet, add_modes
 
 SUSPENDED_METHOD = "suspended beam"
+NOT_OBSERVABLE = "not_observable"
 
 
 @dataclass(frozen=True)
@@ -164,12 +166,16 @@ def _paper_joints(session: Session, run_id: int, parent: int, inverse: Inverse) 
         session,
         kind=AnalysisKind.JOINT_MATRICES,
         method=inverse.paper.method,
-        settings={"points": [str(point) for point in inverse.components], "average_longitudinal": True},
+        settings={
+            "points": [str(point) for point in inverse.components],
+            "average_longitudinal": True,
+            NOT_OBSERVABLE: _reasons(inverse.paper),
+        },
         runs=[run_id],
         parents=[parent],
     )
     for joint in inverse.paper.joints.values():
-        add_joint_matrix(session, analysis, _joint_matrix(joint))
+        add_joint_matrix(session, analysis, joint_matrix(joint))
     return analysis
 
 
@@ -187,16 +193,28 @@ def _likelihood_joints(session: Session, run_id: int, parents: Sequence[int], in
             "density": beam.beam.density,
             "elements": beam.mesh.positions.size - 1,
             "tolerances": asdict(inverse.tolerances),
+            NOT_OBSERVABLE: _reasons(inverse.likelihood),
         },
         runs=[run_id],
         parents=parents,
     )
     for joint in inverse.likelihood.joints.values():
-        add_joint_matrix(session, analysis, _joint_matrix(joint))
+        add_joint_matrix(session, analysis, joint_matrix(joint))
     return analysis
 
 
-def _joint_matrix(joint: IdentifiedJoint) -> JointMatrix:
+def _reasons(route: Route[Any]) -> dict[str, dict[str, str]]:
+    return {name: joint.not_observable for name, joint in route.joints.items()}
+
+
+def why_not_observable(analysis: Analysis, joint: str) -> dict[str, str]:
+    """By term, such as "k11", why it is not observable; empty for analyses that older versions stored."""
+    found: dict[str, str] = analysis.settings.get(NOT_OBSERVABLE, {}).get(joint, {})
+    return found
+
+
+def joint_matrix(joint: IdentifiedJoint) -> JointMatrix:
+    """A joint as the store has it."""
     return JointMatrix(
         joint=joint.name,
         node=joint.node,

@@ -11,6 +11,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, Response
 from sqlalchemy.orm import Session
 
+from api.identification.record import why_not_observable
 from api.jobs.kinds import exports_folder
 from api.page.visitor import visitor_of
 from api.service.context import Services
@@ -108,11 +109,13 @@ def _modes(session: Session, run_id: int) -> Rows:
 
 def _joints(session: Session, run_id: int) -> Rows:
     analysis = latest_analysis(session, run_id, AnalysisKind.JOINT_MATRICES)
-    yield "joint", "row", "column", "k", "k_low", "k_high", "h", "h_low", "h_high", "observable"
+    yield "joint", "row", "column", "k", "k_low", "k_high", "h", "h_low", "h_high", "observable", "reason"
     for joint in list_joint_matrices(session, analysis.id):
+        reasons = why_not_observable(analysis, joint.joint)
         for at in ((row, column) for row in range(3) for column in range(3)):
             k, h = (joint.stiffness[at], *joint.stiffness_ci95[at]), (joint.damping[at], *joint.damping_ci95[at])
-            yield joint.joint, at[0] + 1, at[1] + 1, *k, *h, bool(joint.observable[at])
+            reason = reasons.get(f"k{at[0] + 1}{at[1] + 1}", "")
+            yield joint.joint, at[0] + 1, at[1] + 1, *k, *h, bool(joint.observable[at]), reason
 
 
 def _dynamic_stiffness(session: Session, run_id: int) -> Rows:

@@ -8,6 +8,8 @@ from html import escape
 
 from nicegui import ui
 
+from api.report.section import Unknown
+
 
 @dataclass(frozen=True)
 class Link:
@@ -16,14 +18,6 @@ class Link:
     text: str
     address: str
     new_tab: bool = False
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A cell that is greyed, because `why`."""
-
-    text: str
-    why: str
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,9 @@ from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponent_texts
 from api.identification.measurement import Measurement
+from api.identification.record import joint_matrix
 from api.report import figures
+from api.report.joint_matrices import READING, matrix_tables
 from api.report.section import Picture, Section, Table, ends, number
 
 Rows = tuple[tuple[str, ...], ...]
@@ -164,12 +166,24 @@ def _joints(inverse: Inverse) -> Section:
             *_gates(inverse),
             *_cylinders(inverse.cylinders),
             *_weak(inverse),
+            READING,
+            *_matrices(inverse),
             Picture(
                 "Fig. 5: equations of the paper's method, observed against curve-fitted",
                 figures.regression(regressions),
             ),
         ),
     )
+
+
+def _matrices(inverse: Inverse) -> list[Table]:
+    """k, h and gamma of every joint in SI units, as the page has them."""
+    return [
+        table
+        for route in (inverse.likelihood, inverse.paper)
+        for joint in route.joints.values()
+        for table in matrix_tables(joint_matrix(joint), route.method, joint.not_observable)
+    ]
 
 
 def _side_by_side(first: Rows, second: Rows) -> Rows:

@@ -10,12 +10,23 @@ from analysis.frequency_response import Real
 
 
 @dataclass(frozen=True)
+class Unknown:
+    """A cell that is greyed, because `why`."""
+
+    text: str
+    why: str
+
+
+Cell = str | Unknown
+
+
+@dataclass(frozen=True)
 class Table:
     """A table; a row's cells are texts, numbers already written as people read them."""
 
     caption: str
     head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[Cell, ...], ...]
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,14 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from api.identification.document import plain
+from api.identification.record import why_not_observable
 from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import RunNumber, Words, quantity
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
-from store.analyses import AnalysisKind, list_analyses
+from store.analyses import Analysis, AnalysisKind, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
 from store.runs import get_run
@@ -39,13 +40,14 @@ class JointMatrixDocument(BaseModel):
     gamma: Annotated[list[list[Known]], quantity("1", "loss factor; null where k is not distinguishable from zero")]
     gamma_ci95: Annotated[list[list[list[Known]]], quantity("1")]
     observable: list[list[bool]] = Field(description="false where only a prior or a sum determines the term")
+    not_observable: dict[str, str] = Field(description="by term, such as k11, why it is not observable")
 
     @classmethod
-    def of(cls, analysis_id: int, method: str, found: JointMatrix) -> JointMatrixDocument:
+    def of(cls, analysis: Analysis, found: JointMatrix) -> JointMatrixDocument:
         """What is shown of a joint."""
         return cls(
-            analysis_id=analysis_id,
-            method=method,
+            analysis_id=analysis.id,
+            method=analysis.method,
             joint=found.joint,
             node=found.node,
             k=plain(found.stiffness),
@@ -55,6 +57,7 @@ class JointMatrixDocument(BaseModel):
             gamma=plain(found.loss_factor),
             gamma_ci95=plain(found.loss_factor_ci95),
             observable=plain(found.observable),
+            not_observable=why_not_observable(analysis, found.joint),
         )
 
 
@@ -95,16 +98,16 @@ def of_run(
     with context.catalogue.reading() as session:
         get_run(session, run_id)
         newest = {
-            analysis.method: analysis.id
+            analysis.method: analysis
             for analysis in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))
             if method in (None, analysis.method)
         }
         if not newest:
             raise NotFoundError(f"run {run_id} has no joint matrices{f' by {method!r}' if method else ''}")
         return [
-            JointMatrixDocument.of(analysis_id, name, found)
-            for name, analysis_id in newest.items()
-            for found in list_joint_matrices(session, analysis_id)
+            JointMatrixDocument.of(analysis, found)
+            for analysis in newest.values()
+            for found in list_joint_matrices(session, analysis.id)
         ]
 
 

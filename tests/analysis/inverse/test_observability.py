@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.inverse.identification import PAPER_DOFS
 from analysis.inverse.joint_estimate import square
-from analysis.inverse.observability import determined, modal_bound
+from analysis.inverse.observability import modal_bound
 from analysis.inverse.propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.regression import UPPER
 from analysis.modes import Modes
@@ -105,10 +105,3 @@ def test_a_component_of_no_variance_fixes_the_scale_and_adds_nothing_else(bench:
     ratio = np.sqrt(np.diag(singular) / np.diag(plain))
     assert np.all(ratio < 1.0 + 1e-6)
     assert np.all(ratio > 0.3)
-
-
-def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
-    bound = np.diag([1.0, 1.0, 1.0, 1.0])
-    bound[0, 1] = bound[1, 0] = -0.9999
-    values = np.array([100.0, 100.0, 100.0, 7.0])
-    assert determined(bound, values).tolist() == [False, False, True, False]

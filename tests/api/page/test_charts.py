@@ -11,7 +11,8 @@ from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other
 from api.page.charts.modal import moving_shape
 from api.page.charts.sines import by_amplitude, with_intervals
-from api.page.markup import Bar, Link, Unknown, filters, table
+from api.page.markup import Bar, Link, filters, table
+from api.report.section import Unknown
 from tests.api.page.diagnosis import example_document
 
 POSITIONS = (0.0, 0.1, 0.2, 0.3)

@@ -55,7 +55,7 @@ def test_joint_matrices_are_those_of_both_methods(client: httpx.Client, summary:
     assert len(matrices) == 4
     for found in matrices:
         part = "inverse_paper" if found["method"].startswith("modal") else "inverse"
-        for name in ("k", "h", "k_ci95", "h_ci95", "gamma", "gamma_ci95", "observable"):
+        for name in ("k", "h", "k_ci95", "h_ci95", "gamma", "gamma_ci95", "observable", "not_observable"):
             assert found[name] == summary[part][found["joint"]][name], (found["method"], name)
     likely = get(client, "/runs/1/joint-matrices", method="maximum likelihood on accelerances")
     assert [found["joint"] for found in likely] == ["I", "II"]

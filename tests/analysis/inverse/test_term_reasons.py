@@ -1,0 +1,63 @@
+"""Which terms are known on their own, and of the others why not."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from analysis.inverse.term_reasons import ENOUGH, HALF_WIDTH, SUM_ONLY, term_names, too_wide, undetermined
+
+NAMES = ("k11(I)", "k11(II)", "k22(I)", "k33(I)")
+
+
+def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
+    bound = np.diag([1.0, 1.0, 1.0, 1.0])
+    bound[0, 1] = bound[1, 0] = -0.9999
+    found = undetermined(bound, np.array([100.0, 100.0, 100.0, 7.0]), NAMES)
+    assert found.tolist() == [
+        "only k11(I) + k11(II) is seen",
+        "only k11(II) + k11(I) is seen",
+        "",
+        "these data leave ±28 % (95 %), ±25 % would be enough",
+    ]
+
+
+def test_what_is_seen_is_named_by_the_direction_that_is_known() -> None:
+    bound = np.diag([1.0, 4.0, 1.0, 9.0])
+    bound[0, 2] = bound[2, 0] = 0.9999  # of like sign: their difference is known
+    bound[1, 3] = bound[3, 1] = -0.9999 * 6
+    difference, weighted, *_ = undetermined(bound, np.full(4, 100.0), ("k22(I)", "k12(I)", "k22(II)", "k33(II)"))
+    assert difference == "only k22(I) - k22(II) is seen"
+    assert weighted == "only a weighted sum of k12(I) and k33(II) is seen"
+
+
+def test_a_weak_term_names_those_that_it_goes_with() -> None:
+    bound = np.diag([1.0, 1.0, 1.0, 1.0])
+    bound[2, 3] = bound[3, 2] = 0.95
+    *_, rotation = undetermined(bound, np.array([100.0, 100.0, 100.0, 1.0]), NAMES)
+    assert rotation == "the 95 % interval that these data leave is wider than the value; it goes with k22(I)"
+
+
+def test_a_term_that_is_zero_is_known_to_no_share_of_itself() -> None:
+    assert too_wide(np.eye(2), np.array([0.0, 1e3]), "the bench leaves").tolist() == [
+        "the 95 % interval that the bench leaves is wider than the value",
+        "",
+    ]
+
+
+@given(arrays(float, (4, 4), elements=st.floats(-3, 3)), arrays(float, 4, elements=st.floats(-50, 50)))
+def test_a_term_has_no_reason_exactly_where_it_is_known_alone_and_well(root: np.ndarray, values: np.ndarray) -> None:
+    bound = root @ root.T + 0.01 * np.eye(4)
+    deviation = np.sqrt(np.diag(bound))
+    tied = np.abs(bound / np.outer(deviation, deviation) - np.eye(4)).max(axis=1) >= SUM_ONLY
+    assume(not np.isclose(HALF_WIDTH * deviation, ENOUGH * np.abs(values)).any())
+    known = ~tied & (HALF_WIDTH * deviation < ENOUGH * np.abs(values))
+    np.testing.assert_array_equal(undetermined(bound, values, NAMES) == "", known)
+
+
+def test_names_run_over_the_terms_of_each_joint() -> None:
+    names = term_names(("I", "II"))
+    assert len(names) == 24
+    assert (names[0], names[5], names[12], names[-1]) == ("k11(I)", "k33(I)", "k11(II)", "h33(II)")

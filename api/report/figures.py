@@ -15,8 +15,9 @@ from analysis.modes import Modes
 from api.report.plots import (
     AMPLITUDE_COLOURS,
     BLUE,
-    CURVE_COLOURS,
+    CURVE_STYLES,
     GREEN,
+    LINES,
     MEASURED,
     ORANGE,
     PREDICTED,
@@ -91,18 +92,18 @@ def accelerance(
     A band is the 95 % interval of the prediction's magnitude; where the model is right it is thinner than the line.
     """
     drawn, (magnitude, phase) = figure(rows=2, height=2.1)
-    for (name, responses), colour in zip({"measured": measured, **predicted}.items(), CURVE_COLOURS, strict=False):
+    for (name, responses), style in zip({"measured": measured, **predicted}.items(), CURVE_STYLES, strict=False):
+        colour, line = style
         row = responses.accelerance[responses.row(point)]
         keep = responses.frequency > 0
         frequency = responses.frequency[keep]
-        line = "-" if responses is measured else "--"
-        magnitude.semilogy(frequency, np.abs(row[keep]), line, linewidth=1.1, color=colour, label=name)
+        magnitude.semilogy(frequency, np.abs(row[keep]), linestyle=line, linewidth=1.1, color=colour, label=name)
         # dots: a line would draw every jump from 180 to -180 degrees
         phase.plot(frequency, np.degrees(np.angle(row[keep])), ".", markersize=1.5, color=colour)
     if band is not None:
         low, high = np.moveaxis(band.magnitude_ci95[band.responses.row(point)], -1, 0)
         lines, low = band.responses.frequency, np.maximum(low, 1e-9)
-        colour = CURVE_COLOURS[1]
+        colour, _ = CURVE_STYLES[1]
         magnitude.fill_between(lines, low, high, color=colour, alpha=0.3, linewidth=0, label="95 % of the prediction")
     magnitude.set(ylabel="|A| ((m/s²)/N)")
     magnitude.legend(frameon=False)
@@ -147,17 +148,21 @@ def dynamic_stiffness(
 
 
 def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
-    for (amplitude, curve), colour in zip(sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False):
+    styled = zip(sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, LINES * 9, strict=False)
+    for (amplitude, curve), colour, line in styled:
         low, high = (curve.value - curve.half_width) / unit, (curve.value + curve.half_width) / unit
-        axes.plot(curve.frequency, curve.value / unit, color=colour, linewidth=1.3, label=f"{amplitude:g}")
+        axes.plot(
+            curve.frequency, curve.value / unit, linestyle=line, color=colour, linewidth=1.3, label=f"{amplitude:g}"
+        )
         axes.fill_between(curve.frequency, low, high, color=colour, alpha=0.2, linewidth=0)
 
 
 def superposition(joint: str, computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
     drawn, (axes,) = figure(height=3.0)
-    for (amplitude, curve), colour in zip(sorted(measured.items(), reverse=True), AMPLITUDE_COLOURS * 9, strict=False):
-        axes.plot(curve.frequency, curve.value / 1e6, color=colour, label=f"measured, {amplitude:g} mm")
+    styled = zip(sorted(measured.items(), reverse=True), AMPLITUDE_COLOURS * 9, LINES * 9, strict=False)
+    for (amplitude, curve), colour, line in styled:
+        axes.plot(curve.frequency, curve.value / 1e6, linestyle=line, color=colour, label=f"measured, {amplitude:g} mm")
         sums = computed[amplitude]
         axes.plot(sums.frequency, sums.value / 1e6, "+", color=colour, label=f"computed, {amplitude:g} mm")
     axes.set(xlabel="frequency (Hz)", ylabel="|k| (MN/m)")

@@ -13,9 +13,16 @@ from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: distinct for every common kind of colour vision.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#222222"
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
+LINES = ("solid", "dashed", "dotted", "dashdot")
 MEASURED, PREDICTED = BLACK, ORANGE
-CURVE_COLOURS = (MEASURED, ORANGE, SKY)
+CURVE_STYLES = ((MEASURED, "solid"), (ORANGE, "dashed"), (BLUE, "dotted"))
 AMPLITUDE_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
+
+
+def stroke(index: int) -> tuple[str, str]:
+    """Colour and kind of line of curve `index`: neighbours differ in both, and 24 curves in one of them."""
+    return COLOURS[index % len(COLOURS)], LINES[(index + index // 12) % len(LINES)]
 
 
 def figure(rows: int = 1, columns: int = 1, width: float = 7.2, height: float = 3.2) -> tuple[Figure, list[Axes]]:

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from api.report.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
+from api.report.plots import COLOURS, stroke
 
 Options = dict[str, Any]
 Real = NDArray[np.float64]
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
 SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
+DASH_DOT = [8, 4, 2, 4]  # px
 
 
 def frequency_axis(frequency: Real) -> Options:
@@ -70,6 +70,14 @@ def plot(series: Sequence[Options], x: Options, y: Options, *, legend: bool = Tr
 def line(name: str, x: Real, y: Real, **more: Any) -> Options:
     """A line without marks."""
     return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
+
+
+def styled(index: int, width: float = 2) -> Options:
+    """How curve `index` of many is drawn, as in the report: by colour, kind of line, and its name at its end."""
+    colour, kind = stroke(index)
+    drawn: str | list[int] = DASH_DOT if kind == "dashdot" else kind
+    label = {"show": True, "formatter": "{a}", "color": colour, "fontSize": 12, "distance": 3}
+    return {"color": colour, "lineStyle": {"width": width, "type": drawn}, "endLabel": label}
 
 
 def dots(name: str, x: Real, y: Real, **more: Any) -> Options:

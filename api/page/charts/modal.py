@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.modal.stabilisation import Stabilisation
-from api.page.charts.axes import COLOURS, Options, Real, axis, dots, frequency_axis, line, phase_axis, plot
+from api.page.charts.axes import Options, Real, axis, dots, frequency_axis, line, phase_axis, plot, styled
 from api.report.plots import BLACK, BLUE, ORANGE
 from api.report.section import number
 
 Complex = NDArray[np.complex128]
 SHOWN = 1  # accelerances that are shown at once; the legend shows the others
-HEAVY: Options = {"lineStyle": {"width": 1}, "sampling": "lttb", "zlevel": 1}
+ROOM_FOR_NAMES = 72  # px, at the ends of curves
+HEAVY: Options = {"sampling": "lttb", "zlevel": 1}
 """For thousands of points: browsers draw hairlines many times faster than anything wider, and on a canvas of their own
 they are not drawn anew with every move of the pointer."""
 PHASES = 16  # of one cycle
@@ -24,24 +25,23 @@ def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *,
     """Magnitude in (m/s^2)/N or phase in degrees of each row of (rows, lines) accelerances over frequency in Hz."""
     keep = frequency > 0
     values = np.degrees(np.angle(accelerance)) if phase else np.abs(accelerance)
-    series = [
-        line(name, frequency[keep], row[keep], color=colour, **HEAVY)
-        for name, row, colour in zip(names, values, COLOURS * 9, strict=False)
-    ]
     scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
-    made = plot(series, frequency_axis(frequency), scale, zoom=True)
-    made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
-    return made
+    return _rows(frequency[keep], values[:, keep], names, scale)
 
 
 def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Options:
     """Coherence of each row over frequency in Hz."""
+    return _rows(frequency, coherence, names, axis("coherence", low=0, high=1))
+
+
+def _rows(frequency: Real, values: Real, names: Sequence[str], scale: Options) -> Options:
     series = [
-        line(name, frequency, row, color=colour, **HEAVY)
-        for name, row, colour in zip(names, coherence, COLOURS * 9, strict=False)
+        line(name, frequency, row, **HEAVY, **styled(index, width=1))
+        for index, (name, row) in enumerate(zip(names, values, strict=True))
     ]
-    made = plot(series, frequency_axis(frequency), axis("coherence", low=0, high=1), zoom=True)
+    made = plot(series, frequency_axis(frequency), scale, zoom=True)
     made["legend"]["selected"] = {name: index < SHOWN for index, name in enumerate(names)}
+    made["grid"]["right"] = ROOM_FOR_NAMES
     return made
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,9 +11,10 @@ from hypothesis import strategies as st
 from api.page.charts.axes import pairs, thinned
 from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other
-from api.page.charts.modal import moving_shape
+from api.page.charts.modal import accelerances, moving_shape
 from api.page.charts.sines import by_amplitude, with_intervals
 from api.page.markup import Bar, Link, filters, table
+from api.report.plots import stroke
 from api.report.section import Unknown
 from tests.api.page.diagnosis import example_document
 
@@ -62,6 +65,21 @@ def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> N
     assert bars["data"] == [[10.0, 1.5], [10.0, 2.5], [10.0, None]]
     assert made["yAxis"]["min"] < 2
     assert made["yAxis"]["max"] > 6
+
+
+def test_eleven_accelerances_are_told_apart_by_colour_and_line_and_have_their_names_at_their_ends() -> None:
+    names = [f"{node}y → 3y" for node in range(1, 12)]
+    made = accelerances(np.linspace(0, 100, 5), np.ones((11, 5), dtype=complex), names)
+    styles = [(each["color"], str(each["lineStyle"]["type"])) for each in made["series"]]
+    assert len(set(styles)) == 11
+    assert all(one[0] != other[0] and one[1] != other[1] for one, other in pairwise(styles))
+    assert all(each["endLabel"] | {"show": True, "formatter": "{a}"} == each["endLabel"] for each in made["series"])
+
+
+@given(st.sets(st.integers(0, 23), min_size=2, max_size=2))
+def test_no_two_of_24_curves_are_drawn_alike(two: set[int]) -> None:
+    one, other = two
+    assert stroke(one) != stroke(other)
 
 
 def test_a_shape_swings_once_from_end_to_end() -> None:

@@ -100,9 +100,8 @@ def gap_map(drawn: Mapping[str, Any]) -> Options:
 
 
 def before_and_after(gap: Mapping[str, Any]) -> Options:
-    """Gap in per cent before and after, overall and for each rig, with the interval of the after and the floor."""
-    rows = {"overall": (gap["before"]["percent"], gap["after"]["percent"])}
-    rows |= {RIGS[rig]: (found["before"], found["after"]) for rig, found in gap.get("by_rig", {}).items()}
+    """Gap in per cent of each rig before and after; interval of the after of the first rig, and floor."""
+    rows = {RIGS[rig]: (found["before"], found["after"]) for rig, found in gap["by_rig"].items()}
     series = [_bars("before", ORANGE, [before for before, _ in rows.values()])]
     series.append(_bars("after", BLUE, [after for _, after in rows.values()]))
     low, high = gap.get("after_ci90_percent") or (None, None)

@@ -20,6 +20,7 @@ from api.commands import (
     sequences,
     service,
     simulate,
+    stiffness,
     store,
     worker,
 )
@@ -42,6 +43,7 @@ for module in (
     plan,
     exchange,
     identification,
+    stiffness,
     gap,
     reporting,
     service,

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, FREQUENCY_TOLERANCE, CylinderTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.joint_law import CylinderLaw
+from analysis.direct.weighting import own_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
-from analysis.interval import Estimate
+from analysis.interval import Estimate, combined_degrees_of_freedom
 
 FEWEST_SPECIMENS = 2
 
@@ -44,6 +46,7 @@ class SpecimenScatter:
         amplitude_pp: mean of what was reached, m.
         specimens: their names.
         shear, compression: k of a and of b, N/m.
+        shear_damping, compression_damping: h of either, N/m.
         shear_loss_factor, compression_loss_factor: gamma of either.
     """
 
@@ -51,8 +54,10 @@ class SpecimenScatter:
     amplitude_pp: float
     specimens: tuple[str, ...]
     shear: Scatter
+    shear_damping: Scatter
     shear_loss_factor: Scatter
     compression: Scatter
+    compression_damping: Scatter
     compression_loss_factor: Scatter
 
 
@@ -78,6 +83,36 @@ def specimen_scatter(terms: Mapping[str, Sequence[CylinderTerms]]) -> tuple[Spec
     return tuple(found)
 
 
+def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, frequency: float) -> SpecimenScatter:
+    """Scatter at `amplitude_pp` m and `frequency` Hz, where nothing need have been measured.
+
+    Laws of specimens have one form and the same priors, so between and beyond the points they err alike, which does not
+    show in their scatter: all of a law's error counts as shared. `deviation` has nothing taken out then.
+
+    Args:
+        laws: of each specimen by its name.
+        amplitude_pp: peak to peak, m.
+        frequency: Hz.
+
+    Raises:
+        AnalysisError: there are fewer than two specimens, or amplitude or frequency is not positive.
+    """
+    terms = {name: law.at(amplitude_pp, frequency) for name, law in laws.items()}
+    alike = {
+        name: [replace(each, shear=_erring_alike(each.shear), compression=_erring_alike(each.compression))]
+        for name, each in terms.items()
+    }
+    (found,) = specimen_scatter(alike)
+    return found
+
+
+def _erring_alike(point: DynamicStiffness) -> DynamicStiffness:
+    """The point with its own error as one that others share."""
+    moves = np.linalg.cholesky(own_covariance(point)).T
+    own = {f"law {number}": complex(*move) for number, move in enumerate(moves, start=1)}
+    return replace(point, shared_errors={**point.shared_errors, **own})
+
+
 def _nearest(point: CylinderTerms, series: Sequence[CylinderTerms]) -> CylinderTerms | None:
     near = [
         other
@@ -95,14 +130,20 @@ def _scatter(names: tuple[str, ...], same: Sequence[CylinderTerms]) -> SpecimenS
         amplitude_pp=float(np.mean([point.amplitude_pp for point in shear])),
         specimens=names,
         shear=_of_stiffness(shear),
+        shear_damping=_of_damping(shear),
         shear_loss_factor=_of_loss_factor(shear),
         compression=_of_stiffness(compression),
+        compression_damping=_of_damping(compression),
         compression_loss_factor=_of_loss_factor(compression),
     )
 
 
 def _of_stiffness(points: Sequence[DynamicStiffness]) -> Scatter:
     return _over(points, [point.stiffness_estimate for point in points], [np.array([1.0, 0.0]) for _ in points])
+
+
+def _of_damping(points: Sequence[DynamicStiffness]) -> Scatter:
+    return _over(points, [point.damping_estimate for point in points], [np.array([0.0, 1.0]) for _ in points])
 
 
 def _of_loss_factor(points: Sequence[DynamicStiffness]) -> Scatter:
@@ -128,10 +169,16 @@ def _over(points: Sequence[DynamicStiffness], estimates: Sequence[Estimate], slo
     common = math.sqrt(sum(float(np.mean(move)) ** 2 for move in moves.values()))
     own = np.square([estimate.standard_error for estimate in estimates])
     own = own - sum((move**2 for move in moves.values()), start=np.zeros(count))
+    own = np.maximum(own, 0.0)  # where all of it is shared, but for rounding
     seen = float(np.var(values, ddof=1))
     mean = float(np.mean(values))
+
+    def estimate(of_specimens: float) -> Estimate:
+        error = math.sqrt(of_specimens + common**2)
+        return Estimate(mean, error, combined_degrees_of_freedom((of_specimens, common**2), (freedom, math.inf)))
+
     return Scatter(
-        mean=Estimate(mean, math.hypot(math.sqrt(seen / count), common), freedom),
+        mean=estimate(seen / count),
         deviation=math.sqrt(max(seen - float(np.mean(own)), 0.0)),
-        next_specimen=Estimate(mean, math.hypot(math.sqrt(seen * (1 + 1 / count)), common), freedom),
+        next_specimen=estimate(seen * (1 + 1 / count)),
     )

@@ -13,6 +13,12 @@ ROUNDING = 1e-9  # of a point's magnitude; an exact point would weigh infinitely
 FEWEST_DEGREES = 4.0  # of freedom; below, the expected square is infinite and a point weighs as if it had these
 
 
+def own_covariance(point: DynamicStiffness) -> Real:
+    """(2, 2) covariance of [k, h], (N/m)^2, without what the point shares with others."""
+    shared = np.array([[error.real, error.imag] for error in point.shared_errors.values()]).reshape(-1, 2)
+    return np.asarray(point.covariance - shared.T @ shared)
+
+
 def error_covariance(point: DynamicStiffness) -> Real:
     """(2, 2) covariance of [k, h] to weigh a point by, (N/m)^2, without what it shares with others.
 
@@ -21,9 +27,7 @@ def error_covariance(point: DynamicStiffness) -> Real:
     """
     freedom = max(point.degrees_of_freedom, FEWEST_DEGREES)
     student = 1.0 if math.isinf(freedom) else freedom / (freedom - 3)
-    shared = np.array([[error.real, error.imag] for error in point.shared_errors.values()]).reshape(-1, 2)
-    own = point.covariance - shared.T @ shared
-    return np.asarray(student * own + (ROUNDING * point.magnitude) ** 2 * np.eye(2))
+    return np.asarray(student * own_covariance(point) + (ROUNDING * point.magnitude) ** 2 * np.eye(2))
 
 
 def whitening(point: DynamicStiffness) -> Real:

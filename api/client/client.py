@@ -21,6 +21,7 @@ from api.service.resources.modes import ModesDocument
 from api.service.resources.records import BlowDocument, SineRecordDocument, WaveformDocument
 from api.service.resources.rig import RigDocument, Stopped
 from api.service.resources.runs import RunDetails, RunSummary
+from api.service.resources.stiffness_at import StiffnessDocument
 from rig.sequence import Sequence
 from store.jobs import OVER
 from store.runs import RunState
@@ -131,6 +132,11 @@ class Client:
     def dynamic_stiffness(self, run: int) -> Iterator[StiffnessPoint]:
         """The newest sine points of a run, by the direct method."""
         return self._connection.pages(StiffnessPoint, f"/runs/{run}/dynamic-stiffness", limit=1000)
+
+    def stiffness_at(self, run: int, amplitude_pp_mm: float, frequency: float) -> StiffnessDocument:
+        """What the law that was fitted to a run's sine points says at an amplitude in mm and a frequency in Hz."""
+        path = f"/runs/{run}/dynamic-stiffness/at"
+        return self._connection.get(StiffnessDocument, path, amplitude_pp_mm=amplitude_pp_mm, frequency=frequency)
 
     def comparisons(self, run: int) -> list[ComparisonDocument]:
         """The newest comparison of both methods on a run."""

@@ -37,6 +37,7 @@ from api.service.resources import (
     runs,
     sequences,
     specimens,
+    stiffness_at,
     trials,
 )
 from store.provenance import software_version
@@ -54,6 +55,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     modes.router,
     joint_matrices.router,
     dynamic_stiffness.router,
+    stiffness_at.router,
     comparisons.router,
     diagnoses.router,
     identifications.router,

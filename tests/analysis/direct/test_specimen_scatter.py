@@ -8,7 +8,8 @@ import pytest
 from analysis.direct.corrections import Effect, RigCorrections, correct, measured_stiffness
 from analysis.direct.cylinder_terms import CylinderTerms, cylinder_terms
 from analysis.direct.dynamic_stiffness import from_polar
-from analysis.direct.specimen_scatter import specimen_scatter
+from analysis.direct.joint_law import CylinderLaw, fit_cylinder_law
+from analysis.direct.specimen_scatter import scatter_of_laws, specimen_scatter
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
 
@@ -56,19 +57,73 @@ def test_scatter_is_found_beneath_measurement_errors() -> None:
     assert math.sqrt(np.mean(found)) == pytest.approx(0.03 * B.real, rel=0.06)
 
 
-def test_what_the_tester_is_not_known_to_widens_the_mean_and_not_the_scatter() -> None:
-    def corrected(scale: float) -> tuple[CylinderTerms, ...]:
-        series = [
-            [from_polar(50.0, 1e-5, abs(seen), math.atan2(seen.imag, seen.real), 1e-4)]
-            for value in (scale * B, scale * 2 * A, scale * (A + B))
-            for seen in [measured_stiffness(value, 50.0, FRAME.values)]
-        ]
-        return cylinder_terms(*(correct(points, FRAME) for points in series))
+def corrected(scale: float, error: float = 1e-4) -> tuple[CylinderTerms, ...]:
+    """Terms of a specimen that was measured in a frame whose compliance is known to a fifth."""
+    series = [
+        [from_polar(50.0, 1e-5, abs(seen), math.atan2(seen.imag, seen.real), error)]
+        for value in (scale * B, scale * 2 * A, scale * (A + B))
+        for seen in [measured_stiffness(value, 50.0, FRAME.values)]
+    ]
+    return cylinder_terms(*(correct(points, FRAME) for points in series))
 
+
+def test_what_the_tester_is_not_known_to_widens_the_mean_and_not_the_scatter() -> None:
     (plain,) = specimen_scatter({"1": terms(0.99), "2": terms(1.01)})
     (found,) = specimen_scatter({"1": corrected(0.99), "2": corrected(1.01)})
     assert found.compression.deviation == pytest.approx(plain.compression.deviation, rel=0.02)
     assert found.compression.mean.standard_error > 1.2 * plain.compression.mean.standard_error
+
+
+def test_an_error_that_is_shared_is_not_multiplied_by_students_factor_of_two_specimens() -> None:
+    one, other = corrected(1.0), corrected(1.00001)
+    (found,) = specimen_scatter({"1": one, "2": other})
+    (common,) = (abs(error.real) for error in one[0].compression.shared_errors.values())
+    assert found.compression.next_specimen.half_width() == pytest.approx(1.96 * common, rel=0.01)
+
+
+def law_of(scale: float) -> CylinderLaw:
+    """Of a specimen that softens by 15 % from one amplitude to the next, measured to 0.2 %."""
+    points = [
+        [
+            from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), 0.002)
+            for amplitude_pp, softness in ((1e-5, 1.0), (5e-5, 0.85), (1e-4, 0.72))
+            for frequency in (10.0, 60.0, 200.0)
+            for value in [scale * softness * share]
+        ]
+        for share in (B, 2 * A, A + B)
+    ]
+    return fit_cylinder_law(cylinder_terms(*points))
+
+
+@pytest.fixture(scope="module")
+def laws() -> dict[str, CylinderLaw]:
+    return {str(number): law_of(scale) for number, scale in enumerate((0.97, 1.0, 1.03), start=1)}
+
+
+def test_laws_are_as_far_apart_as_their_specimens_where_nothing_was_measured(laws: dict[str, CylinderLaw]) -> None:
+    found = scatter_of_laws(laws, 3e-5, 100.0)
+    assert found.compression.deviation == pytest.approx(0.03 * found.compression.mean.value, rel=0.1)
+    assert found.shear_damping.deviation == pytest.approx(0.03 * found.shear_damping.mean.value, rel=0.2)
+    assert (found.amplitude_pp, found.frequency, found.specimens) == (3e-5, 100.0, ("1", "2", "3"))
+
+
+@pytest.mark.parametrize(("amplitude_pp", "frequency"), [(5e-5, 60.0), (2e-5, 100.0), (3e-6, 500.0)])
+def test_a_single_specimen_is_known_no_better_than_one_that_was_measured(
+    laws: dict[str, CylinderLaw], amplitude_pp: float, frequency: float
+) -> None:
+    found = scatter_of_laws(laws, amplitude_pp, frequency)
+    for law in laws.values():
+        own = law.at(amplitude_pp, frequency)
+        assert found.shear.next_specimen.half_width() > own.shear.stiffness_estimate.half_width()
+        assert (
+            found.compression_loss_factor.next_specimen.half_width()
+            > 0.9 * own.compression.loss_factor_estimate.half_width()
+        )
+
+
+def test_a_single_law_shows_no_scatter(laws: dict[str, CylinderLaw]) -> None:
+    with pytest.raises(AnalysisError, match="no scatter"):
+        scatter_of_laws({"1": laws["1"]}, 3e-5, 100.0)
 
 
 def test_frequencies_that_one_specimen_lacks_are_left_out() -> None:

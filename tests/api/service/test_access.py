@@ -25,7 +25,6 @@ from tests.api.service.conftest import PROBLEM, MakeKey, make_key_in, served
 
 READ, ANALYSE, CONTROL, ENGINEER, ADMIN = Scope
 SEQUENCE = paper()
-OF_ARTICLE = {"joint-elements", "dynamic-stiffness", "comparisons"}
 OPEN = {"GET /api/health", "POST /api/rig/stop"}
 
 # Which scope opens which route.
@@ -73,6 +72,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/runs/{run_id}/joint-matrices": READ,
     "GET /api/joint-elements": READ,
     "GET /api/runs/{run_id}/dynamic-stiffness": READ,
+    "GET /api/runs/{run_id}/dynamic-stiffness/at": READ,
     "GET /api/dynamic-stiffness": READ,
     "GET /api/runs/{run_id}/comparisons": READ,
     "GET /api/comparisons": READ,
@@ -99,6 +99,12 @@ LIMITS = {
     "amplitude_pp": 3e-4, "lowest_frequency": 1.0, "highest_frequency": 250.0, "lowest_preset": 0.0,
     "highest_preset": 1e-3, "velocity": 0.15, "acceleration": 150.0, "force": 4e3,
 }  # fmt: skip
+QUERIES: dict[str, dict[str, Any]] = {
+    "GET /api/joint-elements": {"article": "beam 3"},
+    "GET /api/dynamic-stiffness": {"article": "beam 3"},
+    "GET /api/comparisons": {"article": "beam 3"},
+    "GET /api/runs/{run_id}/dynamic-stiffness/at": {"amplitude_pp_mm": 0.03, "frequency": 80},
+}
 BODIES: dict[str, dict[str, Any]] = {
     "POST /api/instruments/{instrument_id}/calibrations": {
         "calibrated_on": "2026-03-02", "sensitivity": 1.0, "sensitivity_unit": "V/N"
@@ -158,8 +164,7 @@ def ask(everybody: Everybody, route: str, caller: str) -> httpx.Response:
     if method != "GET":
         headers["Idempotency-Key"] = f"{caller} {route}".replace(" ", "-").replace("{", "").replace("}", "")
     body = SEQUENCE if route == "PUT /api/sequences/{name}" else BODIES.get(route)
-    query = {"article": "beam 3"} if path.removeprefix("/api/") in OF_ARTICLE else {}
-    with everybody.client.stream(method, path, headers=headers, json=body, params=query) as answer:
+    with everybody.client.stream(method, path, headers=headers, json=body, params=QUERIES.get(route)) as answer:
         if not answer.headers.get("content-type", "").startswith("text/event-stream"):
             answer.read()
         return answer

@@ -11,6 +11,7 @@ from typing import Any
 import httpx
 import pytest
 
+from api.client import Client
 from api.service.application import create_app
 from api.service.context import Services
 from store.catalogue import Catalogue
@@ -103,6 +104,55 @@ def test_dynamic_stiffness_is_that_of_the_identification(client: httpx.Client, s
     )["items"]  # fmt: skip
     assert [(round(point["frequency"]), point["run_id"]) for point in found] == [(100, 1)]
     assert found[0]["stiffness"] == small[1]
+
+
+def test_the_law_goes_through_what_was_measured_and_says_where_it_extrapolates(client: httpx.Client) -> None:
+    path = "/runs/1/dynamic-stiffness/at"
+    points = get(client, "/runs/1/dynamic-stiffness", specimen="II", configuration="shear")["items"]
+    point = next(each for each in points if each["amplitude_pp_mm"] == 0.1 and round(each["frequency"]) == 100)
+    inside = get(client, path, amplitude_pp_mm=0.1, frequency=100)
+    assert (inside["extrapolated"], inside["analysis_id"]) == (False, point["analysis_id"])
+    assert [each["specimen"] for each in inside["specimens"]] == ["I", "II"]
+    shear = inside["specimens"][1]["shear"]
+    # the tester holds a pair in shear
+    assert 2 * shear["k"] == pytest.approx(point["stiffness"], rel=0.02)
+    assert shear["gamma"] == pytest.approx(point["loss_factor"], rel=0.05)
+    assert shear["h_ci95"][0] < shear["h"] < shear["h_ci95"][1]
+    single = inside["scatter"]["shear"]["k"]["single_specimen_ci95"]
+    assert single[0] < shear["k_ci95"][0]
+    assert single[1] > shear["k_ci95"][1]
+
+    outside = get(client, path, amplitude_pp_mm=0.004, frequency=400, specimen="II")
+    assert (outside["extrapolated"], outside["scatter"]) == (True, None)
+    (found,) = outside["specimens"]
+    assert [phrase.split(" the ")[0] for phrase in found["beyond"]] == ["0.004 mm is below", "400 Hz is above"]
+    low, high = found["shear"]["k_ci95"]
+    assert (high - low) / found["shear"]["k"] > 2 * (shear["k_ci95"][1] - shear["k_ci95"][0]) / shear["k"]
+
+
+def test_the_typed_client_asks_the_law(client: httpx.Client) -> None:
+    with Client(str(client.base_url)) as lab:
+        found = lab.stiffness_at(1, 0.03, 80)
+    assert found.model_dump(mode="json") == get(
+        client, "/runs/1/dynamic-stiffness/at", amplitude_pp_mm=0.03, frequency=80
+    )
+
+
+@pytest.mark.parametrize(
+    ("run", "query", "status", "said"),
+    [
+        (77, {}, 404, "there is no run 77"),
+        (1, {"specimen": "V"}, 422, "no law for joint V; there are I, II"),
+        (1, {"amplitude_pp_mm": 0}, 422, "greater than 0"),
+    ],
+)
+def test_a_question_that_the_law_cannot_answer_is_refused(
+    client: httpx.Client, run: int, query: dict[str, Any], status: int, said: str
+) -> None:
+    asked = {"amplitude_pp_mm": 0.03, "frequency": 80} | query
+    answer = client.get(f"/api/runs/{run}/dynamic-stiffness/at", params=asked)
+    assert answer.status_code == status
+    assert said in answer.json()["detail"]
 
 
 def test_comparisons_are_those_of_the_identification(client: httpx.Client, summary: dict[str, Any]) -> None:

@@ -68,9 +68,14 @@ class Client:
         return self._connection.post(Stopped, "/rig/stop").run_id
 
     @contextmanager
-    def driving(self, holder: str) -> Iterator[Driver]:
-        """Have the control lease while the context lasts."""
-        driver = Driver(self._connection, holder)
+    def driving(self, holder: str, *, by_force: bool = False) -> Iterator[Driver]:
+        """Have the control lease while the context lasts.
+
+        Args:
+            holder: who drives, to be shown to others.
+            by_force: take it over, from another client of the same key or, with the scope engineer, from anybody.
+        """
+        driver = Driver(self._connection, holder, by_force=by_force)
         try:
             yield driver
         finally:

@@ -15,9 +15,9 @@ log = logging.getLogger(__name__)
 class Driver:
     """Whoever has the control lease. It is renewed in the background, and given back when the context is left."""
 
-    def __init__(self, connection: Connection, holder: str) -> None:
+    def __init__(self, connection: Connection, holder: str, *, by_force: bool = False) -> None:
         self._connection = connection
-        self._lease = connection.post(LeaseDocument, "/rig/lease", {"holder": holder})
+        self._lease = connection.post(LeaseDocument, "/rig/lease", {"holder": holder, "by_force": by_force})
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._keep, name="control lease", daemon=True)
         self._thread.start()
@@ -62,7 +62,7 @@ class Driver:
         except ProblemError as problem:
             if problem.status != 409:
                 raise
-            log.info("the control lease had ended before it was given back")  # or its giving back was asked for twice
+            log.info("the control lease had ended before it was given back")
 
     def _post(self, path: str, body: dict[str, object] | None = None) -> RunSummary:
         return self._connection.post(RunSummary, path, body, Control_Lease=self._lease.token)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from nicegui import run
 
 from api.errors import EXPECTED
 from api.page.visitor import Visitor
-from api.runs.lease import LeaseError
+from api.runs.lease import Lease, LeaseError
 from api.runs.manager import RunManager
 from api.service.access import Caller, check_scope
 from api.service.deeds import Deed
@@ -21,48 +20,64 @@ from store.keys import Scope
 
 Made = TypeVar("Made")
 REFUSALS: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
-HOLDER = "{} on the technician's page"
-_tokens: dict[str, str] = {}
-_lock = threading.Lock()
+
+
+class Tell(Protocol):
+    """Shows a sentence where the visitor looks, and where another client drives, a way to take over from it."""
+
+    def __call__(self, text: str, *, another_drives: bool = False) -> None:
+        """Show `text`; an empty one takes the former away."""
 
 
 @dataclass(frozen=True)
 class Deeds:
-    """Deeds of one visitor; what goes wrong is told, and the deed then returns None.
+    """Deeds of one visitor in one tab; what goes wrong is told, and the deed then returns None.
 
     Attributes:
         visitor: does them.
+        tab: names the browser's tab, which holds the lease; the same from view to view.
         tell: shows a sentence where the visitor looks.
     """
 
     visitor: Visitor
-    tell: Callable[[str], None]
+    tab: Callable[[], str]
+    tell: Tell
 
     async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made | None:
         """Do something with the rig, holding its lease."""
-        return await self._told(lambda: self._drive(action, target, do))
+        tab = self.tab()
+        return await self._told(lambda: self._drive(tab, action, target, do))
 
     async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made | None:
         """Do something that needs `scope`."""
         return await self._told(lambda: self._act(scope, action, target, do))
+
+    async def take_over(self) -> None:
+        """Take the lease from another tab of one's own or, with the scope engineer, from anybody."""
+        tab = self.tab()
+
+        def take(caller: Caller) -> Lease:
+            return self._runs().lease.take(
+                _holder(caller), caller.name, token=token_of(caller, tab), by_force=True,
+                from_others=Scope.ENGINEER in caller.scopes,
+            )  # fmt: skip
+
+        await self.act(Scope.CONTROL, "take lease", "rig", take)
 
     async def _told(self, do: Callable[[], Made]) -> Made | None:
         self.tell("")
         try:
             return await run.io_bound(do)
         except REFUSALS as error:
-            self.tell(str(error))
+            self.tell(str(error), another_drives=isinstance(error, LeaseError))
             return None
 
-    def _drive(self, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made:
-        runs = self.visitor.services.runs
-        if runs is None:
-            raise AccessError(409, "this service drives no rig; write [[channels]] into jointlab.toml")
-        caller = self.visitor.caller()
+    def _drive(self, tab: str, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made:
+        runs, caller = self._runs(), self.visitor.caller()
         deed = Deed(caller.name, action, target, moves=True)
         with self._refusing(deed):
             check_scope(caller, Scope.CONTROL)
-            hold_lease(runs, caller.name)
+            runs.lease.hold(token_of(caller, tab), _holder(caller), caller.name)
         return self._done(deed, lambda: do(runs, caller))
 
     def _act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made:
@@ -71,6 +86,12 @@ class Deeds:
         with self._refusing(deed):
             check_scope(caller, scope)
         return self._done(deed, lambda: do(caller))
+
+    def _runs(self) -> RunManager:
+        runs = self.visitor.services.runs
+        if runs is None:
+            raise AccessError(409, "this service drives no rig; write [[channels]] into jointlab.toml")
+        return runs
 
     @contextmanager
     def _refusing(self, deed: Deed) -> Iterator[None]:
@@ -97,20 +118,10 @@ class Deeds:
         return made
 
 
-def hold_lease(runs: RunManager, name: str) -> None:
-    """Renew the lease of whoever is called `name`, or take it where it is free.
-
-    Raises:
-        LeaseError: somebody else drives.
-    """
-    with _lock:
-        try:
-            runs.lease.renew(_tokens.get(name))
-        except LeaseError:
-            _tokens[name] = runs.lease.take(HOLDER.format(name)).token
+def token_of(caller: Caller, tab: str) -> str:
+    """The token by which a tab holds the lease; another one where somebody else logs in there."""
+    return f"{caller.name} in tab {tab}"
 
 
-def keep_lease(runs: RunManager, name: str) -> None:
-    """Renew the lease where `name` has it: whoever looks on while a run goes keeps driving it."""
-    if runs.lease.holder == HOLDER.format(name):
-        hold_lease(runs, name)
+def _holder(caller: Caller) -> str:
+    return f"{caller.name} on the technician's page"

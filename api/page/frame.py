@@ -10,12 +10,14 @@ from typing import TypeVar
 from nicegui import run, ui
 
 from api.errors import EXPECTED
-from api.page.deeds import Deeds, keep_lease
+from api.page.controls import button
+from api.page.deeds import Deeds, token_of
 from api.page.markup import show, tabs
 from api.page.visitor import STOP, Visitor, file_text
 from api.runs.state import Phase, RigState
 from api.service.access import Caller
 from api.service.problems import AccessError
+from store.keys import Scope
 
 VIEWS = {
     "Dashboard": "/page/",
@@ -72,7 +74,9 @@ class Frame:
 
     def __post_init__(self) -> None:
         self.services = self.visitor.services
-        self.deeds = Deeds(self.visitor, self.tell)
+        self._client = ui.context.client
+        self._connected_as: str | None = None
+        self.deeds = Deeds(self.visitor, self._tab, self.tell)
         ui.add_css(file_text("page.css"))
         ui.add_head_html(f"<script>{file_text('page.js')}</script>")
         ui.add_body_html(STOP + DEAD)
@@ -81,13 +85,19 @@ class Frame:
             show(tabs("views", VIEWS, self.title))
         show(f"<h1>{escape(self.title)}</h1>")
         self._trouble = show("").props('role="alert"')
+        self._take_over = button("Drive from here", self.deeds.take_over)
+        self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
         self._looks = 0
         ui.timer(LOOK, self._look)
 
-    def tell(self, text: str) -> None:
-        """Show a sentence of trouble at the top of the view; an empty one takes it away."""
+    def tell(self, text: str, *, another_drives: bool = False) -> None:
+        """Show a sentence of trouble at the top of the view; an empty one takes it away.
+
+        Where another client drives from whom this visitor may take over, the way to that is shown, too.
+        """
         self._trouble.set_content(f'<p class="notice trouble">{escape(text)}</p>' if text else "")
+        self._take_over.set_visibility(another_drives and self._may_take_over())
 
     async def read(self, look: Callable[[], Found]) -> Found | None:
         """What `look` reads, in a thread of its own; None, and trouble is told, where that fails."""
@@ -101,12 +111,23 @@ class Frame:
         """What `look` reads, in a thread of its own; None where the service is being stopped."""
         return await run.io_bound(look)
 
+    def _may_take_over(self) -> bool:
+        runs = self.services.runs
+        driver = None if runs is None else runs.lease.caller
+        return driver is not None and (driver == self.caller.name or Scope.ENGINEER in self.caller.scopes)
+
+    def _tab(self) -> str:
+        """Names the browser's tab, which outlives its connection."""
+        self._connected_as = self._client.tab_id or self._connected_as
+        assert self._connected_as is not None, "nothing is pressed or looked for before the browser has connected"
+        return self._connected_as
+
     async def _look(self) -> None:
         """Show what has changed since the last look."""
         runs = self.services.runs
         self._looks += 1
         if runs is not None and self._looks % RENEW == 0:
-            keep_lease(runs, self.caller.name)
+            runs.lease.keep(token_of(self.caller, self._tab()))  # who looks on while a run goes keeps driving it
         if self._looks % RENEW == 0 and not self._is_still_known():
             return
         now: tuple[object, ...] = () if runs is None else (runs.journal.epoch, runs.journal.latest, runs.lease.holder)

@@ -15,6 +15,7 @@ from starlette.routing import BaseRoute, Match, Mount
 
 from analysis.errors import AnalysisError
 from api.errors import ApiError, ConflictError
+from api.runs.lease import ForeignLeaseError
 from daq.errors import ChannelError, DaqError
 from rig.errors import RigError
 from rig.hammer import HammerError
@@ -65,6 +66,7 @@ TITLES = {
 # Which error means what to a caller; the first that fits counts.
 STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (PreconditionError, 412),
+    (ForeignLeaseError, 403),
     (ConflictError, 409),
     (ResumeError, 409),
     (RunBusyError, 409),

@@ -21,7 +21,7 @@ from api.service.acts import Act, LeaseToken, acting
 from api.service.context import Context, Rig, Services
 from api.service.documents import Words, quantity
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
-from api.service.problems import AccessError, problems
+from api.service.problems import problems
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
@@ -79,7 +79,10 @@ class LeaseRequest(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     holder: Words = Field(description="to be shown to others")
-    by_force: bool = Field(default=False, description="take it from whoever has it; needs the scope engineer")
+    by_force: bool = Field(
+        default=False,
+        description="take it over: from another client of the same key, or with the scope engineer from anybody",
+    )
 
 
 class LeaseDocument(BaseModel):
@@ -150,27 +153,28 @@ async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopp
 def take_lease(
     act: Annotated[Act, acting("take lease", "rig", Scope.CONTROL)], rig: Rig, wanted: LeaseRequest
 ) -> Response:
-    """Take the control lease: whoever has it drives, and nobody else does. It ends by itself unless it is renewed."""
-    if wanted.by_force and Scope.ENGINEER not in act.who.scopes:
-        raise AccessError(403, f"taking the lease by force needs the scope {Scope.ENGINEER}")
+    """Take the control lease: the client that has it drives, and no other. It ends by itself unless it is renewed."""
 
     def take() -> LeaseDocument:
-        return LeaseDocument.of(rig.lease.take(wanted.holder, by_force=wanted.by_force))
+        others = Scope.ENGINEER in act.who.scopes
+        lease = rig.lease.take(wanted.holder, act.who.name, by_force=wanted.by_force, from_others=others)
+        return LeaseDocument.of(lease)
 
     return act.once(take, 201, **wanted.model_dump())
 
 
 @router.put("/lease", responses=problems(401, 403, 409))
 def renew_lease(_who: Controller, rig: Rig, token: LeaseToken = None) -> LeaseDocument:
-    """Go on driving; renewing again changes nothing but the time."""
+    """Go on driving. It needs no `Idempotency-Key`: whoever sends it twice goes on driving all the same."""
     return LeaseDocument.of(rig.lease.renew(token))
 
 
 @router.delete("/lease", status_code=204, response_class=Response, responses=problems(401, 403, 409))
-def give_lease_back(_who: Controller, rig: Rig, token: LeaseToken = None) -> Response:
+def give_lease_back(
+    act: Annotated[Act, acting("give lease back", "rig", Scope.CONTROL)], rig: Rig, token: LeaseToken = None
+) -> Response:
     """Drive no more."""
-    rig.lease.give_back(token)
-    return Response(status_code=204)
+    return act.once(lambda: rig.lease.give_back(token), 204)
 
 
 @router.get("/limits", responses=problems(401, 403, 409))

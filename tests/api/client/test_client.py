@@ -53,6 +53,18 @@ def test_a_run_is_driven_from_its_creation_to_its_end(lab: Client, rig: RunManag
     assert [found.id for found in lab.runs(state=RunState.FINISHED)] == [run.id]
 
 
+def test_a_second_client_takes_over_only_where_it_says_so(lab: Client) -> None:
+    run = lab.create_run(small())
+    with lab.driving("first") as first:
+        with pytest.raises(ProblemError, match="first drives the rig"), lab.driving("second"):
+            raise AssertionError("two clients drive")
+        with lab.driving("second", by_force=True):
+            assert lab.rig().driven_by == "second"
+            with pytest.raises(ProblemError, match="second drives the rig"):
+                first.start(run.id, automatic=True)
+    assert lab.rig().driven_by is None
+
+
 def test_events_come_as_they_happen_and_go_on_after_a_cut(lab: Client) -> None:
     run = lab.create_run(small())
     with lab.events() as events, lab.driving("test") as driver:

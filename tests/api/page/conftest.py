@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import httpx
 import pytest
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
@@ -70,11 +69,11 @@ def hand(running_laboratory: Laboratory) -> Iterator[Hand]:
 
 @pytest.fixture
 def tab(rig: Service, open_tab: Callable[[Service], Tab]) -> Iterator[Tab]:
-    """A tab that is logged in to the rig; whatever it left running is stopped afterwards."""
+    """A tab that is logged in to the rig; whatever it left running is stopped afterwards, and it drives no more."""
     tab = open_tab(rig)
     tab.log_in()
     yield tab
-    httpx.post(f"{rig.address}/api/rig/stop", timeout=30)
+    rig.leave()
     assert tab.hosts == {"127.0.0.1"}
     assert not tab.errors
 

@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 import httpx
 from playwright.sync_api import Page, Request
 
+from api.client import Client
 from store.catalogue import Catalogue
 from store.keys import Scope, add_key
 
@@ -65,6 +66,13 @@ class Service:
                 continue
             return
         raise AssertionError(f"the service does not answer within {START:g} s")
+
+    def leave(self) -> None:
+        """Stop whatever is carried out, and let whoever comes next drive, whichever tab did until now."""
+        with Client(self.address, self.key) as lab:
+            lab.stop()
+            with lab.driving("whoever leaves", by_force=True):
+                pass
 
     def kill(self) -> None:
         """End it as a power cut would."""
@@ -117,6 +125,10 @@ class Tab:
         parts = urlsplit(request.url)
         if parts.scheme not in ("data", "blob"):
             self.hosts.add(parts.hostname or "")
+
+    def beside(self) -> Tab:
+        """Another tab of the same browser."""
+        return Tab(self.page.context.new_page(), self.service)
 
     def go(self, path: str) -> Page:
         """Open a path of the page."""

@@ -250,3 +250,23 @@ def test_two_people_do_not_drive_at_once(
     asked(their, "Strike 1y (blow 1)")
     their.get_by_role("button", name="Hold").click()
     expect(their.get_by_role("alert").filter(has_text="drives the rig")).to_be_visible()
+    expect(their.get_by_role("button", name="Drive from here")).to_be_hidden()
+
+
+def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_over(tab: Tab, hand: Hand) -> None:
+    first = start(tab, HAMMER)
+    go_to(first, "1y")
+    second = tab.beside()
+    page = second.go("/page/hammer")
+    asked(page, "Strike 1y (blow 1)")
+    page.get_by_role("button", name="Hold").click()
+    expect(page.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
+    page.get_by_role("button", name="Drive from here").click()
+    expect(page.get_by_role("button", name="Drive from here")).to_be_hidden()
+    page.get_by_role("button", name="Hold").click()
+    asked(page, "On hold. The actuator is held, nothing is armed.")
+    first.get_by_role("button", name="Go on").click()
+    expect(first.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
+    second.go("/page/sweep")  # another view of the tab that drives
+    second.go("/page/hammer").get_by_role("button", name="Go on").click()
+    asked(page, "Strike 1y (blow 1)")

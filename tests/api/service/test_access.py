@@ -146,6 +146,8 @@ def everybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Everybody]:
             "a key that has ended": make_key(*Scope, ended=True),
             "a revoked key": make_key(*Scope, revoked=True),
             "a key of another laboratory": "jl_" + 43 * "x",
+            "another who controls": make_key(Scope.CONTROL),
+            "an engineer who controls": make_key(Scope.CONTROL, Scope.ENGINEER),
         }
         app = create_app(Services(catalogue, RunManager(catalogue, instruments_of(nowhere))))
         with served(app) as client:
@@ -208,14 +210,15 @@ def test_health_and_stop_are_open_to_everybody(everybody: Everybody, route: str,
         assert answer.status_code == 200
 
 
-def test_the_lease_is_taken_by_force_by_an_engineer_only(everybody: Everybody) -> None:
-    def take(secret: str, key: str, by_force: bool) -> int:
-        headers = {"Authorization": f"Bearer {secret}", "Idempotency-Key": key}
+def test_the_lease_of_another_key_is_taken_by_force_by_an_engineer_only(everybody: Everybody) -> None:
+    def take(caller: str, key: str, by_force: bool) -> int:
+        headers = {"Authorization": f"Bearer {everybody.secrets[caller]}", "Idempotency-Key": key}
         body = {"holder": "x", "by_force": by_force}
         return everybody.client.post("/api/rig/lease", json=body, headers=headers).status_code
 
-    controller = everybody.secrets[CONTROL.value]
-    assert controller is not None
-    take(controller, "first", False)
-    assert take(controller, "second", False) == 409
-    assert take(controller, "third", True) == 403
+    take(CONTROL.value, "first", True)
+    assert take(CONTROL.value, "second", False) == 409
+    assert take(CONTROL.value, "third", True) == 201
+    assert take("another who controls", "fourth", True) == 403
+    assert take("an engineer who controls", "fifth", True) == 201
+    assert take(CONTROL.value, "sixth", True) == 403

@@ -1,11 +1,12 @@
-"""Ctrl-C while a run is on: it stops with the actuator at rest, and pressing it again changes nothing."""
+"""Keys while a run is on: Ctrl-C stops it, Ctrl-Z (Ctrl-Break on Windows) pauses it, the actuator at rest with both."""
 
 from __future__ import annotations
 
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from queue import SimpleQueue
 from types import FrameType
 
@@ -16,45 +17,71 @@ from rig.errors import RigError
 
 INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended."""
+if sys.platform == "win32":
+    PAUSE, PAUSE_KEY = signal.SIGBREAK, "Ctrl-Break"
+else:
+    PAUSE, PAUSE_KEY = signal.SIGTSTP, "Ctrl-Z"
 
 
 @contextmanager
-def stopping_on_interrupt(control: RunControl, console: Console) -> Iterator[None]:
-    """Let Ctrl-C stop the run that `control` controls, instead of raising KeyboardInterrupt wherever the program is.
+def steering_by_keys(control: RunControl, console: Console) -> Iterator[None]:
+    """Let Ctrl-C stop the run that `control` controls, and Ctrl-Z pause it and let it go on.
 
-    An exception could come while the actuator is being brought to rest; a stop cannot do harm however often it is
-    asked for. It is asked for in a thread of its own, because the handler runs in the middle of whatever the main
-    thread does, locks held.
+    Ctrl-C would raise KeyboardInterrupt wherever the program is, maybe while the actuator is being brought to rest; a
+    stop cannot do harm however often it is asked for. Ctrl-Z would suspend the program and its heartbeat with it, so
+    that the tester's watchdog trips. What a key asks for is done in a thread of its own, because the handler runs in
+    the middle of whatever the main thread does, locks held.
     """
-    requests = SimpleQueue[bool]()  # whose put may interrupt itself
+    requests = SimpleQueue[Callable[[], None] | None]()  # whose put may interrupt itself
 
-    def stop() -> None:
-        while requests.get():
-            console.print("stopping: bringing the actuator to rest")
+    def do() -> None:
+        while (request := requests.get()) is not None:
             try:
-                control.stop()
+                request()
             except RigError as error:
                 console.print(str(error), style="red")
 
-    def interrupted(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - a handler is given both
-        requests.put(True)
+    def stop() -> None:
+        console.print("stopping: bringing the actuator to rest")
+        control.stop()
 
-    stopper = threading.Thread(target=stop, name="stop on Ctrl-C", daemon=True)
-    stopper.start()
-    before = signal.signal(signal.SIGINT, interrupted)
+    def pause_or_go_on() -> None:
+        if control.is_paused():
+            console.print("going on")
+            control.resume()
+        elif not control.is_interrupted():
+            console.print("pausing: bringing the actuator to rest")
+            control.pause()
+            console.print(f"paused; {PAUSE_KEY} goes on, Ctrl-C stops")
+
+    deeds = {signal.SIGINT: stop, PAUSE: pause_or_go_on}
+
+    def pressed(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - a handler is given both
+        requests.put(deeds[signal.Signals(number)])
+
+    doer = threading.Thread(target=do, name="keys", daemon=True)
+    doer.start()
+    try:
+        with ExitStack() as handled:
+            for number in deeds:
+                handled.enter_context(_handled_by(pressed, number))
+            yield
+    finally:
+        requests.put(None)
+        doer.join()
+
+
+@contextmanager
+def _handled_by(handler: Callable[[int, FrameType | None], object], number: signal.Signals) -> Iterator[None]:
+    before = signal.signal(number, handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        requests.put(False)
-        stopper.join()
+        signal.signal(number, before)
 
 
 @contextmanager
 def raising_on_interrupt() -> Iterator[None]:
     """Let Ctrl-C raise KeyboardInterrupt while the context lasts, to leave a wait for a key; for the main thread."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
+    with _handled_by(signal.default_int_handler, signal.SIGINT):
         yield
-    finally:
-        signal.signal(signal.SIGINT, before)

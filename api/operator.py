@@ -17,6 +17,8 @@ from rig.operator import (
     BlowSuspected,
     Event,
     HammerStarted,
+    InterlockReset,
+    InterlockTripped,
     Operator,
     PointStarted,
     RateCoerced,
@@ -135,6 +137,10 @@ class SequenceProgress:
                 self._advance(self._sines)
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
+            case InterlockTripped(interlocks):
+                self._say(f"the tester's interlocks: {_names(interlocks)}")
+            case InterlockReset(interlocks):
+                self._say(f"the tester was reset after {_names(interlocks)}")
             case RateCoerced(requested, used):
                 self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
             case _:
@@ -150,3 +156,7 @@ class SequenceProgress:
     def _advance(self, task: TaskID | None, steps: int = 1) -> None:
         if task is not None:
             self._bars.advance(task, steps)
+
+
+def _names(interlocks: tuple[str, ...]) -> str:
+    return ", ".join(interlocks).replace("_", " ")

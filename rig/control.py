@@ -66,6 +66,10 @@ class RunControl:
             finally:
                 self._may_run.set()
 
+    def is_paused(self) -> bool:
+        """Whether the run is to be held until it is resumed or stopped."""
+        return not self._may_run.is_set() and not self._stopped
+
     def is_interrupted(self) -> bool:
         """Whether the run is to pause or to end."""
         return self._stopped or not self._may_run.is_set()

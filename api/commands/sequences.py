@@ -11,14 +11,14 @@ from typing import Annotated
 import typer
 
 from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, out, progress_console
-from api.interrupts import INTERRUPTED, stopping_on_interrupt
+from api.interrupts import INTERRUPTED, steering_by_keys
 from api.operator import SequenceProgress, TerminalOperator
 from api.sequence_words import step_words, total_words
 from api.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from api.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.kept_limits import kept_limits, with_kept_limits
-from rig.operator import Event, RunContinued, RunStarted, told
+from rig.operator import Event, RunContinued, RunPaused, RunResumed, RunStarted, told
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
@@ -62,7 +62,8 @@ def run(
 ) -> None:
     """Run a sequence on the configured instruments and store everything as one run.
 
-    Ctrl-C stops it with the actuator at rest; what was measured is kept, and jointlab resume goes on.
+    Ctrl-Z (Ctrl-Break on Windows) pauses it with the actuator at rest, and once more lets it go on. Ctrl-C stops it
+    with the actuator at rest; what was measured is kept, and jointlab resume goes on.
     """
     document = named_sequence(sequence)
     settings = load_settings()
@@ -77,7 +78,7 @@ def run(
         SequenceProgress(document, progress_console) as progress,
     ):
         instruments = with_kept_limits(instruments, catalogue)
-        observer = told(progress, partial(_note, catalogue))
+        observer = told(progress, partial(_note, catalogue, progress))
         _watched(
             progress,
             lambda control: run_sequence(document, instruments, catalogue, operator, observer, control, reset=reset),
@@ -88,7 +89,10 @@ def resume(
     number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST_RUN, help="Number of the run.")],
     reset: Reset = False,
 ) -> None:
-    """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured."""
+    """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured.
+
+    Ctrl-Z (Ctrl-Break on Windows) pauses it and lets it go on, Ctrl-C stops it.
+    """
     settings = load_settings()
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
@@ -98,31 +102,34 @@ def resume(
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
         with SequenceProgress(document, progress_console) as progress:
-            observer = told(progress, partial(_note, catalogue))
+            observer = told(progress, partial(_note, catalogue, progress))
             _watched(
                 progress,
                 lambda control: resume_run(number, instruments, catalogue, operator, observer, control, reset=reset),
             )
 
 
-def _note(catalogue: Catalogue, event: Event) -> None:
+def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
     """Put into the audit log, before anything moves, who moves it from the terminal."""
     match event:
-        case RunStarted(run_id):
+        case RunStarted():
             action = "start run"
-        case RunContinued(run_id):
+        case RunContinued() | RunResumed():
             action = "resume run"
+        case RunPaused():
+            action = "pause run"
         case _:
             return
+    target = f"run {progress.run_id}"  # which is told first
     with catalogue.writing() as session:
-        add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
+        add_audit_entry(session, who=who_is_here(), action=action, target=target, outcome="at the terminal")
 
 
 def _watched(progress: SequenceProgress, carry_out: Callable[[RunControl], object]) -> None:
-    """Carry out a run that Ctrl-C stops, and say how to go on with it."""
+    """Carry out a run that keys pause and stop, and say how to go on with it."""
     control = RunControl()
     try:
-        with stopping_on_interrupt(control, progress_console):
+        with steering_by_keys(control, progress_console):
             carry_out(control)
     except (KeyboardInterrupt, RunStoppedError):
         _say_how_to_go_on(progress, "stopped")

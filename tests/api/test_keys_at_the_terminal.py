@@ -1,0 +1,191 @@
+"""Keys at the terminal while a run is on: Ctrl-Z pauses it and lets it go on, Ctrl-C stops it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import pytest
+import yaml
+from rich.console import Console
+
+from api.interrupts import raising_on_interrupt, steering_by_keys
+from api.simulated import SimulatedOperator
+from rig.control import RunControl
+from rig.errors import RigError
+from rig.registers import State
+from simlab.laboratory import Laboratory
+
+Command = Callable[..., CompletedProcess[str]]
+Query = Callable[[str], list[tuple[Any, ...]]]
+Write = Callable[..., Path]
+WITHIN = 20.0  # s, before a test gives up
+AT_A_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # keys typed there are signals here
+sys.argv = ["jointlab", *sys.argv[1:]]
+from api.cli import main
+main()
+"""
+
+
+def press(key: signal.Signals, times: int = 1) -> None:
+    for _ in range(times):
+        os.kill(os.getpid(), key)
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + WITHIN
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_on(
+    jointlab: Command,
+    sequence: Write,
+    query: Query,
+    laboratory: Laboratory,
+    operator: SimulatedOperator,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plain_mount, states = operator.mount, list[State]()
+
+    def deeds() -> list[str]:
+        return [action for (action,) in query("SELECT action FROM audit_entries ORDER BY id")]
+
+    def go_on() -> None:
+        until(lambda: deeds() == ["start run", "pause run"])
+        states.append(State(int(str(laboratory.tester.device.status()["state"]))))
+        press(signal.SIGTSTP)
+
+    somebody = threading.Thread(target=go_on)
+
+    def mount(specimen: str, configuration: str) -> None:
+        plain_mount(specimen, configuration)
+        if configuration == "shear":
+            press(signal.SIGTSTP)
+            somebody.start()
+
+    monkeypatch.setattr(operator, "mount", mount)
+    answer = jointlab("run", sequence())
+    somebody.join()
+    assert answer.returncode == 0, answer.stderr
+    assert states[0] in (State.HYDRAULICS_OFF, State.HELD, State.IDLE)
+    assert deeds() == ["start run", "pause run", "resume run"]
+    said = answer.stderr
+    assert said.index("pausing: ") < said.index("paused; Ctrl-Z goes on, Ctrl-C stops") < said.index("going on")
+    assert query("SELECT state, blows_accepted, sine_records FROM v_runs") == [("finished", 8, 6)]
+
+
+class Terminal:
+    """A terminal with `jointlab` on it."""
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        self._ours, its = pty.openpty()
+        self._shown = bytearray()
+        command = [sys.executable, "-c", AT_A_TERMINAL, *arguments]
+        self.process = subprocess.Popen(command, cwd=folder, stdin=its, stdout=its, stderr=its, start_new_session=True)
+        os.close(its)
+
+    def wait_for(self, text: str) -> None:
+        end = time.monotonic() + WITHIN
+        while text.encode() not in self._shown:
+            assert time.monotonic() < end, self._shown.decode(errors="replace")
+            if select.select([self._ours], [], [], 0.1)[0]:
+                self._shown.extend(os.read(self._ours, 4096))
+
+    def type_keys(self, keys: bytes) -> None:
+        self._shown.clear()
+        os.write(self._ours, keys)
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        os.close(self._ours)
+
+
+@pytest.mark.usefixtures("laboratory")
+def test_keys_typed_at_a_real_terminal_pause_a_run_and_stop_it(sequence: Write, query: Query, tmp_path: Path) -> None:
+    file = sequence()
+    document = yaml.safe_load(file.read_text("utf-8"))
+    document["steps"] = [{"step": "wait", "seconds": 600}]
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+    with closing(Terminal(tmp_path, "run", str(file))) as terminal:
+        terminal.wait_for("waiting for 600 s")
+        terminal.type_keys(b"\x1a")
+        terminal.wait_for("paused; Ctrl-Z goes on")
+        terminal.type_keys(b"\x1a")
+        terminal.wait_for("going on")
+        terminal.type_keys(b"\x03")
+        terminal.wait_for("run 1 stopped; jointlab resume 1 goes on with it")
+        assert terminal.process.wait(WITHIN) == 130
+    assert query("SELECT state, reason FROM v_runs") == [("stopped", "stopped by hand")]
+
+
+def test_ctrl_z_after_ctrl_c_pauses_nothing() -> None:
+    control, console = RunControl(), Console(record=True, width=120)
+    with steering_by_keys(control, console):
+        press(signal.SIGINT)
+        press(signal.SIGTSTP)
+    assert not control.is_paused()
+    assert "pausing" not in console.export_text()
+
+
+def test_a_pause_that_is_not_confirmed_is_said_and_the_run_stays_paused() -> None:
+    class Restless(RunControl):
+        """Whose tester does not confirm."""
+
+        def pause(self) -> None:
+            super().pause()
+            raise RigError("the actuator was not confirmed at rest")
+
+    control, console = Restless(), Console(record=True, width=120)
+    with steering_by_keys(control, console):
+        press(signal.SIGTSTP)
+        until(lambda: "not confirmed" in console.export_text(clear=False))
+        assert control.is_paused()
+    assert "paused;" not in console.export_text()
+    assert signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL
+
+
+class Unstoppable(RunControl):
+    """Whose tester does not confirm."""
+
+    def stop(self) -> None:
+        super().stop()
+        raise RigError("the actuator was not confirmed at rest")
+
+
+def test_a_stop_that_is_not_confirmed_is_said_and_ctrl_c_is_as_before_afterwards() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    control, console = Unstoppable(), Console(record=True, width=120)
+    with steering_by_keys(control, console):
+        press(signal.SIGINT, 2)
+    assert control.is_interrupted()
+    assert signal.getsignal(signal.SIGINT) is before
+    said = console.export_text()
+    assert said.count("stopping: bringing the actuator to rest") == 2
+    assert said.count("the actuator was not confirmed at rest") == 2
+    assert not any(thread.name == "keys" for thread in threading.enumerate())
+
+
+def test_a_wait_for_a_key_is_left_at_once() -> None:
+    control = RunControl()
+    with steering_by_keys(control, Console(quiet=True)):
+        with pytest.raises(KeyboardInterrupt), raising_on_interrupt():
+            press(signal.SIGINT)
+        assert not control.is_interrupted()
+        press(signal.SIGINT)
+    assert control.is_interrupted()

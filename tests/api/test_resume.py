@@ -150,6 +150,6 @@ def test_the_documented_sequence_is_one() -> None:
 
 def test_every_field_of_a_step_is_documented() -> None:
     text = DOCUMENT.read_text("utf-8")
-    for name in ("HammerStep", "SweepStep", "WaitStep", "SoakStep", "PromptStep", "Frequencies"):
+    for name in ("HammerStep", "SweepStep", "WaitStep", "SoakStep", "PromptStep", "Frequencies", "StepDetectors"):
         for key in Sequence.model_json_schema()["$defs"][name]["properties"]:
             assert f"`{key}`" in text, f"{name}.{key}"

@@ -12,7 +12,7 @@ import pytest
 from analysis.direct.sine import fit_sine
 from rig.control import RunControl
 from rig.errors import RigError
-from rig.operator import InterlockTripped, RunPaused
+from rig.operator import Event, InterlockTripped, RunPaused
 from rig.registers import CommandCode, Interlock, State, Value
 from rig.sweep import SinePoint, SweepPlan
 from rig.tester_limits import MeasuredBeyondLimitError, TesterLimits
@@ -76,6 +76,24 @@ def test_a_trip_during_a_record_ends_it_at_once_and_is_told_as_it_happens(labora
     assert error.interlocks is Interlock.EMERGENCY_STOP
     assert InterlockTripped(("emergency_stop",), stopped=True) in laboratory.events
     assert laboratory.points == []
+
+
+def test_the_tester_is_shut_down_where_whoever_is_told_of_a_trip_fails(laboratory: SweepLaboratory) -> None:
+    class Deaf(list[Event]):
+        """Events of a watcher who cannot take a trip."""
+
+        def append(self, event: Event) -> None:
+            super().append(event)
+            if isinstance(event, InterlockTripped):
+                raise ZeroDivisionError("told")
+
+    laboratory.events = Deaf()
+    run = Run(laboratory.sweep, RunControl())
+    until(lambda: recording(laboratory))
+    laboratory.tester.emergency_stop()
+    assert isinstance(run.ended(), ZeroDivisionError)
+    assert laboratory.tester.actuator.steady_pp() == 0.0
+    assert CommandCode.HYDRAULICS_OFF in laboratory.tester.device.applied[-2:]
 
 
 def test_a_tester_that_cannot_be_read_during_a_record_is_stopped(laboratory: SweepLaboratory) -> None:

@@ -60,6 +60,9 @@ from store.run_lock import discard_lock, holding
 from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 
 KIND = "sequence"
+RESUMED_UNTOLD = (
+    "resumed; how it ended before could not be stored: its process was lost, or the database did not answer"
+)
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each one says how long it really is
 
 
@@ -188,7 +191,7 @@ def resume_run(
         measured = measured_of(catalogue, run, sequence)
         steps = measured.left_of(sequence)
         left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
-        reason = f"resumed after it was {run.state}" if run.reason else "resumed after its process was lost"
+        reason = RESUMED_UNTOLD if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
         who = who or who_is_here()
         if reset and (done := _reset(left, instruments, catalogue, observer, f"run {run_id}", who)):
             reason += f", {done}"

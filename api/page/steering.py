@@ -64,7 +64,9 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
     if state.phase is Phase.IDLE:
         if run is None:
             return "Nothing is carried out."
-        return f"Run {run.id} {ENDED[run.state]}{f': {run.reason}' if run.reason else ''}."
+        # why, from the rig where the store could not be told
+        reason = run.reason or (state.reason if state.run_id == run.id else None)
+        return f"Run {run.id} {ENDED[run.state]}{f': {reason}' if reason else ''}."
     if state.phase is Phase.PAUSED:
         return "On hold. The actuator is held, nothing is armed."
     if prompt is None:

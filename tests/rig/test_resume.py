@@ -27,7 +27,7 @@ from rig.operator import (
     SinePointMeasured,
     SpecimenMounted,
 )
-from rig.run import resume_run, run_sequence
+from rig.run import RESUMED_UNTOLD, resume_run, run_sequence
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sweep_order import Order
 from rig.tester_status import TesterTrippedError
@@ -311,7 +311,7 @@ def test_a_run_that_lost_its_process_after_the_last_point_is_finished_without_in
         session.execute(text("UPDATE runs SET state = 'running', finished_at = NULL"))
     nowhere = replace(instruments, daq_address="grpc://127.0.0.1:1", tester_url="tcp://127.0.0.1:1")
     resume_run(number, nowhere, catalogue, person)
-    assert history(catalogue, number)[-2:] == [("running", "resumed after its process was lost"), ("finished", None)]
+    assert history(catalogue, number)[-2:] == [("running", RESUMED_UNTOLD), ("finished", None)]
 
 
 def test_a_stop_before_the_first_step_leaves_no_run(

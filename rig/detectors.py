@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -12,6 +12,7 @@ from rig.document import Document
 from rig.errors import RigError
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
 from rig.tester_status import Detector
+from store.quantity import quantity
 
 TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
 """Of the others, a lower limit is tighter."""
@@ -45,25 +46,25 @@ class _DetectorDocument(Document):
 class PositionDetector(_DetectorDocument):
     """Fires where the actuator goes beyond a position."""
 
-    limit_mm: float = Field(ge=-10.0, le=10.0)
+    limit_mm: Annotated[float, quantity("mm", ge=-10.0, le=10.0)]
 
 
 class OvershootDetector(_DetectorDocument):
     """Fires where the peak-to-peak amplitude exceeds what was commanded."""
 
-    limit_mm: float = Field(ge=0.001, le=10.0, description="beyond the command")
+    limit_mm: Annotated[float, quantity("mm", "peak to peak, beyond the command", ge=0.001, le=10.0)]
 
 
 class ForceDetector(_DetectorDocument):
     """Fires where the absolute force is larger."""
 
-    limit: float = Field(ge=1.0, le=25e3, description="N")
+    limit: Annotated[float, quantity("N", ge=1.0, le=25e3)]
 
 
 class UnderpeakDetector(_DetectorDocument):
     """Fires where the settled amplitude is smaller."""
 
-    limit: float = Field(gt=0.0, le=1.0, description="as a fraction of the command")
+    limit: Annotated[float, quantity("1", "as a fraction of the command", gt=0.0, le=1.0)]
 
 
 class StepDetectors(Document):

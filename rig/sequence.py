@@ -17,6 +17,7 @@ from rig.document import Document
 from rig.errors import RigError
 from rig.sweep_order import Order
 from store.bundle_setup import Article, unknown_keys
+from store.quantity import quantity
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -37,19 +38,19 @@ class SequenceError(RigError):
 class Suspension(Document):
     """The cords of a suspended beam, as far as they are known, and what the beam weighs."""
 
-    bounce: float = Field(gt=0, description="frequency of the beam's bounce in its cords, Hz")
-    bounce_standard_error: float = Field(default=0.1, ge=0, description="Hz")
-    positions: tuple[Annotated[float, Field(ge=0)], ...] = Field(
-        default=(), description="of the cords along the beam, m from its left end"
-    )
-    loss_factor: float = Field(default=0.0, ge=0, description="of the cords")
+    bounce: Annotated[float, quantity("Hz", "frequency of the beam's bounce in its cords", gt=0)]
+    bounce_standard_error: Annotated[float, quantity("Hz", ge=0)] = 0.1
+    positions: Annotated[
+        tuple[Annotated[float, Field(ge=0)], ...], quantity("m", "of the cords along the beam, from its left end")
+    ] = ()
+    loss_factor: Annotated[float, quantity("1", "of the cords", ge=0)] = 0.0
 
 
 class Weight(Document):
     """What a balance says of the bare beam."""
 
-    mass: float = Field(gt=0, description="kg")
-    standard_error: float = Field(default=0.001, gt=0, description="kg")
+    mass: Annotated[float, quantity("kg", gt=0)]
+    standard_error: Annotated[float, quantity("kg", gt=0)] = 0.001
 
 
 class HammerStep(Document):
@@ -58,13 +59,13 @@ class HammerStep(Document):
     step: Literal["hammer"]
     points: tuple[str, ...] = Field(default=PAPER_POINTS, min_length=1, description="points struck, such as 3y")
     blows: int = Field(default=10, ge=2, description="accepted blows at each point")
-    peak_force: float = Field(default=100.0, gt=0, description="hammer level asked of the hand, N")
-    weakest_peak: float = Field(default=30.0, gt=0, description="a blow below this peak is refused, N")
-    trigger_level: float = Field(default=10.0, gt=0, description="N")
-    sample_rate: float = Field(default=5120.0, gt=0, description="Hz")
-    block_seconds: float = Field(default=2.0, gt=0)
-    pretrigger_seconds: float = Field(default=0.05, ge=0)
-    highest_frequency: float = Field(default=1024.0, gt=0, description="of the accelerances kept, Hz")
+    peak_force: Annotated[float, quantity("N", "hammer level asked of the hand", gt=0)] = 100.0
+    weakest_peak: Annotated[float, quantity("N", "a blow below this peak is refused", gt=0)] = 30.0
+    trigger_level: Annotated[float, quantity("N", gt=0)] = 10.0
+    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5120.0
+    block_seconds: Annotated[float, quantity("s", gt=0)] = 2.0
+    pretrigger_seconds: Annotated[float, quantity("s", ge=0)] = 0.05
+    highest_frequency: Annotated[float, quantity("Hz", "of the accelerances kept", gt=0)] = 1024.0
     hammer: str = Field(default="hammer", description="name of the hammer's channel")
     accelerometer: str = Field(default="accelerometer", description="name of the accelerometer's channel")
     beam: Literal["supported", "suspended"] = Field(
@@ -107,11 +108,11 @@ class HammerStep(Document):
 
 
 class Frequencies(Document):
-    """Evenly spaced frequencies, both ends included, Hz."""
+    """Evenly spaced frequencies, both ends included."""
 
-    first: float = Field(default=5.0, gt=0)
-    last: float = Field(default=200.0, gt=0)
-    step: float = Field(default=5.0, gt=0)
+    first: Annotated[float, quantity("Hz", gt=0)] = 5.0
+    last: Annotated[float, quantity("Hz", gt=0)] = 200.0
+    step: Annotated[float, quantity("Hz", gt=0)] = 5.0
 
     @model_validator(mode="after")
     def _rise(self) -> Frequencies:
@@ -151,10 +152,10 @@ class SweepStep(Document):
     step: Literal["sweep"]
     specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1)
     configurations: tuple[Configuration, ...] = Field(default=("compression", "shear", "angled"), min_length=1)
-    amplitudes_pp_mm: tuple[Positive, ...] = Field(default=(0.1, 0.05, 0.01), min_length=1)
-    preset_mm: float = Field(default=0.5, ge=0)
+    amplitudes_pp_mm: Annotated[tuple[Positive, ...], quantity("mm", "peak to peak", min_length=1)] = (0.1, 0.05, 0.01)
+    preset_mm: Annotated[float, quantity("mm", ge=0)] = 0.5
     frequencies: Frequencies = Frequencies()
-    sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5000.0
     order: Order = Field(
         default=Order.SEQUENTIAL,
         description="what is shuffled: nothing; amplitudes; mountings and amplitudes; all, frequencies too",
@@ -192,15 +193,16 @@ class BlankStep(Document):
 
     step: Literal["blank"]
     piece: str = Field(default="blank", min_length=1, description="what the operator is to put in: blank, empty, mass")
-    stiffness: float | None = Field(
-        default=None, ge=0, description="N/m; 0 where there is none; leave it out where it is rigid beside the frame"
-    )
-    stiffness_standard_error: float = Field(default=0.0, ge=0, description="N/m")
-    mass: float = Field(default=0.0, ge=0, description="of the piece, that moves with the fixture, kg")
-    amplitude_pp_mm: float = Field(default=0.01, gt=0)
-    preset_mm: float = Field(default=0.0, ge=0)
+    stiffness: Annotated[
+        float | None,
+        quantity("N/m", "0 where there is none; leave it out where it is rigid beside the frame", ge=0),
+    ] = None
+    stiffness_standard_error: Annotated[float, quantity("N/m", ge=0)] = 0.0
+    mass: Annotated[float, quantity("kg", "of the piece, that moves with the fixture", ge=0)] = 0.0
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak", gt=0)] = 0.01
+    preset_mm: Annotated[float, quantity("mm", ge=0)] = 0.0
     frequencies: Frequencies = Frequencies(first=20.0, last=200.0, step=20.0)
-    sample_rate: float = Field(default=5000.0, gt=0, description="Hz")
+    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5000.0
     detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     @model_validator(mode="after")
@@ -229,17 +231,17 @@ class WaitStep(Document):
     """Wait, for the specimens to recover, say."""
 
     step: Literal["wait"]
-    seconds: float = Field(gt=0, description="s")
+    seconds: Annotated[float, quantity("s", gt=0)]
 
 
 class SoakStep(Document):
     """Wait until the temperature has stayed within a band for a time."""
 
     step: Literal["soak"]
-    seconds: float = Field(default=1800.0, gt=0, description="so long within the band, s")
-    band_celsius: float = Field(default=0.5, gt=0, description="highest less lowest reading")
-    celsius: float | None = Field(default=None, description="middle of the band; wherever it settles if not given")
-    limit_seconds: float = Field(default=14400.0, gt=0, description="the run fails when this is not enough, s")
+    seconds: Annotated[float, quantity("s", "so long within the band", gt=0)] = 1800.0
+    band_celsius: Annotated[float, quantity("K", "highest less lowest reading", gt=0)] = 0.5
+    celsius: Annotated[float | None, quantity("degC", "middle of the band; wherever it settles if not given")] = None
+    limit_seconds: Annotated[float, quantity("s", "the run fails when this is not enough", gt=0)] = 14400.0
 
     @model_validator(mode="after")
     def _can_end(self) -> SoakStep:
@@ -262,12 +264,12 @@ SineStep = SweepStep | BlankStep
 class Compound(Document):
     """How the elastomer depends on temperature, near the reference that results are wanted at."""
 
-    reference_celsius: float = 23.0
-    stiffness_per_kelvin: float = Field(description="relative change of k, 1/K; negative where it softens")
-    stiffness_per_kelvin_error: float = Field(ge=0, description="one standard deviation, 1/K")
-    loss_factor_per_kelvin: float = Field(description="relative change of gamma, 1/K")
-    loss_factor_per_kelvin_error: float = Field(ge=0, description="one standard deviation, 1/K")
-    thermometer_error: float = Field(default=0.1, ge=0, description="one standard deviation, K")
+    reference_celsius: Annotated[float, quantity("degC")] = 23.0
+    stiffness_per_kelvin: Annotated[float, quantity("1/K", "relative change of k; negative where it softens")]
+    stiffness_per_kelvin_error: Annotated[float, quantity("1/K", "one standard deviation", ge=0)]
+    loss_factor_per_kelvin: Annotated[float, quantity("1/K", "relative change of gamma")]
+    loss_factor_per_kelvin_error: Annotated[float, quantity("1/K", "one standard deviation", ge=0)]
+    thermometer_error: Annotated[float, quantity("K", "one standard deviation", ge=0)] = 0.1
 
 
 class Sequence(Document):

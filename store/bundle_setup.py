@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from store.dof import Dof
 from store.errors import StoreError
+from store.quantity import quantity
 
 FORMAT: Literal["jointlab-bundle/1"] = "jointlab-bundle/1"
 
@@ -33,15 +34,15 @@ class _Part(BaseModel):
 
 
 class Beam(_Part):
-    """The beam, SI; the ranges catch values in other units."""
+    """The beam; the ranges catch values in other units."""
 
-    length: Annotated[float, Field(gt=0, le=100)]
-    height: Annotated[float, Field(gt=0, le=10)]
-    width: Annotated[float, Field(gt=0, le=10)]
-    youngs_modulus: Annotated[float, Field(ge=1e6, le=2e12)]
-    poisson_ratio: Annotated[float, Field(ge=0, lt=0.5)]
-    density: Annotated[float, Field(ge=10, le=3e4)]
-    free_damping_ratios: tuple[NotNegative, ...]
+    length: Annotated[float, quantity("m", gt=0, le=100)]
+    height: Annotated[float, quantity("m", gt=0, le=10)]
+    width: Annotated[float, quantity("m", gt=0, le=10)]
+    youngs_modulus: Annotated[float, quantity("Pa", ge=1e6, le=2e12)]
+    poisson_ratio: Annotated[float, quantity("1", ge=0, lt=0.5)]
+    density: Annotated[float, quantity("kg/m^3", ge=10, le=3e4)]
+    free_damping_ratios: Annotated[tuple[NotNegative, ...], quantity("1", "of the free beam's modes")]
 
 
 class Joint(_Part):
@@ -49,17 +50,17 @@ class Joint(_Part):
 
     name: Annotated[str, Field(min_length=1)]
     node: Node
-    inclinations_deg: tuple[float, float]
-    eccentricity: float
-    added_mass: NotNegative
+    inclinations_deg: Annotated[tuple[float, float], quantity("deg", "of the lower and the upper cylinder")]
+    eccentricity: Annotated[float, quantity("m")]
+    added_mass: Annotated[NotNegative, quantity("kg")]
 
 
 class Accelerometer(_Part):
-    """Where the accelerometer sits; mass in kg."""
+    """Where the accelerometer sits, and what it weighs."""
 
     node: Node
     direction: Literal["x", "y"]
-    mass: NotNegative
+    mass: Annotated[NotNegative, quantity("kg")]
 
 
 class InverseSet(_Part):
@@ -67,30 +68,30 @@ class InverseSet(_Part):
 
     file: FileName
     averages: Annotated[int, Field(ge=1, le=1_000_000)]
-    peak_force: Positive
-    temperature_c: Annotated[float, Field(gt=-273.15, lt=1000)]
+    peak_force: Annotated[Positive, quantity("N")]
+    temperature_c: Annotated[float, quantity("degC", gt=-273.15, lt=1000)]
     window: str
-    sample_rate: Positive
-    block_seconds: Positive
+    sample_rate: Annotated[Positive, quantity("Hz")]
+    block_seconds: Annotated[Positive, quantity("s")]
 
 
 class DirectTable(_Part):
-    """The table of the elastomer tester, and its preset in mm."""
+    """The table of the elastomer tester, and its preset."""
 
     file: FileName
-    preset_mm: NotNegative
+    preset_mm: Annotated[NotNegative, quantity("mm")]
 
 
 class Tolerances(_Part):
-    """One standard deviation of what the lab admits not to know; m, relative or degrees."""
+    """One standard deviation of what the lab admits not to know; a unit of 1 is relative."""
 
-    node_position: NotNegative
-    sensor_gain: NotNegative
-    youngs_modulus: NotNegative
-    density: NotNegative
-    impact_position: NotNegative
-    inclination_deg: NotNegative
-    tester_gain: NotNegative
+    node_position: Annotated[NotNegative, quantity("m")]
+    sensor_gain: Annotated[NotNegative, quantity("1")]
+    youngs_modulus: Annotated[NotNegative, quantity("1")]
+    density: Annotated[NotNegative, quantity("1")]
+    impact_position: Annotated[NotNegative, quantity("m")]
+    inclination_deg: Annotated[NotNegative, quantity("deg")]
+    tester_gain: Annotated[NotNegative, quantity("1")]
 
 
 class Prediction(_Part):
@@ -104,7 +105,7 @@ class Article(_Part):
     """What was built, and how far the lab trusts its figures."""
 
     beam: Beam
-    node_positions: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
+    node_positions: Annotated[tuple[NotNegative, ...], quantity("m", "from the left end, rising", min_length=2)]
     joints: Annotated[tuple[Joint, ...], Field(min_length=1)]
     accelerometer: Accelerometer
     tolerances: Tolerances

@@ -52,9 +52,3 @@ class Why(BaseModel):
 def number_of(what: str) -> Any:
     """A path parameter: the number of a row."""
     return Path(ge=1, le=LARGEST, description=f"number of the {what}", examples=[1])
-
-
-def quantity(unit: str, description: str = "") -> Any:
-    """A field that holds a quantity: its unit is in the schema, as `x-unit` and in words."""
-    words = f"{description}, {unit}" if description else unit
-    return Field(description=words, json_schema_extra={"x-unit": unit})

@@ -10,11 +10,12 @@ from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context, Rig
-from api.service.documents import RunNumber, quantity
+from api.service.documents import RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
 from rig.instruments import stored_channel
 from store.instruments import Channel, list_channels
+from store.quantity import quantity
 from store.runs import get_run
 
 router = APIRouter(tags=["channels"], route_class=TaggedRoute)

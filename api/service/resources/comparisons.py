@@ -9,12 +9,13 @@ from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words, quantity
+from api.service.documents import RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.analyses import AnalysisKind, latest_analysis
 from store.comparisons import Comparison, list_comparisons
+from store.quantity import quantity
 from store.searches import find_comparisons
 
 router = APIRouter(tags=["comparisons"], route_class=TaggedRoute)

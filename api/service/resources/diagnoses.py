@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 from api.service.access import Reader
 from api.service.acts import Act
 from api.service.context import Context, Jobs
-from api.service.documents import number_of, quantity
+from api.service.documents import number_of
 from api.service.etags import TaggedRoute
 from api.service.links import first_of, job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
@@ -19,6 +19,7 @@ from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
 from api.service.resources.jobs import JobDocument, queue_job, queueing
 from store.diagnoses import Verdict, get_diagnosis, list_diagnoses
+from store.quantity import quantity
 
 router = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
 

@@ -9,12 +9,13 @@ from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words, quantity
+from api.service.documents import RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from store.analyses import AnalysisKind, latest_analysis
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.quantity import quantity
 from store.searches import Place, find_sine_points
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)

@@ -11,11 +11,12 @@ from pydantic import BaseModel, Field
 from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, quantity
+from api.service.documents import RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
 from store.errors import NotFoundError
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.quantity import quantity
 
 router = APIRouter(prefix="/runs/{run_id}/frequency-responses", tags=["FRFs"], route_class=TaggedRoute)
 Numbers = list[float]
@@ -35,7 +36,7 @@ class SetSummary(BaseModel):
     temperature_c: Annotated[float, quantity("degC")]
     window: str
     sample_rate: Annotated[float, quantity("Hz")]
-    block_seconds: float
+    block_seconds: Annotated[float, quantity("s", "length of a record")]
     estimator: str
 
     @classmethod
@@ -60,7 +61,7 @@ class FrequencyResponseDocument(BaseModel):
     frequency: Annotated[Numbers, quantity("Hz")]
     real: Annotated[Numbers, quantity(UNIT)]
     imaginary: Annotated[Numbers, quantity(UNIT)]
-    coherence: list[float | None] | None = Field(description="0 to 1; null where it was not measured")
+    coherence: Annotated[list[float | None] | None, quantity("1", "0 to 1; null where it was not measured")]
     variance: Annotated[
         list[float | None] | None, quantity("((m/s^2)/N)^2", "of the real and of the imaginary part; null: not known")
     ]

@@ -16,6 +16,7 @@ from api.service.links import job_links
 from api.service.pages import LARGEST
 from api.service.problems import problems
 from api.service.resources.jobs import JobDocument, queue_job, queueing
+from store.quantity import quantity
 from store.runs import Run, get_run
 
 router = APIRouter(prefix="/identifications", tags=["identifications"], route_class=TaggedRoute)
@@ -41,22 +42,25 @@ class NewIdentification(OfRun):
         le=MOST_ELEMENTS,
         description="of the beam between neighbouring nodes; 1 is the paper's mesh",
     )
-    joint_exponent: float = Field(
-        default=0.0, ge=0, le=1, description="standard deviation of the power of frequency that joints follow"
-    )
+    joint_exponent: Annotated[
+        float, quantity("1", "standard deviation of the power of frequency that joints follow", ge=0, le=1)
+    ] = 0.0
     estimator: Estimator = Field(
         default=Estimator.H1,
         description="average of the blows: H1 trusts the force, H2 the acceleration, Hv both alike",
     )
-    force_window: float | None = Field(
-        default=None, gt=0, le=LONGEST_WINDOW, description="seconds after the trigger that force counts"
-    )
-    exponential_window: float | None = Field(
-        default=None,
-        ge=SHORTEST_CONSTANT,
-        le=LONGEST_WINDOW,
-        description="time constant in seconds of a window on force and acceleration; its damping is taken out again",
-    )
+    force_window: Annotated[
+        float | None, quantity("s", "after the trigger, that force counts", gt=0, le=LONGEST_WINDOW)
+    ] = None
+    exponential_window: Annotated[
+        float | None,
+        quantity(
+            "s",
+            "time constant of a window on force and acceleration; its damping is taken out again",
+            ge=SHORTEST_CONSTANT,
+            le=LONGEST_WINDOW,
+        ),
+    ] = None
 
 
 @router.post("", status_code=202, response_model=JobDocument, responses=problems(401, 403, 404, 409) | job_links())

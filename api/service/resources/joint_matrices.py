@@ -11,13 +11,14 @@ from api.identification.document import plain
 from api.identification.record import why_not_observable
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words, quantity
+from api.service.documents import RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from store.analyses import Analysis, AnalysisKind, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
+from store.quantity import quantity
 from store.runs import get_run
 from store.searches import Element, Place, find_elements
 

@@ -10,11 +10,12 @@ from pydantic import BaseModel, Field
 from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, quantity
+from api.service.documents import RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
 from store.analyses import AnalysisKind, latest_analysis
 from store.modes import get_modes
+from store.quantity import quantity
 
 router = APIRouter(prefix="/runs/{run_id}/modes", tags=["modes"], route_class=TaggedRoute)
 Known = float | None
@@ -31,8 +32,10 @@ class ModesDocument(BaseModel):
     loss_factor_ci95: Annotated[list[list[Known]], quantity("1")]
     predicted_hz: Annotated[list[Known], quantity("Hz", "of the beam on the identified joints")]
     points: list[str] = Field(description="degrees of freedom of the shapes, such as 3y")
-    shapes_real: list[list[float]] = Field(description="a row for each mode, a column for each point")
-    shapes_imaginary: list[list[float]]
+    shapes_real: Annotated[
+        list[list[float]], quantity("1/kg", "modal constants: a row for each mode, a column for each point")
+    ]
+    shapes_imaginary: Annotated[list[list[float]], quantity("1/kg")]
 
 
 @router.get("", responses=problems(401, 403, 404, 500))

@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from api.service.access import Reader
 from api.service.acts import Act, acting
 from api.service.context import Context, Rig, Services
-from api.service.documents import RunNumber, Why, number_of, quantity
+from api.service.documents import RunNumber, Why, number_of
 from api.service.etags import TaggedRoute
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, page_of_whole
@@ -20,6 +20,7 @@ from api.service.problems import problems
 from store.blows import Blow, get_blow, list_blows
 from store.errors import NotFoundError
 from store.keys import Scope
+from store.quantity import quantity
 from store.sine_records import SineRecord, get_sine_record, list_sine_records
 from store.waveform import WaveformReference
 

@@ -19,13 +19,14 @@ from api.runs.state import Phase
 from api.service.access import Controller, Reader
 from api.service.acts import Act, LeaseToken, acting
 from api.service.context import Context, Rig, Services
-from api.service.documents import Words, quantity
+from api.service.documents import Words
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.problems import problems
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.keys import Scope
+from store.quantity import quantity
 
 router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)
 

@@ -13,9 +13,10 @@ from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from api.identification.law import SpecimenAt, StiffnessAt, laws_of_points, points_of_run, stiffness_at
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words, quantity
+from api.service.documents import RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
+from store.quantity import quantity
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
 LARGEST_AMPLITUDE = 100.0

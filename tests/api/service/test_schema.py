@@ -16,6 +16,11 @@ from store.catalogue import Catalogue
 from tests.api.service.conftest import PROBLEM
 from tests.api.service.fuzzing import fuzz
 
+UNIT_BESIDE = {
+    "CalibrationDocument.sensitivity", "ChannelDocument.maximum", "ChannelDocument.minimum",
+    "ChannelDocument.sensitivity", "NewCalibration.sensitivity", "Trace.values",
+}  # fmt: skip
+"""Quantities in the unit that a field beside them names."""
 SNAPSHOT = Path(__file__).with_name("openapi.json")
 
 
@@ -63,18 +68,14 @@ def test_every_request_that_acts_has_an_idempotency_key(document: dict[str, Any]
     assert without == {"POST /api/rig/stop", "PUT /api/rig/lease"}
 
 
-def test_every_quantity_has_its_unit(document: dict[str, Any]) -> None:
-    physical = re.compile(
-        r"frequency|stiffness|damping|force|temperature|amplitude|preset|velocity|acceleration|_pp_mm"
-    )
+def test_every_quantity_that_is_sent_or_answered_has_its_unit(document: dict[str, Any]) -> None:
     missing = [
         f"{name}.{field}"
         for name, model in document["components"]["schemas"].items()
-        if name.endswith(("Document", "Limits", "Point", "Summary"))
         for field, about in model.get("properties", {}).items()
-        if physical.search(field) and "x-unit" not in about
+        if '"type": "number"' in json.dumps(about) and "x-unit" not in about
     ]
-    assert missing == []
+    assert sorted(missing) == sorted(UNIT_BESIDE)
 
 
 @pytest.mark.parametrize("path", ["/docs", "/redoc"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
@@ -83,17 +83,19 @@ class SpecimenDocument(BaseModel):
 
 
 class ScatterDocument(BaseModel):
-    """One quantity over specimens, in the unit of the quantity."""
+    """One quantity over specimens."""
 
+    unit: Literal["N/m", "1"]
     mean: float
     mean_ci95: tuple[float, float]
     deviation: float = Field(description="standard deviation between specimens")
     single_specimen_ci95: tuple[float, float] = Field(description="where another specimen of the kind lies")
 
     @classmethod
-    def of(cls, found: Scatter) -> ScatterDocument:
+    def of(cls, found: Scatter, unit: Literal["N/m", "1"]) -> ScatterDocument:
         """What is shown of a quantity."""
         return cls(
+            unit=unit,
             mean=found.mean.value,
             mean_ci95=found.mean.interval(),
             deviation=found.deviation,
@@ -122,14 +124,14 @@ class SpecimensDocument(BaseModel):
         return cls(
             specimens=list(found.specimens),
             shear=TermScatterDocument(
-                k=ScatterDocument.of(found.shear),
-                h=ScatterDocument.of(found.shear_damping),
-                gamma=ScatterDocument.of(found.shear_loss_factor),
+                k=ScatterDocument.of(found.shear, "N/m"),
+                h=ScatterDocument.of(found.shear_damping, "N/m"),
+                gamma=ScatterDocument.of(found.shear_loss_factor, "1"),
             ),
             compression=TermScatterDocument(
-                k=ScatterDocument.of(found.compression),
-                h=ScatterDocument.of(found.compression_damping),
-                gamma=ScatterDocument.of(found.compression_loss_factor),
+                k=ScatterDocument.of(found.compression, "N/m"),
+                h=ScatterDocument.of(found.compression_damping, "N/m"),
+                gamma=ScatterDocument.of(found.compression_loss_factor, "1"),
             ),
         )
 

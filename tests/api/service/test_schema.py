@@ -18,7 +18,8 @@ from tests.api.service.fuzzing import fuzz
 
 UNIT_BESIDE = {
     "CalibrationDocument.sensitivity", "ChannelDocument.maximum", "ChannelDocument.minimum",
-    "ChannelDocument.sensitivity", "NewCalibration.sensitivity", "Trace.values",
+    "ChannelDocument.sensitivity", "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",
+    "ScatterDocument.mean_ci95", "ScatterDocument.single_specimen_ci95", "Trace.values",
 }  # fmt: skip
 """Quantities in the unit that a field beside them names."""
 SNAPSHOT = Path(__file__).with_name("openapi.json")

@@ -239,7 +239,7 @@ class _Session:
             self.observer(BlowAccepted(point, blow, accepted + 1, self.settings.blows, verdict.peak_force))
             return None
         reason = "; ".join(str(r) for r in verdict.reasons)
-        self.observer(BlowRefused(point, blow, reason, verdict.peak_force))
+        self.observer(BlowRefused(point, blow, reason, verdict.peak_force, tuple(map(str, verdict.faults))))
         return reason
 
     def _take(self, point: Dof, blow: int) -> Block:

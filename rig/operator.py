@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 from analysis.dof import Dof
+from store.quantity import quantity
 from store.sine_records import BLANK
 
 
@@ -81,15 +82,15 @@ class HammerStarted(Event):
     """Roving-hammer set `set_number` begins: blows of about `peak_force` N."""
 
     set_number: int
-    peak_force: float
+    peak_force: Annotated[float, quantity("N")]
 
 
 @dataclass(frozen=True)
 class RateCoerced(Event):
     """The instrument cannot sample at `requested` Hz; it samples, and everything reckons, at `used` Hz."""
 
-    requested: float
-    used: float
+    requested: Annotated[float, quantity("Hz")]
+    used: Annotated[float, quantity("Hz")]
 
 
 @dataclass(frozen=True)
@@ -119,24 +120,24 @@ class PromptStarted(Event):
 class WaitStarted(Event):
     """The sequence waits for `seconds`."""
 
-    seconds: float
+    seconds: Annotated[float, quantity("s")]
 
 
 @dataclass(frozen=True)
 class SoakStarted(Event):
     """The sequence waits until the temperature has stayed within `band_celsius` for `seconds`, `limit` s at most."""
 
-    band_celsius: float
-    seconds: float
-    limit: float
+    band_celsius: Annotated[float, quantity("K")]
+    seconds: Annotated[float, quantity("s")]
+    limit: Annotated[float, quantity("s")]
 
 
 @dataclass(frozen=True)
 class SoakEnded(Event):
     """The temperature, now `celsius`, has stayed within the band; that took `waited` seconds."""
 
-    celsius: float
-    waited: float
+    celsius: Annotated[float, quantity("degC")]
+    waited: Annotated[float, quantity("s")]
 
 
 @dataclass(frozen=True)
@@ -150,23 +151,24 @@ class PointStarted(Event):
 
 @dataclass(frozen=True)
 class BlowAccepted(Event):
-    """Blow `blow` at `point` counts; `accepted` of `wanted` are there. Peak force in N."""
+    """Blow `blow` at `point` counts; `accepted` of `wanted` are there."""
 
     point: Dof
     blow: int
     accepted: int
     wanted: int
-    peak_force: float
+    peak_force: Annotated[float, quantity("N")]
 
 
 @dataclass(frozen=True)
 class BlowRefused(Event):
-    """Blow `blow` at `point` does not count, for `reason`, a sentence to show. Peak force in N."""
+    """Blow `blow` at `point` does not count, for `reason`, a sentence to show; its `faults` are such as double hit."""
 
     point: Dof
     blow: int
     reason: str
-    peak_force: float
+    peak_force: Annotated[float, quantity("N")]
+    faults: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,7 @@ class BlowMissed(Event):
 
     point: Dof
     blow: int
-    waited: float
+    waited: Annotated[float, quantity("s")]
 
 
 @dataclass(frozen=True)
@@ -209,24 +211,30 @@ class SpecimenMounted(Event):
 
 @dataclass(frozen=True)
 class SinePointMeasured(Event):
-    """One steady sine point is recorded, the `index`-th (from 1) of `points`. Frequency in Hz."""
+    """One steady sine point is recorded, the `index`-th (from 1) of `points`.
+
+    k and gamma are its own, before any correction of the tester; None where the record is no sine.
+    """
 
     specimen: str
     configuration: str
-    amplitude_pp_mm: float
-    frequency: float
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, as asked for")]
+    frequency: Annotated[float, quantity("Hz")]
     index: int
     points: int
+    reached_pp_mm: Annotated[float, quantity("mm", "peak to peak, as recorded")]
+    stiffness: Annotated[float | None, quantity("N/m", "k")]
+    loss_factor: Annotated[float | None, quantity("1", "gamma")]
 
 
 @dataclass(frozen=True)
 class SinePointRefused(Event):
-    """One sine point could not be measured as asked, for `reason`, a sentence to show. Frequency in Hz."""
+    """One sine point could not be measured as asked, for `reason`, a sentence to show."""
 
     specimen: str
     configuration: str
-    amplitude_pp_mm: float
-    frequency: float
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, as asked for")]
+    frequency: Annotated[float, quantity("Hz")]
     reason: str
 
 
@@ -254,4 +262,4 @@ class RunPaused(Event):
 class RunResumed(Event):
     """The run goes on after `paused` seconds, with the point that it was at."""
 
-    paused: float
+    paused: Annotated[float, quantity("s")]

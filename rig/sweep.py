@@ -15,7 +15,11 @@ from functools import partial
 from itertools import product
 from typing import Protocol
 
+from numpy.typing import ArrayLike
+
+from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from analysis.direct.sine import fit_sine
+from analysis.errors import AnalysisError
 from daq.block import Block
 from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
@@ -303,6 +307,24 @@ class _Sweep:
         return self.control.is_interrupted() or self.tester.failure is not None
 
 
+def uncorrected(
+    displacement: ArrayLike, force: ArrayLike, sample_rate: float, frequency: float
+) -> tuple[float, float] | None:
+    """k in N/m and gamma of one record, for whoever watches, before any correction of the tester; None: it is no sine.
+
+    Args:
+        displacement: (samples,) in m.
+        force: (samples,) in N.
+        sample_rate: in Hz.
+        frequency: in Hz.
+    """
+    try:
+        found = dynamic_stiffness(displacement, force, sample_rate, frequency)
+    except AnalysisError:
+        return None
+    return found.stiffness, found.loss_factor
+
+
 def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:
     return abs(reached_pp / amplitude_pp - 1) <= plan.tolerance_at(amplitude_pp)
 
@@ -312,4 +334,7 @@ def _tell(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
     if not point.within_tolerance:
         reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"
         observer(SinePointRefused(*what, reason))
-    observer(SinePointMeasured(*what, point.order_number - plan.first_number + 1, plan.points))
+    block, number = point.block, point.order_number - plan.first_number + 1
+    found = uncorrected(block.value("displacement"), block.value("force"), block.sample_rate, point.frequency)
+    stiffness, loss_factor = (None, None) if found is None else found
+    observer(SinePointMeasured(*what, number, plan.points, 1e3 * point.reached_pp, stiffness, loss_factor))

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from analysis.errors import AnalysisError
 from api.page.charts.axes import Real
 from rig.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep, sequence_from
+from rig.sweep import uncorrected
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.runs import Run, get_run
@@ -102,13 +101,9 @@ def _estimate(catalogue: Catalogue, record: SineRecord) -> tuple[float, float] |
     """k and gamma of a record, which never change."""
     assert record.waveform is not None
     waveform = catalogue.waveforms.read(record.waveform)
-    try:
-        found = dynamic_stiffness(
-            waveform.value(DISPLACEMENT), waveform.value(FORCE), waveform.sample_rate, record.frequency
-        )
-    except AnalysisError:
-        return None
-    return found.stiffness, found.loss_factor
+    return uncorrected(
+        waveform.value(DISPLACEMENT), waveform.value(FORCE), waveform.sample_rate, record.frequency
+    )  # fmt: skip
 
 
 def _signals(catalogue: Catalogue, record: SineRecord) -> Signals | None:

@@ -151,6 +151,7 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
     (refused,) = (e for e in events if isinstance(e, BlowRefused))
     assert refused.blow == 2
     assert reason in refused.reason
+    assert refused.faults == blows.taken[1][3].faults
     assert hand.asked == [(POINT, 1), (POINT, 2), (POINT, 3)]
     assert events[-1] == PointFinished(POINT, accepted=2, refused=1)
 

@@ -22,6 +22,7 @@ from api.service.context import Context, Rig, Services
 from api.service.documents import Words
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.problems import problems
+from api.service.rig_events import described_events
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
@@ -201,7 +202,9 @@ def set_limits(
     return act.once(change, **wanted.model_dump())
 
 
-@router.get("/events", response_class=EventSourceResponse, responses=problems(401, 403, 409))
+@router.get(
+    "/events", response_class=EventSourceResponse, responses=problems(401, 403, 409) | {200: described_events()}
+)
 async def events(
     _who: Reader,
     rig: Rig,

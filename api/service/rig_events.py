@@ -1,0 +1,47 @@
+"""The events of the rig in the schema: what each of them carries as the data of a server-sent event."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from datetime import datetime
+from typing import Annotated, Any, get_type_hints
+
+from pydantic import BaseModel, Field, create_model
+
+from analysis.dof import Dof
+from api.runs import events
+from rig import operator
+from rig.operator import Event
+
+Point = Annotated[str, Field(description="node and direction, such as 3y")]
+EVENTS: tuple[type[Event], ...] = tuple(
+    kind
+    for module in (operator, events)
+    for kind in vars(module).values()
+    if isinstance(kind, type) and issubclass(kind, Event) and kind.__module__ == module.__name__ and kind is not Event
+)
+
+
+def model_of(kind: type[Event]) -> type[BaseModel]:
+    """The data of an event of this kind: when it happened, UTC, and the fields of the event."""
+    hints = get_type_hints(kind, include_extras=True)
+    described: dict[str, Any] = {
+        field.name: (Point if hints[field.name] is Dof else hints[field.name], ...) for field in fields(kind)
+    }
+    return create_model(kind.__name__, __doc__=kind.__doc__, at=(datetime, ...), **described)
+
+
+def described_events() -> dict[str, Any]:
+    """For the `responses` of the stream: one alternative for each kind of event."""
+    alternatives = [
+        {
+            "title": kind.__name__,
+            "description": kind.__doc__,
+            "properties": {
+                "event": {"const": kind.__name__},
+                "data": {"contentMediaType": "application/json", "contentSchema": model_of(kind).model_json_schema()},
+            },
+        }
+        for kind in EVENTS
+    ]
+    return {"content": {"text/event-stream": {"itemSchema": {"oneOf": alternatives}}}}

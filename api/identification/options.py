@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from analysis.modal.spectra import Estimator
 from store.blow_window import NO_WINDOW, BlowWindow
@@ -43,3 +47,9 @@ class Options:
 
 AS_MEASURED = Options()
 """Nothing chosen."""
+_OPTIONS = TypeAdapter(Options)
+
+
+def options_of(kept: Mapping[str, Any]) -> Options:
+    """The choices that were kept as a document, by `asdict`; what is not in it was not chosen."""
+    return _OPTIONS.validate_python(kept)

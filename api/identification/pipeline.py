@@ -29,6 +29,7 @@ class Identification:
 
     Attributes:
         measurement: what it was made from.
+        options: what was chosen by hand.
         suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
         inverse: from the hammer, or None.
         levels: joints against amplitude, where there are several hammer sets.
@@ -39,6 +40,7 @@ class Identification:
     """
 
     measurement: Measurement
+    options: Options
     suspended: SuspendedBeam | None
     inverse: Inverse | None
     levels: tuple[Level, ...]
@@ -69,9 +71,8 @@ def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identi
     levels = levels_of(measurement, inverse) if inverse is not None else ()
     direct = direct_of(measurement)
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
-    return Identification(
-        measurement, suspended, inverse, levels, direct, comparison, corrections, time.perf_counter() - started
-    )
+    seconds = time.perf_counter() - started
+    return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
 
 
 def _comparison(

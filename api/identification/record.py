@@ -28,6 +28,7 @@ from store.modes import ModeSet, add_modes
 
 SUSPENDED_METHOD = "suspended beam"
 NOT_OBSERVABLE = "not_observable"
+OPTIONS = "options"
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def keep_identification(session: Session, run_id: int, found: Identification) ->
         modes = _modes(session, run_id, responses, found.inverse)
         paper = _paper_joints(session, run_id, modes, found.inverse)
         sources = [parent for parent in (responses, paper, suspended) if parent is not None]
-        likelihood = _likelihood_joints(session, run_id, sources, found.inverse)
+        likelihood = _likelihood_joints(session, run_id, sources, found.inverse, _chosen(found))
     points = _points(session, run_id, found) if found.measurement.points else None
     comparisons = None
     if found.comparison:
@@ -179,7 +180,9 @@ def _paper_joints(session: Session, run_id: int, parent: int, inverse: Inverse) 
     return analysis
 
 
-def _likelihood_joints(session: Session, run_id: int, parents: Sequence[int], inverse: Inverse) -> int:
+def _likelihood_joints(
+    session: Session, run_id: int, parents: Sequence[int], inverse: Inverse, chosen: dict[str, Any]
+) -> int:
     fit, beam = inverse.fit, inverse.free_beam
     analysis = add_analysis(
         session,
@@ -193,6 +196,7 @@ def _likelihood_joints(session: Session, run_id: int, parents: Sequence[int], in
             "density": beam.beam.density,
             "elements": beam.mesh.positions.size - 1,
             "tolerances": asdict(inverse.tolerances),
+            OPTIONS: chosen,
             NOT_OBSERVABLE: _reasons(inverse.likelihood),
         },
         runs=[run_id],
@@ -201,6 +205,12 @@ def _likelihood_joints(session: Session, run_id: int, parents: Sequence[int], in
     for joint in inverse.likelihood.joints.values():
         add_joint_matrix(session, analysis, joint_matrix(joint))
     return analysis
+
+
+def _chosen(found: Identification) -> dict[str, Any]:
+    """What was chosen by hand, and the run of whose suspended beam the beam is."""
+    suspended = found.measurement.suspended
+    return asdict(found.options) | {"free_beam": None if suspended is None else suspended.run}
 
 
 def _reasons(route: Route[Any]) -> dict[str, dict[str, str]]:
@@ -239,6 +249,7 @@ def _points(session: Session, run_id: int, found: Identification) -> int:
         settings={
             "corrections": [asdict(each) for each in found.corrections.applied],
             "switched_off": list(found.corrections.switched_off),
+            OPTIONS: _chosen(found),
         },
         runs=[run_id],
     )

@@ -18,6 +18,7 @@ from analysis.modal.spectra import Estimator
 from api.errors import ApiError
 from api.gap.pipeline import diagnose_run
 from api.gap.record import keep_diagnosis
+from api.identification.again import identified_as_stored
 from api.identification.options import AS_MEASURED, Averaging, Options
 from api.identification.pipeline import identify as identify_measurement
 from api.identification.record import keep_identification
@@ -116,8 +117,8 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
             case "hdf5":
                 export_hdf5(catalogue, run, folder / name)
             case _:
-                found = identify_measurement(measurement_of_run(catalogue, run, progress))
-                write_report(found, folder / name, more=stored_gap_sections(catalogue, run))
+                found, standing = identified_as_stored(catalogue, run, progress)
+                write_report(found, folder / name, more=stored_gap_sections(catalogue, run), standing=standing)
         advance(1)
     return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
 

@@ -10,6 +10,7 @@ from typing import Any
 import jinja2
 
 from api.errors import ApiError
+from api.identification.options import AS_MEASURED, Options
 from api.identification.pipeline import Identification
 from api.report.direct import direct_sections
 from api.report.inverse import inverse_sections
@@ -19,7 +20,9 @@ from api.report.suspended import suspended_section
 from store.provenance import software_version
 
 
-def write_report(found: Identification, path: Path, *, more: tuple[Section, ...] = (), lead: str = "") -> None:
+def write_report(
+    found: Identification, path: Path, *, more: tuple[Section, ...] = (), lead: str = "", standing: str = ""
+) -> None:
     """Write the report of an identification.
 
     Args:
@@ -27,6 +30,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
         path: the HTML file.
         more: sections that come before the methods' own.
         lead: a sentence under the title.
+        standing: how the identification stands to what is stored, in place of saying nothing of it.
 
     Raises:
         ApiError: the file cannot be written.
@@ -39,7 +43,8 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
     if found.levels:
         sections.append(levels_section(found.levels))
     sections += direct_sections(found)
-    write_page(found.measurement.title, lead or _lead(found), sections, path)
+    said = [lead or _lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
+    write_page(found.measurement.title, " ".join(said), sections, path)
 
 
 def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *, intervals: str = "95 %") -> None:
@@ -66,6 +71,20 @@ def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def choices(options: Options) -> str:
+    """What was chosen by hand, in words; empty where nothing was."""
+    said = []
+    if options.elements is not None:
+        said.append(f"elements between nodes: {options.elements}")
+    if options.joint_exponent:
+        said.append(f"joints that follow frequency by a power known to {options.joint_exponent:g}")
+    if options.without:
+        said.append(f"without the corrections {', '.join(options.without).replace('_', ' ')}")
+    if options.averaging != AS_MEASURED.averaging:
+        said.append(f"blows averaged by {options.averaging.estimator}, window {options.averaging.window}")
+    return f"Chosen by hand: {'; '.join(said)}" if said else ""
 
 
 def _lead(found: Identification) -> str:

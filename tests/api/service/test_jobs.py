@@ -57,6 +57,17 @@ def test_an_export_is_queued_followed_and_fetched(
     assert jobs_client.get(f"/api/exports/{number}/file").status_code == 404
 
 
+def test_a_report_is_of_the_stored_identification(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
+    asked = {"run": measured, "elements": 2}
+    identified = jobs_client.post("/api/identifications", json=asked, headers=acting()).json()["id"]
+    assert followed(jobs_client, identified)[-1][0] == "done"
+    analysis = jobs_client.get(f"/api/jobs/{identified}").json()["result"]["likelihood_joints"]
+    number = jobs_client.post("/api/exports", json={"run": measured, "form": "report"}, headers=acting()).json()["id"]
+    assert followed(jobs_client, number)[-1][0] == "done"
+    page = jobs_client.get(f"/api/exports/{number}/file").text
+    assert f"Chosen by hand: elements between nodes: 2. It is that of analysis {analysis}." in page
+
+
 def test_a_job_that_is_cancelled_is_over_at_once(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
     queued = jobs_client.post("/api/identifications", json={"run": measured}, headers=acting()).json()
     cancelled = jobs_client.post(f"/api/jobs/{queued['id']}/cancel", headers=acting())

@@ -42,6 +42,7 @@ _VIEWS = (
 def mount(app: FastAPI, services: Services) -> None:
     """Put the page in front of `services`. Once a process: NiceGUI keeps its pages for the whole of it."""
     nicegui.run.process_pool_start_method = "spawn"  # a fork would inherit the threads that drive the rig
+    nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
     add_log_in(app, services)
     add_downloads(app, services)
 

@@ -11,6 +11,7 @@ from playwright.sync_api import Page, expect
 from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
 from simlab.tester_server import TesterFault
+from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Service, Tab
 
 HAMMER = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Two points"}
@@ -138,6 +139,42 @@ def struck_twice(tab: Tab, hand: Hand) -> Page:
         hand.do("strike", node=1, direction="y", what="clean")
     go_to(page, "3y")
     return page
+
+
+def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: Hand) -> None:
+    page = start(tab, HAMMER)
+    asked(page, "Take the hammer to 1y")
+    assert not grave_faults(page)
+    go_to(page, "1y")
+    hand.do("strike", node=1, direction="y", what="double")
+    expect(page.locator("#verdict")).to_contain_text("refused")
+    assert not grave_faults(page)
+    hand.do("strike", node=1, direction="y", what="clean")
+    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+    assert not grave_faults(page)
+    page.get_by_role("link", name="Dashboard").click()
+    expect(page.get_by_role("link", name="Hammer session")).to_be_visible()
+    assert not grave_faults(page)
+
+
+def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
+    tab: Tab, hand: Hand, laboratory: Laboratory
+) -> None:
+    page = start(tab, LONG_SWEEP)
+    mount(page, hand)
+    expect(page.locator("#latest")).to_contain_text("asked; k =")
+    assert not grave_faults(page)
+    page.get_by_role("button", name="Hold").click()
+    asked(page, "On hold. The actuator is held, nothing is armed.")
+    assert not grave_faults(page)
+    page.get_by_role("button", name="Go on").click()
+    expect(page.locator("#rig-state")).to_have_text("running")
+    laboratory.tester.emergency_stop()
+    expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
+    assert not grave_faults(page)
+    page.get_by_role("link", name="Dashboard").click()
+    expect(page.get_by_role("button", name="I have seen to the cause")).to_be_visible()
+    assert not grave_faults(page)
 
 
 def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Request, expect
 
+from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Service, Tab
 
-AXE = Path(sys.prefix) / "axe/node_modules/axe-core/axe.min.js"
 VIEWS = (
     "/page/",
     "/page/measure",
@@ -32,7 +30,6 @@ VIEWS = (
     "/page/laboratory?part=Keys",
     "/page/laboratory?part=Audit+log",
 )
-GRAVE = ("serious", "critical")
 
 
 @pytest.mark.parametrize("path", VIEWS)
@@ -43,28 +40,14 @@ def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(path: str, dia
     assert not page.locator('[role="alert"]:visible').all_inner_texts()
     assert reader.hosts == {"127.0.0.1"}
     assert not reader.errors
-    if not AXE.is_file():
-        pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
-    page.add_script_tag(path=str(AXE))
-    found = page.evaluate("() => axe.run()")
-    assert len(found["passes"]) > 10  # it did look
     width = page.evaluate("() => document.documentElement.scrollWidth")
     assert width <= 800  # nothing is beyond the edge of a tablet
-    grave = [
-        f"{each['id']} ({each['impact']}): {node['html'][:160]}"
-        for each in found["violations"]
-        if each["impact"] in GRAVE
-        for node in each["nodes"]
-    ]
-    assert not grave
+    assert not grave_faults(page)
 
 
 def test_the_form_to_log_in_has_no_grave_fault(campaign: Service, open_tab: Callable[[Service], Tab]) -> None:
     page = open_tab(campaign).go("/page/")
-    if not AXE.is_file():
-        pytest.skip("axe-core is not here: make test installs it where npm is, or can be had")
-    page.add_script_tag(path=str(AXE))
-    assert not [each["id"] for each in page.evaluate("() => axe.run()")["violations"] if each["impact"] in GRAVE]
+    assert not grave_faults(page)
 
 
 @pytest.mark.parametrize(("path", "shown"), [("/docs", ".opblock"), ("/redoc", "h1")])

@@ -12,6 +12,7 @@ from playwright.sync_api import Page, expect
 
 from tests.api.page.technician import Service, Tab
 
+A4_BETWEEN_MARGINS = 718  # px of CSS, with a centimetre on either side
 JOB = 90_000  # ms, for an identification on a busy machine
 
 
@@ -79,6 +80,14 @@ def test_the_report_opens_with_every_figure(page: Page) -> None:
     assert report.evaluate("() => window.opener") is None
     for figure in ("Fig. 5", "Fig. 6", "Fig. 7", "Fig. 11", "Fig. 13", "Fig. 14"):
         expect(report.locator("figcaption").filter(has_text=figure).first).to_be_visible()
+    report.emulate_media(media="print")
+    report.set_viewport_size({"width": A4_BETWEEN_MARGINS, "height": 1000})
+    too_wide = "() => [...document.querySelectorAll('.scroll')].filter((each) => each.scrollWidth > each.clientWidth)"
+    assert report.evaluate(f"() => ({too_wide})().map((each) => each.innerText)") == []
+    assert report.evaluate("() => document.documentElement.scrollWidth") == A4_BETWEEN_MARGINS
+    scrolling = "() => [...document.querySelectorAll('.scroll')].map((each) => getComputedStyle(each).overflowX)"
+    assert set(report.evaluate(scrolling)) == {"visible"}
+    assert report.pdf(format="A4").startswith(b"%PDF")
     report.close()
 
 

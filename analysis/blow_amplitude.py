@@ -16,14 +16,21 @@ over all blows:
 
     ln x_r = sum_blows int e_r ln x dt / sum_blows int e_r dt,     e_r = sum_p |a_pr|^2 e^(2 Re(lambda_r) t).
 
-A single mode alone has x_r = x(0) / sqrt(e): 0.61 of where it starts. What the joint's rotation adds through the
+A single mode alone has x_r = x(0) / sqrt(e): 0.61 of where it starts. It is a mean over the blows, weighted by their
+energies w_b = int e_r dt, and as one is known by how the means y_b of the single blows scatter about it,
+
+    var ln x_r = n / (n - 1) sum_b w_b^2 (y_b - ln x_r)^2 / (sum_b w_b)^2
+
+(W. G. Cochran, Sampling Techniques, 3rd ed., Section 6.4, for a ratio of sums). That points differ is part of the
+scatter: accelerances weigh them only roughly by their energy. What the joint's rotation adds through the
 lever of the cylinders is left out; translations are larger by far.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +38,7 @@ from numpy.typing import ArrayLike
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.interval import Estimate
 from analysis.modes import Modes
 
 SAMPLES_PER_CYCLE = 8  # of the highest mode; the envelope beats with differences of frequencies
@@ -51,18 +59,20 @@ class BlowForce:
     impulse: Real
 
     @classmethod
-    def from_record(cls, point: Dof, force: ArrayLike, sample_rate: float, modes: Modes) -> BlowForce:
-        """From a force record (samples,) in N that holds one blow.
+    def from_records(cls, point: Dof, force: ArrayLike, sample_rate: float, modes: Modes) -> tuple[BlowForce, ...]:
+        """From force records (blows, samples) in N, each of which holds one blow at `point`.
 
         Raises:
-            AnalysisError: the record is empty or not finite.
+            AnalysisError: the records are empty or not finite.
         """
-        record = np.asarray(force, dtype=np.float64)
-        if record.ndim != 1 or record.size == 0 or not np.all(np.isfinite(record)):
-            raise AnalysisError(f"the force record of the blow at {point} has to be finite numbers, (samples,)")
-        time = np.arange(record.size) / sample_rate
-        wave = np.exp(-2j * np.pi * modes.frequency[:, None] * time)
-        return cls(point, np.abs(wave @ record) / sample_rate)
+        records = np.asarray(force, dtype=np.float64)
+        if records.ndim != 2 or records.size == 0 or not np.all(np.isfinite(records)):
+            raise AnalysisError(
+                f"the force records of the blows at {point} have to be finite numbers, (blows, samples)"
+            )
+        time = np.arange(records.shape[1]) / sample_rate
+        wave = np.exp(-2j * np.pi * time[:, None] * modes.frequency)
+        return tuple(cls(point, impulse) for impulse in np.abs(records @ wave) / sample_rate)
 
     @classmethod
     def from_peak(cls, point: Dof, peak_force: float, width: float, modes: Modes) -> BlowForce:
@@ -81,14 +91,53 @@ class BlowForce:
         return cls(point, 2 * length * peak_force / np.pi * spectrum)
 
 
-def joint_amplitudes_pp(modes: Modes, joint_nodes: Mapping[str, int], blows: Sequence[BlowForce]) -> dict[str, Real]:
-    """(modes,) peak-to-peak amplitude in m at which each mode sees each joint, by the joint's name.
+@dataclass(frozen=True, eq=False)
+class JointAmplitude:
+    """The amplitude at which each mode sees a joint.
+
+    Attributes:
+        amplitude_pp: (modes,) peak to peak, m.
+        log_error: (modes,) standard error of its logarithm, from the scatter over the blows; None where there is no
+            scatter to tell it.
+        degrees_of_freedom: behind the error.
+        source: what it was computed from, in words.
+    """
+
+    amplitude_pp: Real
+    log_error: Real | None = None
+    degrees_of_freedom: float = math.inf
+    source: str = ""
+
+    @property
+    def ci95(self) -> Real | None:
+        """(modes, 2) 95 % intervals, m, or None."""
+        if self.log_error is None:
+            return None
+        half = float(Estimate(0.0, 1.0, self.degrees_of_freedom).half_width()) * self.log_error
+        return np.asarray(self.amplitude_pp[:, None] * np.exp(np.stack([-half, half], axis=1)))
+
+    @property
+    def over_modes(self) -> JointAmplitude:
+        """One amplitude for all modes, (1,): the mean of the logarithm; the same blows moved them all."""
+        return replace(
+            self,
+            amplitude_pp=np.exp(np.mean(np.log(self.amplitude_pp), keepdims=True)),
+            log_error=None if self.log_error is None else np.mean(self.log_error, keepdims=True),
+        )
+
+
+def joint_amplitudes(
+    modes: Modes, joint_nodes: Mapping[str, int], blows: Sequence[BlowForce], source: str = ""
+) -> dict[str, JointAmplitude]:
+    """The amplitude at which each mode sees each joint, by the joint's name.
 
     Args:
         modes: shapes of unit modal mass with x and y at every joint and at every point struck, as
             `forward.eigensolution` gives them.
         joint_nodes: of each joint, numbered from 1.
-        blows: those that the accelerances are made of; a mean one for each point will do.
+        blows: those that the accelerances are made of. A mean one for each point will do, but what scatters then is
+            not blows.
+        source: what the blows are known from, in words.
 
     Raises:
         AnalysisError: there is no blow, a shape lacks a component, or a mode does not decay.
@@ -101,16 +150,37 @@ def joint_amplitudes_pp(modes: Modes, joint_nodes: Mapping[str, int], blows: Seq
     step = 1 / (SAMPLES_PER_CYCLE * float(np.max(modes.poles.imag)) / (2 * np.pi))
     time = np.linspace(0, MEMORY / slowest, min(int(MEMORY / slowest / step) + 2, MOST_SAMPLES))
     decay = np.exp(modes.poles[:, None] * time)  # (modes, times)
-    found = {}
-    for name, node in joint_nodes.items():
-        at_joint = np.stack([modes.at(Dof(node, direction)) for direction in (Direction.X, Direction.Y)])
-        weighted, weight = np.zeros(modes.poles.size), np.zeros(modes.poles.size)
-        for blow in blows:
-            started: Complex = at_joint * modes.at(blow.point) * blow.impulse / modes.poles
-            envelope = np.sqrt(np.sum(np.abs(started @ decay) ** 2, axis=0))
-            # in trapezia; where all modes pass through zero at once there is no energy either
-            energy = np.sum(np.abs(started) ** 2, axis=0)[:, None] * np.abs(decay) ** 2
-            weighted += np.trapezoid(energy * np.log(np.maximum(envelope, np.finfo(float).tiny)), time, axis=1)
-            weight += np.trapezoid(energy, time, axis=1)
-        found[name] = 2 * np.exp(weighted / weight)
-    return found
+    # of unit energy at the start, in trapezia
+    fading = np.abs(decay) ** 2 * (time[1] - time[0])
+    fading[:, [0, -1]] /= 2
+    return {
+        name: _amplitude(np.array([_started(modes, node, blow) for blow in blows]), decay, fading, source)
+        for name, node in joint_nodes.items()
+    }
+
+
+def _started(modes: Modes, node: int, blow: BlowForce) -> Complex:
+    """(2, modes) complex amplitudes a_pr in m with which a blow starts each mode along x and y of a node."""
+    at_joint = np.stack([modes.at(Dof(node, direction)) for direction in (Direction.X, Direction.Y)])
+    return np.asarray(at_joint * modes.at(blow.point) * blow.impulse / modes.poles)
+
+
+def _amplitude(started: Complex, decay: Complex, fading: Real, source: str) -> JointAmplitude:
+    """From `started` (blows, 2, modes), `decay` and the energy `fading` with it (modes, times)."""
+    lasting = np.sum(fading, axis=1)
+    energy = np.sum(np.abs(started) ** 2, axis=1) * lasting  # (blows, modes)
+    # where all modes pass through zero at once there is no energy either
+    smallest = np.finfo(float).tiny
+    means = np.array(
+        [
+            fading @ np.log(np.maximum(np.sqrt(np.sum(np.abs(each @ decay) ** 2, axis=0)), smallest)) / lasting
+            for each in started
+        ]
+    )
+    share = energy / np.sum(energy, axis=0)
+    mean = np.sum(share * means, axis=0)
+    count = len(started)
+    error = None
+    if count > 1:
+        error = np.sqrt(count / (count - 1) * np.sum((share * (means - mean)) ** 2, axis=0))
+    return JointAmplitude(2 * np.exp(mean), error, count - 1 if count > 1 else math.inf, source)

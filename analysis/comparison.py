@@ -3,9 +3,10 @@
 The inverse test gives one k + i h per joint for its whole band; the tester gives them frequency by frequency, up to
 200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
 the direct method hands over a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
-(`analysis.blow_amplitude`). Where it hands over points, those of one amplitude are taken (the smallest measured unless
-told), and where no mode lies in the band, their mean over 50 to 200 Hz, above the range in which the paper finds the
-stiffness to depend on frequency most. What was done is said in each result.
+(`analysis.blow_amplitude`), and what scatters over the blows is part of the direct interval. Where it hands over
+points, those of one amplitude are taken (the smallest measured unless told), and where no mode lies in the band, their
+mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on frequency most. What was
+done is said in each result.
 
 Two elements agree when zero lies within the 95 % interval of their difference. They are not comparable when that
 interval is so wide that even a joint without the element would have agreed.
@@ -15,14 +16,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.blow_amplitude import JointAmplitude
 from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.joint_law import JointLaw
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
@@ -88,8 +91,9 @@ class ElementComparison:
         element: k11, k22, k12 in N/m or gamma11, gamma22, gamma12.
         inverse: value and 95 % interval, or None where there is none.
         direct: value and 95 % interval.
-        amplitude_pp: at which the direct value was measured, m.
-        basis: at which frequencies, in words.
+        amplitude_pp: at which the direct value was measured or asked for, m.
+        amplitude_ci95: its 95 % interval over the blows, m, or None where that is not known.
+        basis: at which frequencies and amplitudes, and what these are known from, in words.
         verdict: agree, differ or not comparable.
         reason: the verdict's, in one sentence with figures.
     """
@@ -99,6 +103,7 @@ class ElementComparison:
     inverse: Bounds | None
     direct: Bounds
     amplitude_pp: float
+    amplitude_ci95: tuple[float, float] | None
     basis: str
     verdict: Agreement
     reason: str
@@ -109,7 +114,7 @@ def compare(
     inverse: Mapping[str, InverseJoint],
     *,
     mode_frequencies: Sequence[float] = (),
-    amplitude_pp: float | Mapping[str, Sequence[float]] | None = None,
+    amplitude_pp: float | Mapping[str, JointAmplitude] | None = None,
     sums: Mapping[str, Bounds] | None = None,
     relative_uncertainty: float = 0.0,
 ) -> tuple[ElementComparison, ...]:
@@ -119,8 +124,8 @@ def compare(
         direct: of each joint by its name, either terms from the tester at any frequencies and amplitudes, or a law.
         inverse: what the inverse test identified, by the same names.
         mode_frequencies: of the modes it was identified from, Hz.
-        amplitude_pp: where to compare, m: one for all, or by the joint's name one for each of `mode_frequencies`. A law
-            is asked there; of points, the measured amplitude nearest to its mean is taken, the smallest if None.
+        amplitude_pp: where to compare: one for all in m, or by the joint's name one for each of `mode_frequencies`. A
+            law is asked there; of points, the measured amplitude nearest to its mean is taken, the smallest if None.
         sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), where it
             knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
             added, which holds for any correlation.
@@ -163,6 +168,7 @@ class _Series:
     points: tuple[JointTerms, ...]
     targets: Real  # (frequencies,) Hz
     basis: str
+    amplitude_ci95: tuple[float, float] | None = None
 
     @property
     def amplitude_pp(self) -> float:
@@ -189,27 +195,37 @@ class _Series:
         )
 
 
-def _amplitudes(name: str, amplitude_pp: float | Mapping[str, Sequence[float]] | None, modes: Real) -> Real | None:
-    """(modes,) amplitude at which each mode sees the joint, m, or (1,) one for all, or None where none was told."""
+def _amplitudes(
+    name: str, amplitude_pp: float | Mapping[str, JointAmplitude] | None, modes: Real
+) -> JointAmplitude | None:
+    """The amplitude at which each mode sees the joint, or none where none was told."""
     if amplitude_pp is None:
         return None
-    wanted = amplitude_pp.get(name, ()) if isinstance(amplitude_pp, Mapping) else amplitude_pp
-    found = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
-    if isinstance(amplitude_pp, Mapping) and found.size != modes.size:
-        raise AnalysisError(f"joint {name} has {found.size} amplitudes for {modes.size} modes; give one for each")
-    if found.size == 0 or not np.all(found > 0):
-        raise AnalysisError(f"the amplitude to compare joint {name} at is {wanted} m; it has to be positive")
+    if not isinstance(amplitude_pp, Mapping):
+        found = JointAmplitude(np.full(max(modes.size, 1), amplitude_pp))
+    elif name not in amplitude_pp:
+        raise AnalysisError(f"joint {name} has no amplitude to be compared at; give one for each joint")
+    else:
+        found = amplitude_pp[name]
+        if found.amplitude_pp.size != modes.size:
+            raise AnalysisError(
+                f"joint {name} has {found.amplitude_pp.size} amplitudes for {modes.size} modes; give one for each"
+            )
+    if not np.all(found.amplitude_pp > 0):
+        raise AnalysisError(
+            f"the amplitude to compare joint {name} at is {found.amplitude_pp} m; it has to be positive"
+        )
     return found
 
 
-def _series(name: str, direct: Sequence[JointTerms] | JointLaw, modes: Real, amplitudes_pp: Real | None) -> _Series:
+def _series(name: str, direct: Sequence[JointTerms] | JointLaw, modes: Real, asked: JointAmplitude | None) -> _Series:
     """Pick amplitude and frequencies."""
     if isinstance(direct, JointLaw):
-        return _series_of_law(name, direct, modes, amplitudes_pp)
+        return _series_of_law(name, direct, modes, asked)
     if not direct:
         raise AnalysisError(f"joint {name} has no point from the direct test")
     amplitudes = [point.amplitude_pp for point in direct]
-    wanted = min(amplitudes) if amplitudes_pp is None else float(np.exp(np.mean(np.log(amplitudes_pp))))
+    wanted = min(amplitudes) if asked is None else float(asked.over_modes.amplitude_pp[0])
     nearest = min(amplitudes, key=lambda amplitude: abs(math.log(amplitude / wanted)))
     near = [point for point in direct if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
     near.sort(key=lambda point: point.frequency)
@@ -227,27 +243,55 @@ def _series(name: str, direct: Sequence[JointTerms] | JointLaw, modes: Real, amp
     return _Series(tuple(near), inside, f"mean of {inside.size} points over {inside[0]:g}-{inside[-1]:g} Hz")
 
 
-def _series_of_law(name: str, law: JointLaw, modes: Real, amplitudes_pp: Real | None) -> _Series:
+def _series_of_law(name: str, law: JointLaw, modes: Real, asked: JointAmplitude | None) -> _Series:
     """The law at the modes near the tester's band, or at all where there are none, at the blows' amplitude."""
-    if amplitudes_pp is None or modes.size == 0:
+    if asked is None or modes.size == 0:
         raise AnalysisError(
             f"joint {name}: a law has to be told mode_frequencies and amplitude_pp, to be asked there; "
             "analysis.blow_amplitude computes the amplitude"
         )
     order = np.argsort(modes)
-    frequency, amplitude = modes[order], np.broadcast_to(amplitudes_pp, modes.shape)[order]
     low, high = law.frequencies
-    near = (frequency > low / NEAR_BAND) & (frequency < high * NEAR_BAND)
-    if np.any(near):
-        frequency, amplitude = frequency[near], amplitude[near]
-    asked = list(zip(amplitude.tolist(), frequency.tolist(), strict=True))
-    beyond = sorted({phrase for question in asked for phrase in law.beyond(*question)})
+    near = order[(modes[order] > low / NEAR_BAND) & (modes[order] < high * NEAR_BAND)]
+    chosen = near if near.size else order
+    frequency, amplitude = modes[chosen], asked.amplitude_pp[chosen]
+    error = np.zeros(chosen.size) if asked.log_error is None else asked.log_error[chosen]
+    ends = None if asked.ci95 is None else asked.ci95[chosen]
+    questions = list(zip(amplitude.tolist(), frequency.tolist(), strict=True))
+    beyond = sorted({phrase for question in questions for phrase in law.beyond(*question)})
     return _Series(
-        tuple(law.at(*question) for question in asked),
+        tuple(_scattered(law, *question, each) for question, each in zip(questions, error.tolist(), strict=True)),
         frequency,
-        f"by the fitted law at the modes {_listed(frequency)} Hz and {_listed(1e3 * amplitude, '.2g')} mm"
+        f"by the fitted law at the modes {_listed(frequency)} Hz and {_in_mm(amplitude, ends)}"
+        + (f", {asked.source}" if asked.source else "")
         + "".join(f"; {phrase}" for phrase in beyond),
+        None if ends is None else (float(np.mean(ends[:, 0])), float(np.mean(ends[:, 1]))),
     )
+
+
+def _scattered(law: JointLaw, amplitude_pp: float, frequency: float, log_error: float) -> JointTerms:
+    """The law there, with what the standard error of the amplitude's logarithm does to it in the covariance."""
+    terms = law.at(amplitude_pp, frequency)
+    if log_error == 0:
+        return terms
+    larger, smaller = (law.at(amplitude_pp * math.exp(step), frequency) for step in (log_error, -log_error))
+
+    def term(which: str) -> DynamicStiffness:
+        here: DynamicStiffness = getattr(terms, which)
+        moved = (getattr(larger, which).complex_stiffness - getattr(smaller, which).complex_stiffness) / 2
+        move = np.array([moved.real, moved.imag])
+        return replace(here, covariance=here.covariance + np.outer(move, move))
+
+    return JointTerms(term("k11"), term("k22"), term("k12"))
+
+
+def _in_mm(amplitude: Real, ends: Real | None) -> str:
+    if ends is None:
+        return f"{_listed(1e3 * amplitude, '.2g')} mm"
+    written = [
+        f"{value:.3g} ({low:.3g} .. {high:.3g})" for value, (low, high) in zip(1e3 * amplitude, 1e3 * ends, strict=True)
+    ]
+    return f"{', '.join(written)} mm"
 
 
 def _listed(numbers: Real, style: str = ".1f") -> str:
@@ -301,6 +345,7 @@ def _judge(
         inverse=inverse,
         direct=bounds,
         amplitude_pp=series.amplitude_pp,
+        amplitude_ci95=series.amplitude_ci95,
         basis=series.basis,
         verdict=verdict,
         reason=reason,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.interval import Estimate
@@ -177,9 +178,7 @@ def _cylinders(inverse: Inverse | None) -> dict[str, Any] | None:
 def _level(level: Level) -> dict[str, Any]:
     """One hammer set by itself: joints at the amplitude that its blows caused."""
     joints = {
-        name: {"amplitude_pp_mm": 1e3 * level.amplitude_pp[name] if name in level.amplitude_pp else None}
-        | _joint(joint)
-        for name, joint in level.fit.joints.items()
+        name: _level_amplitude(level.amplitudes.get(name)) | _joint(joint) for name, joint in level.fit.joints.items()
     }
     return {
         "set": level.number,
@@ -187,6 +186,16 @@ def _level(level: Level) -> dict[str, Any]:
         "temperature_c": level.temperature_c,
         "passed": level.fit.passed,
         "joints": joints,
+    }
+
+
+def _level_amplitude(found: JointAmplitude | None) -> dict[str, Any]:
+    if found is None:
+        return {"amplitude_pp_mm": None, "amplitude_pp_mm_ci95": None, "amplitude_source": None}
+    return {
+        "amplitude_pp_mm": 1e3 * float(found.amplitude_pp[0]),
+        "amplitude_pp_mm_ci95": None if found.ci95 is None else 1e3 * found.ci95[0],
+        "amplitude_source": found.source,
     }
 
 
@@ -263,6 +272,7 @@ def _comparison(each: ElementComparison) -> dict[str, Any]:
         "inverse": _ends(each.inverse),
         "direct": _ends(each.direct),
         "amplitude_pp_mm": 1e3 * each.amplitude_pp,
+        "amplitude_pp_mm_ci95": None if each.amplitude_ci95 is None else [1e3 * end for end in each.amplitude_ci95],
         "basis": each.basis,
         "verdict": each.verdict.value,
         "reason": each.reason,

@@ -19,7 +19,8 @@ def put_right(measurement: Measurement) -> Measurement:
     """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
 
     Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A set that was changed has
-    lost the scatter of its single blows; one in which nothing was wrong is left as it is.
+    lost the scatter and the forces of its single blows, which are named by the wrong points; one in which nothing was
+    wrong is left as it is.
 
     Raises:
         AnalysisError: all rows are dead.
@@ -32,12 +33,13 @@ def put_right(measurement: Measurement) -> Measurement:
         return replace(measurement, faults=windows) if windows else measurement
     if len(after.sets) < len(before.sets):
         raise ApiError(f"{'; '.join(faults)}; take the set without any signal out, or measure it again")
-    sets, scatter = [], dict(measurement.scatter)
+    sets, scatter, forces = [], dict(measurement.scatter), dict(measurement.forces)
     for stored, was, found in zip(measurement.sets, before.sets, after.sets, strict=True):
         sets.append(stored if _same(was, found) else _stored(stored, found))
         if sets[-1] is not stored:
             scatter.pop(stored.number, None)
-    return replace(measurement, sets=tuple(sets), scatter=scatter, faults=(*windows, *faults))
+            forces.pop(stored.number, None)
+    return replace(measurement, sets=tuple(sets), scatter=scatter, forces=forces, faults=(*windows, *faults))
 
 
 def _unknown_windows(measurement: Measurement) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.direct.rig_calibration import CalibrationRun
 from analysis.dof import Direction, Dof
-from analysis.frequency_response import Complex, FrequencyResponses
+from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from analysis.modal.spectra import Windows
@@ -40,6 +40,21 @@ class SuspendedTest:
 
 
 @dataclass(frozen=True, eq=False)
+class PointForces:
+    """The force records of the blows at one point that count.
+
+    Attributes:
+        point: where they were struck.
+        force: (blows, samples) in N.
+        sample_rate: Hz.
+    """
+
+    point: Dof
+    force: Real
+    sample_rate: float
+
+
+@dataclass(frozen=True, eq=False)
 class Measurement:
     """The experiments on one article; some of them may be missing.
 
@@ -51,6 +66,7 @@ class Measurement:
         raw: whether both were computed here from raw records, not imported as numbers.
         scatter: by set number, (rows, blows, lines) how far each blow moves the average of its row, in (m/s^2)/N; only
             where the single blows are at hand, and enough of them at each point.
+        forces: by set number, the force of its blows at each of its points; only where there is a record at every one.
         calibration: sine points on known pieces in the tester.
         reference: at which temperature sine points are wanted; None for that of the room.
         suspended: the test of the beam without joints, or None.
@@ -64,6 +80,7 @@ class Measurement:
     points: tuple[SinePoint, ...]
     raw: bool
     scatter: Mapping[int, Complex] = field(default_factory=dict)
+    forces: Mapping[int, tuple[PointForces, ...]] = field(default_factory=dict)
     calibration: tuple[CalibrationRun, ...] = ()
     reference: ReferenceTemperature | None = None
     suspended: SuspendedTest | None = None

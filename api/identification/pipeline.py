@@ -6,6 +6,9 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointTerms
 from analysis.direct.joint_law import JointLaw
@@ -13,10 +16,11 @@ from analysis.interval import Estimate
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from api.errors import ApiError
+from api.identification.blow_amplitudes import blow_amplitudes
 from api.identification.direct import Direct, direct_of
 from api.identification.faults import put_right
 from api.identification.inverse import Inverse, inverse_of
-from api.identification.levels import Level, blow_amplitudes_pp, levels_of
+from api.identification.levels import Level, levels_of
 from api.identification.measurement import Measurement
 from api.identification.options import AS_MEASURED, Options
 from api.identification.suspended import SuspendedBeam, suspended_beam_of
@@ -95,19 +99,19 @@ def _comparison(
         known,
         joints,
         mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
-        amplitude_pp=_blow_amplitudes(measurement, inverse) or 1e-3 * min(min(direct[name].joint) for name in joints),
+        amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
         sums={"k11": _sum_of_k11(inverse.fit)},
         relative_uncertainty=measurement.article.tolerances.tester_gain,
     )
 
 
-def _blow_amplitudes(measurement: Measurement, inverse: Inverse) -> dict[str, list[float]] | None:
-    """Of the reference set; where there are none, the smallest amplitude of the tester is the best there is."""
+def _amplitudes(measurement: Measurement, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
+    """Of the reference set; where the joints give none, the `smallest` of the tester in m is the best there is."""
+    predicted = inverse.likelihood.predicted
     nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
-    found = blow_amplitudes_pp(
-        inverse.likelihood.predicted, nodes, inverse.measured.inputs, measurement.sets[0].peak_force
-    )
-    return None if found is None else {name: each.tolist() for name, each in found.items()}
+    source = "the smallest of the tester, as a mode on these joints does not decay"
+    instead = JointAmplitude(np.full(predicted.poles.size, smallest), source=source)
+    return blow_amplitudes(measurement, 0, predicted, nodes) or dict.fromkeys(nodes, instead)
 
 
 def _sum_of_k11(fit: JointFit) -> Bounds:

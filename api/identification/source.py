@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -17,17 +19,20 @@ from analysis.interval import Estimate
 from analysis.modal.spectra import Windows, responses_from_blows
 from analysis.suspended.suspension import Suspension
 from api.errors import ApiError
-from api.identification.measurement import Measurement, SuspendedTest, dof, responses_of
+from api.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of
 from api.identification.options import AS_MEASURED, Averaging
 from api.identification.sine_points import SinePoint, sine_point
 from api.identification.tester_corrections import ReferenceTemperature
 from api.progress import Advance, Progress, silent
 from rig.operator import SUPPORTED, SUSPENDED
 from rig.point_blows import contradicted
-from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, Sequence, sequence_from
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
+from rig.sequence import Sequence as RigSequence
 from store.analyses import AnalysisKind, latest_analysis
+from store.blow_file import BundleBlow
 from store.blows import Blow, list_blows
 from store.bundle import Bundle
+from store.bundle_exchange import kept_blows
 from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
 from store.direct_table import to_dynamic_stiffness
@@ -48,7 +53,8 @@ def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.ave
     """
     _check_as_averaged(averaging, bundle.setup.title)
     points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
-    return Measurement(bundle.setup.title, bundle.setup, bundle.inverse, points, raw=False)
+    forces = _forces_of_bundle(bundle.inverse, bundle.blows)
+    return Measurement(bundle.setup.title, bundle.setup, bundle.inverse, points, raw=False, forces=forces)
 
 
 def measurement_of_run(
@@ -76,9 +82,11 @@ def measurement_of_run(
                 session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
             )
             sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
-            return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False)
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
         every_record = list_sine_records(session, run_id)
+    if run.kind == "import":
+        forces = _forces_of_bundle(sets, kept_blows(catalogue, run_id))
+        return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False, forces=forces)
     records = [record for record in every_record if record.configuration != BLANK]
     blanks = [record for record in every_record if record.configuration == BLANK]
     if not blows and not records:
@@ -100,6 +108,7 @@ def measurement_of_run(
         raw=True,
         calibration=_calibration(catalogue, blanks, sequence, progress),
         reference=_reference(sequence.compound),
+        forces={each.measured.number: each.forces for each in struck},
         scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
         suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
         left_out=tuple(text for _, each in every_set for text in each.left_out),
@@ -138,9 +147,10 @@ def _check_as_averaged(averaging: Averaging, what: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Struck:
-    """A set from raw blows, how far each of them moves its average, and which were left out, and why."""
+    """A set from raw blows, their force, how far each of them moves its average, and which were left out, and why."""
 
     measured: FrequencyResponseSet
+    forces: tuple[PointForces, ...]
     scatter: Complex | None
     left_out: tuple[str, ...]
 
@@ -219,11 +229,30 @@ def _accelerances(
         block_seconds=step.block_seconds,
         estimator=averaging.estimator.value,
     )
-    return _Struck(measured, computed.scatter, tuple(left_out))
+    records = tuple(PointForces(dof(point), force, rate) for point, force in zip(points, forces, strict=True))
+    return _Struck(measured, records, computed.scatter, tuple(left_out))
+
+
+def _forces_of_bundle(
+    sets: Sequence[FrequencyResponseSet], blows: Sequence[BundleBlow]
+) -> dict[int, tuple[PointForces, ...]]:
+    """Of a bundle's only set, where it has a record at every point: a file does not say which set its blow is of."""
+    struck = defaultdict[StoredDof, list[BundleBlow]](list)
+    for blow in blows:
+        struck[blow.point].append(blow)
+    if len(sets) != 1 or not set(sets[0].inputs) <= set(struck):
+        return {}
+    return {
+        sets[0].number: tuple(
+            PointForces(dof(point), blow.force[None, :], blow.sample_rate)
+            for point in sets[0].inputs
+            for blow in struck[point]
+        )
+    }
 
 
 def _calibration(
-    catalogue: Catalogue, records: list[SineRecord], sequence: Sequence, progress: Progress
+    catalogue: Catalogue, records: list[SineRecord], sequence: RigSequence, progress: Progress
 ) -> tuple[CalibrationRun, ...]:
     """Sine points on known pieces, with what the sequence says of each."""
     if not records:

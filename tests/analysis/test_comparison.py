@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Agreement, Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointTerms, cylinder_terms, joint_terms
 from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
@@ -248,7 +249,7 @@ def law() -> JointLaw:
 
 
 def test_a_law_is_asked_at_each_mode_and_at_the_amplitude_of_the_blows(law: JointLaw) -> None:
-    amplitudes = {"I": (1e-5, 2e-5, 1.5e-5)}
+    amplitudes = {"I": JointAmplitude(np.array([1e-5, 2e-5, 1.5e-5]))}
     result = compare(
         {"I": law}, {"I": identified("I", 0.92)}, mode_frequencies=(79.0, 204.0, 469.0), amplitude_pp=amplitudes
     )
@@ -284,7 +285,7 @@ def test_an_amplitude_below_the_measured_ones_is_said_and_has_a_wider_interval(l
 
 def test_points_are_taken_at_the_amplitude_nearest_to_the_blows() -> None:
     direct, inverse = both(scale=0.5)
-    blows = {"I": (8e-5, 6e-5), "II": (9e-5, 9e-5)}
+    blows = {name: JointAmplitude(np.array(each)) for name, each in (("I", (8e-5, 6e-5)), ("II", (9e-5, 9e-5)))}
     found = compare(direct, inverse, mode_frequencies=(78.0, 80.0), amplitude_pp=blows)
     assert pick(found, "I", "k22").amplitude_pp == pytest.approx(1e-4)
 
@@ -296,4 +297,29 @@ def test_a_law_without_amplitude_or_modes_is_refused(law: JointLaw) -> None:
     with pytest.raises(AnalysisError, match="has to be told"):
         compare({"I": law}, inverse, amplitude_pp=1e-5)
     with pytest.raises(AnalysisError, match="2 amplitudes for 1 modes"):
-        compare({"I": law}, inverse, mode_frequencies=(79.0,), amplitude_pp={"I": (1e-5, 2e-5)})
+        compare(
+            {"I": law}, inverse, mode_frequencies=(79.0,), amplitude_pp={"I": JointAmplitude(np.array([1e-5, 2e-5]))}
+        )
+    with pytest.raises(AnalysisError, match="joint I has no amplitude"):
+        compare({"I": law}, inverse, mode_frequencies=(79.0,), amplitude_pp={})
+
+
+def test_what_scatters_over_the_blows_is_said_and_widens_the_direct_interval(law: JointLaw) -> None:
+    def found(log_error: float | None) -> ElementComparison:
+        error = None if log_error is None else np.array([log_error])
+        blows = {"I": JointAmplitude(np.array([2e-5]), error, 99, "from 100 blows")}
+        known = {"I": identified("I")}
+        return pick(compare({"I": law}, known, mode_frequencies=(79.0,), amplitude_pp=blows), "I", "k22")
+
+    sure, scattered = found(None), found(0.2)
+    assert sure.basis == "by the fitted law at the modes 79.0 Hz and 0.02 mm, from 100 blows"
+    assert scattered.basis == ("by the fitted law at the modes 79.0 Hz and 0.02 (0.0134 .. 0.0297) mm, from 100 blows")
+    assert sure.amplitude_ci95 is None
+    assert scattered.amplitude_ci95 == pytest.approx((1.345e-5, 2.974e-5), rel=1e-3)
+    assert scattered.direct.value == sure.direct.value
+    # 15 % for each doubling of amplitude, so k times 0.85^(0.2 / ln 2), and that 1.96 times
+    moved = 1.96 * 0.2 * math.log(1 / 0.85) / math.log(2) * sure.direct.value
+    added = math.sqrt(
+        (scattered.direct.high - scattered.direct.value) ** 2 - (sure.direct.high - sure.direct.value) ** 2
+    )
+    assert added == pytest.approx(moved, rel=0.15)

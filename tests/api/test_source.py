@@ -16,6 +16,7 @@ from api.identification.measurement import Measurement
 from api.identification.source import measurement_of_bundle, measurement_of_run
 from api.simulated import SimulatedOperator
 from store.bundle import read_bundle
+from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue
 
 BAND = (20.0, 1024.0)
@@ -50,6 +51,32 @@ def widths(estimate: ModalEstimate) -> np.ndarray:
 
 def test_averages_of_a_bundle_have_no_scatter(exported: Path) -> None:
     assert measurement_of_bundle(read_bundle(exported)).responses().scatter is None
+
+
+def test_forces_are_those_of_the_blows_that_are_averaged(measurement: Measurement) -> None:
+    (struck,) = measurement.sets
+    forces = measurement.forces[struck.number]
+    assert tuple(map(str, (each.point for each in forces))) == tuple(map(str, struck.inputs))
+    assert {each.force.shape for each in forces} == {(10, round(struck.sample_rate * struck.block_seconds))}
+    peaks = [float(force.max()) for each in forces for force in each.force]
+    assert np.mean(peaks) == pytest.approx(struck.peak_force, rel=0.01)
+
+
+def test_forces_of_a_bundle_are_known_where_it_has_a_record_at_every_point(demo: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "whole"
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        export_bundle(catalogue, 1, folder)
+        whole = measurement_of_run(catalogue, 1)
+    read = read_bundle(folder)
+    found = measurement_of_bundle(read)
+    assert sum(len(each.force) for each in found.forces[1]) == sum(len(each.force) for each in whole.forces[1])
+    with Catalogue.open(f"sqlite:///{tmp_path / 'other.db'}") as catalogue:
+        again = measurement_of_run(catalogue, import_bundle(catalogue, read))
+    assert [each.point for each in again.forces[1]] == [each.point for each in found.forces[1]]
+    lacking = [blow for blow in read.blows if str(blow.point) != "5y"]
+    assert measurement_of_bundle(replace(read, blows=tuple(lacking))).forces == {}
+    two = (read.inverse[0], replace(read.inverse[0], number=2))
+    assert measurement_of_bundle(replace(read, inverse=two)).forces == {}
 
 
 def test_a_blow_that_the_others_of_its_point_contradict_is_in_no_average(

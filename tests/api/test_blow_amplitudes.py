@@ -1,0 +1,95 @@
+"""The amplitude of the comparison is that which the blows caused, and every result says what it is known from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.blow_amplitude import JointAmplitude
+from api.identification.blow_amplitudes import blow_amplitudes
+from api.identification.document import identification_document
+from api.identification.faults import put_right
+from api.identification.measurement import Measurement
+from api.identification.pipeline import Identification, identify
+from api.identification.source import measurement_of_run
+from store.catalogue import Catalogue
+
+PEAK = "from the mean peak force of "
+
+
+@pytest.fixture(scope="module")
+def measurement(demo: Path) -> Measurement:
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        return measurement_of_run(catalogue, 1)
+
+
+@pytest.fixture(scope="module")
+def identification(measurement: Measurement) -> Identification:
+    return identify(measurement)
+
+
+def amplitudes(found: Identification, measurement: Measurement) -> dict[str, JointAmplitude]:
+    assert found.inverse is not None
+    nodes = {name: joint.node for name, joint in found.inverse.likelihood.joints.items()}
+    known = blow_amplitudes(measurement, 0, found.inverse.likelihood.predicted, nodes)
+    assert known is not None
+    return known
+
+
+def test_they_come_from_the_records_of_all_blows_with_an_interval_from_their_scatter(
+    identification: Identification, measurement: Measurement
+) -> None:
+    by_peak = amplitudes(identification, replace(measurement, forces={}))
+    for name, found in amplitudes(identification, measurement).items():
+        assert found.source == "from the force records of 110 blows"
+        interval = found.ci95
+        assert interval is not None
+        assert np.all((interval[:, 0] < found.amplitude_pp) & (found.amplitude_pp < interval[:, 1]))
+        assert np.all(interval[:, 1] / interval[:, 0] < 1.5)
+        # a pulse of the usual width is not far off
+        assert found.amplitude_pp == pytest.approx(by_peak[name].amplitude_pp, rel=0.5)
+        assert by_peak[name].source.startswith(PEAK)
+        assert by_peak[name].ci95 is None
+
+
+def test_a_hammer_that_struck_twice_as_hard_moved_the_joints_twice_as_far(
+    identification: Identification, measurement: Measurement
+) -> None:
+    harder = {
+        number: tuple(replace(each, force=2 * each.force) for each in forces)
+        for number, forces in measurement.forces.items()
+    }
+    plain = amplitudes(identification, measurement)
+    for name, found in amplitudes(identification, replace(measurement, forces=harder)).items():
+        np.testing.assert_allclose(found.amplitude_pp, 2 * plain[name].amplitude_pp, rtol=1e-9)
+
+
+def test_the_comparison_says_what_its_amplitude_is_known_from(identification: Identification) -> None:
+    assert identification.comparison
+    for each in identification.comparison:
+        assert ", from the force records of 110 blows" in each.basis
+        assert each.amplitude_ci95 is not None
+        assert each.amplitude_ci95[0] < each.amplitude_pp < each.amplitude_ci95[1]
+    document = identification_document(identification)["comparison"][0]
+    low, high = document["amplitude_pp_mm_ci95"]
+    assert low < document["amplitude_pp_mm"] < high
+
+
+def test_without_records_it_falls_back_and_says_so(measurement: Measurement) -> None:
+    found = identify(replace(measurement, forces={}))
+    for each in found.comparison:
+        assert f", {PEAK}" in each.basis
+        assert "as there are no force records of every point" in each.basis
+        assert each.amplitude_ci95 is None
+
+
+def test_a_set_whose_rows_were_swapped_has_no_forces_by_point(measurement: Measurement) -> None:
+    (struck,) = measurement.sets
+    swapped = struck.accelerance.copy()
+    swapped[[2, 5]] = swapped[[5, 2]]
+    mended = put_right(replace(measurement, sets=(replace(struck, accelerance=swapped),)))
+    assert mended.faults
+    assert mended.forces == {}

@@ -16,6 +16,7 @@ from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, q
 from analysis.inverse.joint_parameters import matrices
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
 from analysis.inverse.observability import term_units
+from analysis.inverse.prior_effect import PriorEffect, prior_effect
 from analysis.inverse.response_band import ResponseBand, propagated_band
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
@@ -79,6 +80,15 @@ class JointFit:
     def terms_covariance(self) -> Real:
         """(12 joints, 12 joints) of the terms of all joints, with what they have in common."""
         return _terms_covariance(self.likelihood, self.values, self.covariance)
+
+    @cached_property
+    def prior_effect(self) -> PriorEffect:
+        """What the prior on the joints does to their terms; the tolerances of the bench are no part of it."""
+        count = len(self.likelihood.parameters.labels)
+        mean, whole = self.likelihood.prior
+        weight = np.zeros_like(whole)
+        weight[:count, :count] = whole[:count, :count]
+        return prior_effect(_terms_slope(self.likelihood, self.values), self.covariance, weight, self.values - mean)
 
     @property
     def exponents(self) -> dict[str, Estimate]:
@@ -201,7 +211,12 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
 
 def _terms_covariance(likelihood: ResponseLikelihood, values: Real, covariance: Real) -> Real:
     """(12 joints, 12 joints) of the terms of all joints, from that of the parameters."""
+    slope = _terms_slope(likelihood, values)
+    return np.asarray(slope @ covariance @ slope.T)
+
+
+def _terms_slope(likelihood: ResponseLikelihood, values: Real) -> Real:
+    """(12 joints, parameters) derivative of the terms of all joints in the parameters."""
     chain = likelihood.chain(values)[: HALF * len(likelihood.parameters.names)]
     by_joint = chain.reshape(-1, 1, HALF, chain.shape[1])
-    slope = np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, chain.shape[1])
-    return np.asarray(slope @ covariance @ slope.T)
+    return np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, chain.shape[1])

@@ -90,7 +90,7 @@ def identify_from_responses(
         parameters=described_by,
         tolerance=tolerances.covariance(lines.response, lines.inputs, len(start)),
     )
-    found = _search(target, [described_by.start(joints) for joints in (start, _turning_modestly(start, free_beam))])
+    found = _search(target, [described_by.start(joints) for joints in (start, turning_modestly(start, free_beam))])
     if lines.variance is None:
         for _ in range(2):
             fitted = target.response(found.values).accelerance
@@ -132,7 +132,7 @@ def _approached(target: ResponseLikelihood, start: Real, approach: Sequence[tupl
     return found
 
 
-def _turning_modestly(joints: Sequence[Joint], free_beam: FreeBeam) -> list[Joint]:
+def turning_modestly(joints: Sequence[Joint], free_beam: FreeBeam) -> list[Joint]:
     """The joints with what turns them as small as joints are beside a beam; modes alone often give it far too large."""
     lever = free_beam.beam.height / 4
     found = []

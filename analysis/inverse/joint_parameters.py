@@ -119,3 +119,36 @@ class SymmetricTerms:
     def slope(self, values: Real) -> Complex:  # noqa: ARG002 - the same everywhere
         """1 in each k and i in each h."""
         return np.asarray(block_diag(*len(self.names) * [np.hstack([np.eye(HALF), 1j * np.eye(HALF)])]))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeldTerms(SymmetricTerms):
+    """The same with a Gaussian about a value for each term: a ridge under those that accelerances leave open.
+
+    Attributes:
+        mean: (12 joints,).
+        deviation: (12 joints,) one standard deviation.
+    """
+
+    mean: Real
+    deviation: Real
+
+    @property
+    def prior_mean(self) -> Real:
+        """As given."""
+        return self.mean
+
+    @property
+    def prior_deviation(self) -> Real:
+        """As given."""
+        return self.deviation
+
+
+def held_terms(joints: Sequence[Joint], share: float) -> HeldTerms:
+    """Terms within a `share` of their size about those of `joints`.
+
+    The size of a term is the geometric mean of the diagonal terms in its row and column, as for `reach`.
+    """
+    free = SymmetricTerms(tuple(joint.name for joint in joints))
+    start = free.start(joints)
+    return HeldTerms(free.names, mean=start, deviation=share / REACH * free.reach(start))

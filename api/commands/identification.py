@@ -28,13 +28,16 @@ from api.identification.measurement import dof
 from api.identification.options import (
     AS_MEASURED,
     LONGEST_WINDOW,
+    LOOSEST,
     MOST_ELEMENTS,
     SHORTEST_CONSTANT,
+    TIGHTEST,
     Averaging,
     Options,
 )
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
+from api.identification.regularisation import regularisation_texts
 from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import SWITCHES
@@ -77,6 +80,16 @@ JointExponent = Annotated[
     ),
 ]
 
+Regularise = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        min=TIGHTEST,
+        max=LOOSEST,
+        help="Hold every term of the joints within this share of its size about the paper's method. By default not "
+        "at all.",
+    ),
+]
 EstimatorOption = Annotated[
     Estimator,
     typer.Option(
@@ -114,6 +127,7 @@ def identify_(
     free_beam: FreeBeam = None,
     elements: Elements = None,
     joint_exponent: JointExponent = 0.0,
+    regularise: Regularise = None,
     estimator: EstimatorOption = Estimator.H1,
     force_window: ForceWindow = None,
     exponential_window: ExponentialWindow = None,
@@ -125,7 +139,9 @@ def identify_(
     if json_file is not None:
         check_writable(json_file)
     averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
-    found = identified(target, Options(tuple(without or ()), elements, joint_exponent, averaging), free_beam)
+    found = identified(
+        target, Options(tuple(without or ()), elements, joint_exponent, regularise, averaging), free_beam
+    )
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -243,6 +259,9 @@ def show(found: Identification) -> None:
         out.print(table)
         for text in exponent_texts(found.inverse.fit):
             out.print(text)
+        if found.inverse.regularised is not None:
+            for text in regularisation_texts(found.inverse.fit, found.inverse.regularised):
+                out.print(text, style="yellow")
         gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]
         for gate in gates:
             if not gate.passed:

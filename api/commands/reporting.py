@@ -15,6 +15,7 @@ from api.commands.identification import (
     ForceWindow,
     FreeBeam,
     JointExponent,
+    Regularise,
     Without,
     identified,
 )
@@ -38,6 +39,7 @@ def report(
     free_beam: FreeBeam = None,
     elements: Elements = None,
     joint_exponent: JointExponent = 0.0,
+    regularise: Regularise = None,
     estimator: EstimatorOption = Estimator.H1,
     force_window: ForceWindow = None,
     exponential_window: ExponentialWindow = None,
@@ -47,7 +49,7 @@ def report(
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
     averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
-    options = Options(tuple(without or ()), elements, joint_exponent, averaging)
+    options = Options(tuple(without or ()), elements, joint_exponent, regularise, averaging)
     found, run = identified(target, options, free_beam), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:

@@ -23,6 +23,7 @@ from api.identification.inverse import Inverse, Route
 from api.identification.levels import Level
 from api.identification.measurement import Measurement
 from api.identification.pipeline import Identification
+from api.identification.regularisation import by_joint, regularisation_texts
 from api.identification.suspended import SuspendedBeam
 from api.identification.tester_corrections import TesterCorrections
 
@@ -45,6 +46,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_model": _model(found.inverse) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
             "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
+            "inverse_regularisation": _regularisation(found.inverse),
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],
             "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
@@ -157,6 +159,17 @@ def _prediction(inverse: Inverse) -> dict[str, Any]:
 def _gates(inverse: Inverse) -> list[dict[str, Any]]:
     gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
     return [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]
+
+
+def _regularisation(inverse: Inverse | None) -> dict[str, Any] | None:
+    """What was assumed of the terms, and how much of each comes from that; None where nothing was."""
+    if inverse is None or inverse.regularised is None:
+        return None
+    return {
+        "within": inverse.regularised,
+        "statements": regularisation_texts(inverse.fit, inverse.regularised),
+        "joints": by_joint(inverse.fit),
+    }
 
 
 def _cylinders(inverse: Inverse | None) -> dict[str, Any] | None:

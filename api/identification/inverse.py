@@ -28,6 +28,7 @@ from analysis.structure.response_agreement import frac
 from analysis.suspended.material import Material
 from api.identification.measurement import Measurement
 from api.identification.options import AS_MEASURED, Options
+from api.identification.regularisation import regularised
 from api.identification.structure import free_beam_of
 from api.identification.suspended import SuspendedBeam
 from store.bundle_setup import Article
@@ -76,6 +77,7 @@ class Inverse:
         paper: joints by the paper's method, from the modes.
         likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
         fit: all that the maximum-likelihood fit says, its gates among it.
+        regularised: share of its size within which every term was held in that fit; None where it was free.
         cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
             None where that fails a gate.
     """
@@ -88,6 +90,7 @@ class Inverse:
     paper: Route[JointEstimate]
     likelihood: Route[LikelihoodEstimate]
     fit: JointFit
+    regularised: float | None
     cylinders: JointFit | None
 
     @property
@@ -111,7 +114,7 @@ def inverse_of(
         measurement: with a hammer set on the supported beam.
         suspended: what the beam said without its joints: damping, and E and rho with the errors left to them. Without
             it they are as the article states.
-        options: the mesh, and whether joints follow frequency.
+        options: the mesh, whether joints follow frequency, and regularisation.
 
     Raises:
         AnalysisError: the data do not suffice; the message says what is missing.
@@ -128,7 +131,10 @@ def inverse_of(
     components = measured_components(measured, len(nodes))
     by_modes = identify_joints(beam, modal.modes, nodes, components)
     start = [found.joint for found in by_modes.values()]
-    fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
+    if options.regularise is None:
+        fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
+    else:
+        fit = regularised(beam, measured, start, tolerances, options.regularise)
     weak = what_is_weak(beam, modal.modes, by_modes, components)
     return Inverse(
         measured=measured,
@@ -139,6 +145,7 @@ def inverse_of(
         paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
         likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
         fit=fit,
+        regularised=options.regularise,
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
     )
 

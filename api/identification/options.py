@@ -12,6 +12,7 @@ from analysis.modal.spectra import Estimator
 from store.blow_window import NO_WINDOW, BlowWindow
 
 MOST_ELEMENTS = 32
+TIGHTEST, LOOSEST = 0.01, 10.0  # of regularisation
 SHORTEST_CONSTANT, LONGEST_WINDOW = 0.01, 100.0  # s; a mode has to be seen through an exponential window
 
 
@@ -36,12 +37,15 @@ class Options:
         without: corrections of the sine points to switch off, by the names in `tester_corrections.SWITCHES`.
         elements: of the beam between neighbouring nodes; 1 is the paper's mesh, None as many as the data call for.
         joint_exponent: standard deviation of the power of frequency that each joint follows; zero for constant joints.
+        regularise: share of its size within which maximum likelihood holds every term about where it started; None for
+            not at all.
         averaging: of the raw blows. It acts where the measurement is read, in `source`.
     """
 
     without: tuple[str, ...] = ()
     elements: int | None = None
     joint_exponent: float = 0.0
+    regularise: float | None = None
     averaging: Averaging = Averaging()
 
 

@@ -192,6 +192,7 @@ def _likelihood_joints(
             "noise_scale": float(fit.noise_scale),
             "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
             "passed": fit.passed,
+            "regularised": inverse.regularised,
             "youngs_modulus": beam.beam.youngs_modulus,
             "density": beam.beam.density,
             "elements": beam.mesh.positions.size - 1,

@@ -82,6 +82,7 @@ def _options(given: Mapping[str, Any]) -> Options:
     return Options(
         elements=given.get("elements"),
         joint_exponent=given.get("joint_exponent", AS_MEASURED.joint_exponent),
+        regularise=given.get("regularise"),
         averaging=Averaging(Estimator(given.get("estimator", AS_MEASURED.averaging.estimator)), window),
     )
 
@@ -124,7 +125,7 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
 
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
-TAKES = ("free_beam", "elements", "joint_exponent", "estimator", "force_window", "exponential_window")
+TAKES = ("free_beam", "elements", "joint_exponent", "regularise", "estimator", "force_window", "exponential_window")
 KINDS: Mapping[str, Kind] = {
     "identify": Kind(("run",), identify, takes=TAKES),
     "diagnose": Kind(("run",), diagnose),

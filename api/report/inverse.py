@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.inverse.joint_fit import JointFit
+from analysis.inverse.regression import UPPER
 from analysis.modal.spectra import Estimator, Windows
 from analysis.modes import Modes
 from analysis.structure.beam import Mesh
@@ -18,6 +19,7 @@ from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_
 from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponent_texts
 from api.identification.measurement import Measurement
 from api.identification.record import joint_matrix
+from api.identification.regularisation import by_joint, regularisation_texts
 from api.report import figures
 from api.report.joint_matrices import READING, matrix_tables
 from api.report.section import Picture, Section, Table, ends, number
@@ -163,6 +165,7 @@ def _joints(inverse: Inverse) -> Section:
             Table("Table 2: stiffness", head, _side_by_side(*stiffness)),
             Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
             *exponent_texts(inverse.fit),
+            *_regularised(inverse),
             *_gates(inverse),
             *_cylinders(inverse.cylinders),
             *_weak(inverse),
@@ -189,6 +192,24 @@ def _matrices(inverse: Inverse) -> list[Table]:
 def _side_by_side(first: Rows, second: Rows) -> Rows:
     """Two tables with the same first column as one."""
     return tuple((*left, *right[1:]) for left, right in zip(first, second, strict=True))
+
+
+def _regularised(inverse: Inverse) -> list[str | Table]:
+    """What was assumed of the terms and how much of each comes from that; nothing where they were free."""
+    if inverse.regularised is None:
+        return []
+    effects = by_joint(inverse.fit)
+    rows = []
+    for letter in "kh":
+        for p, q in UPPER:
+            cells = []
+            for effect in effects.values():
+                share, bias = (effect[f"{letter}_{what}"][p][q] for what in ("prior_share", "bias"))
+                cells += [f"{100 * share:.1f}", number(bias)]
+            rows.append((f"{letter}{p + 1}{q + 1}", *cells))
+    columns = [f"joint {name}, {what}" for name in effects for what in ("from the prior (%)", "bias (SI)")]
+    texts = [f"{text}." for text in regularisation_texts(inverse.fit, inverse.regularised)]
+    return [*texts, Table("What the prior does to each term", ("element", *columns), tuple(rows))]
 
 
 def _gates(inverse: Inverse) -> list[str]:

@@ -82,6 +82,8 @@ def choices(options: Options) -> str:
         said.append(f"joints that follow frequency by a power known to {options.joint_exponent:g}")
     if options.without:
         said.append(f"without the corrections {', '.join(options.without).replace('_', ' ')}")
+    if options.regularise is not None:
+        said.append(f"joint terms held within {100 * options.regularise:g} % of their size")
     if options.averaging != AS_MEASURED.averaging:
         said.append(f"blows averaged by {options.averaging.estimator}, window {options.averaging.window}")
     return f"Chosen by hand: {'; '.join(said)}" if said else ""

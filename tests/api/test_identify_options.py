@@ -1,4 +1,4 @@
-"""What `identify` lets one choose by hand: the mesh, and joints that follow frequency."""
+"""What `identify` lets one choose by hand: the mesh, joints that follow frequency, and a prior under their terms."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.api.conftest import Command
 
 
-def test_mesh_and_joints_that_follow_frequency_are_chosen_told_and_stored(
+def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_stored(
     jointlab: Command, measured: int, tmp_path: Path, query: Callable[[str], list[tuple[Any, ...]]]
 ) -> None:
-    answer = jointlab("identify", measured, "--elements", 4, "--joint-exponent", 0.1, "--json", "found.json")
+    chosen = ("--elements", 4, "--joint-exponent", 0.1, "--regularise", 0.5)
+    answer = jointlab("identify", measured, *chosen, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
-    model = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["inverse_model"]
+    document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    model, prior = document["inverse_model"], document["inverse_regularisation"]
     assert model["elements"] == 4 * 10
     assert set(model["exponents"]) == {"I", "II"}
     for name, exponent in model["exponents"].items():
@@ -26,10 +29,17 @@ def test_mesh_and_joints_that_follow_frequency_are_chosen_told_and_stored(
         assert f"Joint {name} follows the power {exponent['value']:.4f}" in answer.stdout
     ((settings,),) = query("SELECT settings FROM analyses WHERE settings LIKE '%noise_scale%' ORDER BY id DESC LIMIT 1")
     stored = json.loads(settings)
-    assert (stored["elements"], stored["tolerances"]["joint_exponent"]) == (40, 0.1)
+    assert (stored["elements"], stored["tolerances"]["joint_exponent"], stored["regularised"]) == (40, 0.1, 0.5)
+    assert "Regularised: every term is taken to lie within 50 %" in answer.stdout
+    assert prior["within"] == 0.5
+    for effect in prior["joints"].values():
+        assert effect["k_prior_share"][1][1] < effect["k_prior_share"][0][0] < 1
+        assert np.shape(effect["h_bias"]) == (3, 3)
 
 
-@pytest.mark.parametrize(("option", "value"), [("--elements", 0), ("--elements", 33), ("--joint-exponent", -0.1)])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--elements", 0), ("--elements", 33), ("--joint-exponent", -0.1), ("--regularise", 0)]
+)
 def test_a_choice_out_of_range_is_refused_with_what_is_allowed(jointlab: Command, option: str, value: float) -> None:
     answer = jointlab("identify", 1, option, value)
     assert answer.returncode == 2

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from analysis.modal.spectra import Estimator
-from api.identification.options import LONGEST_WINDOW, MOST_ELEMENTS, SHORTEST_CONSTANT
+from api.identification.options import LONGEST_WINDOW, LOOSEST, MOST_ELEMENTS, SHORTEST_CONSTANT, TIGHTEST
 from api.service.acts import Act
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
@@ -45,6 +45,15 @@ class NewIdentification(OfRun):
     joint_exponent: Annotated[
         float, quantity("1", "standard deviation of the power of frequency that joints follow", ge=0, le=1)
     ] = 0.0
+    regularise: Annotated[
+        float | None,
+        quantity(
+            "1",
+            "share of its size within which every term is held about the paper's method; by default none is",
+            ge=TIGHTEST,
+            le=LOOSEST,
+        ),
+    ] = None
     estimator: Estimator = Field(
         default=Estimator.H1,
         description="average of the blows: H1 trusts the force, H2 the acceleration, Hv both alike",

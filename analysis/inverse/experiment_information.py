@@ -1,4 +1,4 @@
-"""What an experiment will tell, before it is made: standard deviations and weak directions.
+"""What an experiment tells, before it is made or after: standard deviations and weak directions.
 
 The Fisher information of accelerances needs the bench, the points and the noise, but no data. Sets with different
 accelerometers add up; what they have in common, such as E or where a blow fell, is one unknown for all.
@@ -29,7 +29,7 @@ from analysis.structure.joints import Joint
 
 @dataclass(frozen=True, eq=False)
 class PlannedSet:
-    """One roving-hammer set to be made.
+    """One roving-hammer set, to be made or made.
 
     Attributes:
         response: the accelerometer.
@@ -37,12 +37,14 @@ class PlannedSet:
         frequency: (lines,) Hz, above zero.
         noise: standard deviation of the averaged accelerances, per real and imaginary part, (m/s^2)/N; one number or
             (rows, lines).
+        decay: of the exponential window on its records, 1/s.
     """
 
     response: Dof
     inputs: tuple[Dof, ...]
     frequency: Real
     noise: float | Real
+    decay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,7 @@ def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Comp
             each.response,
             each.inputs,
             each.frequency,
+            each.decay,
         )
         tolerance = experiment.tolerances.covariance(each.response, each.inputs, len(experiment.joints))
         shape = (len(each.inputs), each.frequency.size)

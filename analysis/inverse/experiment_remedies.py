@@ -10,11 +10,16 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
-from analysis.inverse.experiment_information import Expectation, Experiment, LinearPrior, expected
+from analysis.inverse.experiment_information import Expectation, Experiment, LinearPrior, PlannedSet, expected
+from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.observability import term_units
 from analysis.inverse.regression import TERMS
+from analysis.inverse.tolerances import Tolerances
 from analysis.structure.beam import FreeBeam
+
+LINES = 300
+"""At most, of an experiment that was made: with its noise in proportion, fewer hold the same information."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +75,20 @@ def remedies(
         after = _along(expectation, direction, unit)
         found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after, expectation))
     return tuple(sorted(found, key=lambda remedy: remedy.after))
+
+
+def experiment_made(fit: JointFit, tolerances: Tolerances) -> Experiment:
+    """The experiment that a fit is of, with its noise, at the joints that were found.
+
+    Args:
+        fit: by maximum likelihood.
+        tolerances: that it was made with.
+    """
+    model = fit.likelihood.model
+    every = -(-model.frequency.size // LINES)
+    noise = np.sqrt(fit.noise_scale / every) * fit.likelihood.deviation[:, ::every]
+    made = PlannedSet(model.response, model.inputs, model.frequency[::every], noise, model.decay)
+    return Experiment(model.free_beam, tuple(found.joint for found in fit.joints.values()), (made,), tolerances)
 
 
 def _with_equality(experiment: Experiment, relative: float) -> Experiment:

@@ -46,6 +46,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_model": _model(found.inverse) if found.inverse else None,
             "inverse_gates": _gates(found.inverse) if found.inverse else None,
             "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
+            "inverse_remedies": [remedy.text for remedy in found.inverse.remedies] if found.inverse else None,
             "inverse_regularisation": _regularisation(found.inverse),
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],

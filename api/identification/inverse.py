@@ -13,6 +13,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
+from analysis.inverse.experiment_remedies import Remedy, experiment_made, remedies
 from analysis.inverse.following_joints import accelerance_on, modes_on
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
@@ -80,6 +81,8 @@ class Inverse:
         regularised: share of its size within which every term was held in that fit; None where it was free.
         cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
             None where that fails a gate.
+        remedies: of the weakest direction of this experiment, the best first; empty where nothing is weak, or where
+            `fit` fails a gate.
     """
 
     measured: FrequencyResponses
@@ -92,6 +95,7 @@ class Inverse:
     fit: JointFit
     regularised: float | None
     cylinders: JointFit | None
+    remedies: tuple[Remedy, ...]
 
     @property
     def agreement(self) -> dict[str, Real]:
@@ -147,6 +151,7 @@ def inverse_of(
         fit=fit,
         regularised=options.regularise,
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
+        remedies=_remedies(article, fit, tolerances),
     )
 
 
@@ -163,6 +168,13 @@ def _by_cylinders(
         parameters=cylinder_parameters_of(article),
         tolerances=tolerances,
     )
+
+
+def _remedies(article: Article, fit: JointFit, tolerances: Tolerances) -> tuple[Remedy, ...]:
+    """What would mend what this fit leaves weak."""
+    if not (fit.passed and fit.weak_directions):
+        return ()
+    return remedies(experiment_made(fit, tolerances), cylinder_parameters_of(article).pairs)
 
 
 def cylinder_parameters_of(article: Article) -> CylinderParameters:

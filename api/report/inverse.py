@@ -169,6 +169,7 @@ def _joints(inverse: Inverse) -> Section:
             *_gates(inverse),
             *_cylinders(inverse.cylinders),
             *_weak(inverse),
+            *_remedies(inverse),
             READING,
             *_matrices(inverse),
             Picture(
@@ -232,6 +233,16 @@ def _weak(inverse: Inverse) -> list[str]:
     shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]
     more = len(weak) - len(shown)
     return shown + ([f"So are {more} more combinations; the JSON document names them."] if more else [])
+
+
+def _remedies(inverse: Inverse) -> list[Table]:
+    """What would mend the weakest direction of this experiment; nothing where there is none."""
+    if not inverse.remedies:
+        return []
+    rows = tuple((remedy.text,) for remedy in inverse.remedies)
+    return [
+        Table("What would mend the weakest direction of the stiffnesses (EI/L³), the best first", ("remedy",), rows)
+    ]
 
 
 def _term_rows(terms: tuple[TermRow, ...]) -> Rows:

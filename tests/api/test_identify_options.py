@@ -37,6 +37,17 @@ def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_store
         assert np.shape(effect["h_bias"]) == (3, 3)
 
 
+def test_what_would_mend_the_experiment_that_was_made_is_told(
+    jointlab: Command, exported: Path, tmp_path: Path
+) -> None:
+    answer = jointlab("identify", exported, "--elements", 4, "--json", "found.json")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["inverse_remedies"]
+    assert {text.split(":")[0] for text in told} >= {"the cylinders as parameters", "a second accelerometer at 1x"}
+    for text in ("What would mend the weakest direction", *told):
+        assert text in " ".join(answer.stdout.split())
+
+
 @pytest.mark.parametrize(
     ("option", "value"), [("--elements", 0), ("--elements", 33), ("--joint-exponent", -0.1), ("--regularise", 0)]
 )

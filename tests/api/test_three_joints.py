@@ -65,3 +65,11 @@ def test_three_joints_are_identified_within_their_intervals(measurement: Measure
             low, high = joint.k_ci95[at]
             assert low - 0.5 * (high - low) < true < high + 0.5 * (high - low), (name, at)
             assert high - low < 0.03 * abs(true)
+    assert "k11(M)" in " ".join(weak.text for weak in found.fit.weak_directions)
+    assert {remedy.text.split(":")[0] for remedy in found.remedies} == {
+        "the cylinders as parameters",
+        "taking k11 = k22 in each joint within 3 %",
+        "a second accelerometer at 1x",
+        "a second accelerometer at 11x",
+    }
+    assert found.remedies[0].after < found.remedies[0].before

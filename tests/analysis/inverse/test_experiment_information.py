@@ -8,11 +8,14 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
+from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.cylinder_parameters import CylinderPair
 from analysis.inverse.experiment_information import Experiment, LinearPrior, PlannedSet, expected
-from analysis.inverse.experiment_remedies import remedies
+from analysis.inverse.experiment_remedies import experiment_made, remedies
+from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
+from analysis.structure.forward import accelerance
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -88,6 +91,28 @@ def test_remedies_are_ranked_and_say_what_they_bring(experiment: Experiment) -> 
         "a second accelerometer at 11x",
         "lines up to 3068 Hz at the same noise",
     }
+
+
+def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: Experiment) -> None:
+    lines = np.arange(20.0, 1024.0, 2.0)
+    (planned,) = experiment.sets
+    clean = accelerance(experiment.free_beam, experiment.joints, lines, planned.response, planned.inputs).accelerance
+    parts = np.random.default_rng(0).standard_normal((2, *clean.shape))
+    measured = FrequencyResponses(
+        lines,
+        clean + 0.003 * (parts[0] + 1j * parts[1]),
+        planned.response,
+        planned.inputs,
+        variance=np.full(clean.shape, 0.003**2),
+    )
+    fit = identify_from_responses(experiment.free_beam, measured, experiment.joints, tolerances=STATED)
+    made = experiment_made(fit, STATED)
+    assert made.sets[0].frequency.size < lines.size
+    told = np.sqrt(np.diag(expected(made).terms_covariance))
+    np.testing.assert_allclose(told, np.sqrt(np.diag(fit.terms_covariance)), rtol=0.05)
+    best = remedies(made)[0]
+    assert best.text.startswith("taking k11 = k22")
+    assert best.after < 0.5 * best.before
 
 
 def test_an_experiment_without_a_set_is_refused(experiment: Experiment) -> None:

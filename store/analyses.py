@@ -133,6 +133,20 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     return get_analysis(session, newest)
 
 
+def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int | None = None) -> Analysis:
+    """The analysis of a run with this number, the newest of its kind where none is given.
+
+    Raises:
+        NotFoundError: the run has no such analysis.
+    """
+    if analysis_id is None:
+        return latest_analysis(session, run_id, kind)
+    query = _newest_first(run_id, kind).where(models.Analysis.id == analysis_id)
+    if session.scalars(query).one_or_none() is None:
+        raise NotFoundError(f"run {run_id} has no analysis {analysis_id} of kind {kind!r}")
+    return get_analysis(session, analysis_id)
+
+
 def _newest_first(run_id: int, kind: str | None) -> Select[int]:
     query = select(models.Analysis.id).join(models.AnalysisRun, models.AnalysisRun.analysis_id == models.Analysis.id)
     query = query.where(models.AnalysisRun.run_id == run_id).order_by(models.Analysis.id.desc())

@@ -135,7 +135,8 @@ def list_frequency_responses(
     rows = session.scalars(query.filter_by(analysis_id=analysis_id).order_by(models.FrequencyResponseSet.set_number))
     found = [_set(session, row) for row in rows]
     if not found:
-        raise NotFoundError(f"run {run_id} has no frequency responses")
+        whose = "" if analysis_id is None else f" of analysis {analysis_id}"
+        raise NotFoundError(f"run {run_id} has no frequency responses{whose}")
     return found
 
 

@@ -6,7 +6,7 @@ with Client("http://127.0.0.1:8000", key) as lab:
         rig.start(run.id)
         lab.wait_for_run(run.id)
     lab.wait_for_job(lab.identify(run.id).id)
-    matrices = lab.joint_matrices(run.id)
+    matrices = list(lab.joint_matrices(run.id))
 """
 
 from api.client.client import Client

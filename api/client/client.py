@@ -126,26 +126,27 @@ class Client:
 
     # Results
 
-    def modes(self, run: int) -> ModesDocument:
-        """The newest modes of a run."""
-        return self._connection.get(ModesDocument, f"/runs/{run}/modes")
+    def modes(self, run: int, analysis: int | None = None) -> ModesDocument:
+        """The modes of a run: the newest, or those of one analysis."""
+        return self._connection.get(ModesDocument, f"/runs/{run}/modes", analysis=analysis)
 
-    def joint_matrices(self, run: int) -> list[JointMatrixDocument]:
-        """The newest joint matrices of a run, by each inverse method."""
-        return self._connection.get_all(JointMatrixDocument, f"/runs/{run}/joint-matrices")
+    def joint_matrices(self, run: int, analysis: int | None = None) -> Iterator[JointMatrixDocument]:
+        """The joint matrices of a run: the newest by each inverse method, or those of one analysis."""
+        return self._connection.pages(JointMatrixDocument, f"/runs/{run}/joint-matrices", analysis=analysis)
 
-    def dynamic_stiffness(self, run: int) -> Iterator[StiffnessPoint]:
-        """The newest sine points of a run, by the direct method."""
-        return self._connection.pages(StiffnessPoint, f"/runs/{run}/dynamic-stiffness", limit=1000)
+    def dynamic_stiffness(self, run: int, analysis: int | None = None) -> Iterator[StiffnessPoint]:
+        """The sine points of a run by the direct method: the newest, or those of one analysis."""
+        path = f"/runs/{run}/dynamic-stiffness"
+        return self._connection.pages(StiffnessPoint, path, analysis=analysis, limit=1000)
 
     def stiffness_at(self, run: int, amplitude_pp_mm: float, frequency: float) -> StiffnessDocument:
         """What the law that was fitted to a run's sine points says at an amplitude in mm and a frequency in Hz."""
         path = f"/runs/{run}/dynamic-stiffness/at"
         return self._connection.get(StiffnessDocument, path, amplitude_pp_mm=amplitude_pp_mm, frequency=frequency)
 
-    def comparisons(self, run: int) -> list[ComparisonDocument]:
-        """The newest comparison of both methods on a run."""
-        return self._connection.get_all(ComparisonDocument, f"/runs/{run}/comparisons")
+    def comparisons(self, run: int, analysis: int | None = None) -> Iterator[ComparisonDocument]:
+        """The comparison of both methods on a run: the newest, or that of one analysis."""
+        return self._connection.pages(ComparisonDocument, f"/runs/{run}/comparisons", analysis=analysis)
 
     # Jobs
 

@@ -93,10 +93,6 @@ class Connection:
         """A document."""
         return model.model_validate_json(self.request("GET", path, query=query).content)
 
-    def get_all(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> list[ModelT]:
-        """A list that comes as a whole."""
-        return [model.model_validate(each) for each in self.request("GET", path, query=query).json()]
-
     def post(self, model: type[ModelT], path: str, body: Any = None, **headers: str) -> ModelT:
         """Ask for something that acts."""
         named = {name.replace("_", "-"): value for name, value in headers.items()}

@@ -18,6 +18,7 @@ from api.service.documentation import DocumentationFromHere
 from api.service.problems import Problem, handle_problems
 from api.service.readers import ReadersTakeTurns
 from api.service.resources import (
+    analyses,
     audit,
     channels,
     comparisons,
@@ -51,6 +52,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     rig.router,
     runs.router,
     records.router,
+    analyses.router,
     frequency_responses.router,
     modes.router,
     joint_matrices.router,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any
 
-from fastapi import Header, Path
+from fastapi import Header, Path, Query
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from api.service.pages import LARGEST
@@ -30,6 +30,11 @@ WholeSequence = Annotated[Sequence, BeforeValidator(_by_way_of_json)]
 """A sequence in the body of a request."""
 
 RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
+
+OfAnalysis = Annotated[
+    int | None, Query(ge=1, le=LARGEST, description="number of the analysis; the newest where none is given")
+]
+"""Whose results are read."""
 
 IdempotencyKey = Annotated[
     str,

@@ -7,7 +7,8 @@ from typing import Any
 Links = dict[int | str, dict[str, Any]]
 RESULTS = (
     "channels-of-run", "blows-and-points-points", "blows-and-points-blows", "blows-and-points-sine-records",
-    "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run", "comparisons-of-run",
+    "analyses-list", "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run",
+    "comparisons-of-run",
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from api.service.access import Reader
 from api.service.context import Context, Rig
 from api.service.documents import RunNumber
 from api.service.etags import TaggedRoute
+from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from rig.instruments import stored_channel
 from store.instruments import Channel, list_channels
@@ -47,14 +48,18 @@ class ChannelDocument(BaseModel):
 
 
 @router.get("/channels", responses=problems(401, 403, 409))
-def configured(_who: Reader, rig: Rig) -> list[ChannelDocument]:
+def configured(_who: Reader, rig: Rig, limit: Limit = 100, cursor: Cursor = None) -> Page[ChannelDocument]:
     """The channel table that the next run is measured with; it comes from the configuration."""
-    return [ChannelDocument.of(stored_channel(channel)) for channel in rig.instruments.channels]
+    table = [ChannelDocument.of(stored_channel(channel)) for channel in rig.instruments.channels]
+    return page_of_whole(table, limit, cursor)
 
 
 @router.get("/runs/{run_id}/channels", responses=problems(401, 403, 404))
-def of_run(_who: Reader, context: Context, run_id: RunNumber) -> list[ChannelDocument]:
+def of_run(
+    _who: Reader, context: Context, run_id: RunNumber, limit: Limit = 100, cursor: Cursor = None
+) -> Page[ChannelDocument]:
     """The channels of a run as they were set, by name."""
     with context.catalogue.reading() as session:
         get_run(session, run_id)
-        return [ChannelDocument.of(channel) for channel in list_channels(session, run_id)]
+        found = list_channels(session, run_id)
+    return page_of_whole([ChannelDocument.of(channel) for channel in found], limit, cursor)

@@ -9,11 +9,11 @@ from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words
+from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
-from api.service.pages import Cursor, Limit, Page, number_from, page_of
+from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import AnalysisKind, chosen_analysis
 from store.comparisons import Comparison, list_comparisons
 from store.quantity import quantity
 from store.searches import find_comparisons
@@ -49,11 +49,19 @@ class FoundComparison(ComparisonDocument):
 
 
 @router.get("/runs/{run_id}/comparisons", responses=problems(401, 403, 404))
-def of_run(_who: Reader, context: Context, run_id: RunNumber) -> list[ComparisonDocument]:
-    """The newest comparison on a run."""
+def of_run(
+    _who: Reader,
+    context: Context,
+    run_id: RunNumber,
+    analysis: OfAnalysis = None,
+    limit: Limit = 100,
+    cursor: Cursor = None,
+) -> Page[ComparisonDocument]:
+    """The comparison on a run, element by element: the newest or that of one analysis."""
     with context.catalogue.reading() as session:
-        analysis = latest_analysis(session, run_id, AnalysisKind.COMPARISONS)
-        return [ComparisonDocument.of(found) for found in list_comparisons(session, analysis.id)]
+        made = chosen_analysis(session, run_id, AnalysisKind.COMPARISONS, analysis)
+        found = list_comparisons(session, made.id)
+    return page_of_whole([ComparisonDocument.of(each) for each in found], limit, cursor)
 
 
 @router.get("/comparisons", responses=problems(401, 403))

@@ -9,11 +9,11 @@ from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words
+from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import AnalysisKind, chosen_analysis
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.quantity import quantity
 from store.searches import Place, find_sine_points
@@ -78,18 +78,19 @@ def of_run(
     run_id: RunNumber,
     specimen: Specimen = None,
     configuration: Configuration = None,
+    analysis: OfAnalysis = None,
     limit: Limit = 1000,
     cursor: Cursor = None,
 ) -> Page[StiffnessPoint]:
-    """The newest sine points of a run in the order of measuring."""
+    """The sine points of a run, the newest or those of one analysis, in the order of measuring."""
     with context.catalogue.reading() as session:
-        analysis = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
-        found = list_dynamic_stiffness(session, analysis.id)
+        made = chosen_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS, analysis)
+        found = list_dynamic_stiffness(session, made.id)
     wanted = [
         point for point in found if specimen in (None, point.specimen) and configuration in (None, point.configuration)
     ]
     page = page_of_whole(wanted, limit, cursor)
-    return Page(items=[StiffnessPoint.of(analysis.id, point) for point in page.items], next=page.next)
+    return Page(items=[StiffnessPoint.of(made.id, point) for point in page.items], next=page.next)
 
 
 @router.get("/dynamic-stiffness", responses=problems(401, 403))

@@ -11,8 +11,9 @@ from pydantic import BaseModel, Field
 from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber
+from api.service.documents import OfAnalysis, RunNumber
 from api.service.etags import TaggedRoute
+from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from store.errors import NotFoundError
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
@@ -68,10 +69,18 @@ class FrequencyResponseDocument(BaseModel):
 
 
 @router.get("", responses=problems(401, 403, 404, 500))
-def list_(_who: Reader, context: Context, run_id: RunNumber) -> list[SetSummary]:
-    """The newest accelerances of a run, set by set."""
+def list_(
+    _who: Reader,
+    context: Context,
+    run_id: RunNumber,
+    analysis: OfAnalysis = None,
+    limit: Limit = 100,
+    cursor: Cursor = None,
+) -> Page[SetSummary]:
+    """The accelerances of a run, the newest or those of one analysis, set by set."""
     with context.catalogue.reading() as session:
-        return [SetSummary.of(found) for found in list_frequency_responses(session, run_id)]
+        sets = list_frequency_responses(session, run_id, analysis)
+    return page_of_whole([SetSummary.of(found) for found in sets], limit, cursor)
 
 
 @router.get("/{set_number}/{point}", responses=problems(401, 403, 404, 500))
@@ -81,10 +90,11 @@ def get(
     run_id: RunNumber,
     set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
     point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
+    analysis: OfAnalysis = None,
 ) -> FrequencyResponseDocument:
-    """The newest accelerance of a run from one blow point."""
+    """The accelerance of a run from one blow point, the newest or that of one analysis."""
     with context.catalogue.reading() as session:
-        sets = list_frequency_responses(session, run_id)
+        sets = list_frequency_responses(session, run_id, analysis)
     for found in sets:
         if found.number == set_number and point in map(str, found.inputs):
             row = [str(each) for each in found.inputs].index(point)

@@ -14,7 +14,7 @@ from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
 from api.service.links import first_of
-from api.service.pages import Cursor, Limit, Page, number_from, page_of
+from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from store.calibrations import (
     Calibration,
@@ -93,10 +93,13 @@ def get(_who: Reader, context: Context, instrument_id: Number) -> InstrumentDocu
 
 
 @router.get("/{instrument_id}/calibrations", responses=problems(401, 403, 404))
-def calibrations(_who: Reader, context: Context, instrument_id: Number) -> list[CalibrationDocument]:
+def calibrations(
+    _who: Reader, context: Context, instrument_id: Number, limit: Limit = 100, cursor: Cursor = None
+) -> Page[CalibrationDocument]:
     """The calibrations of an instrument, newest first."""
     with context.catalogue.reading() as session:
-        return [CalibrationDocument.of(each) for each in list_calibrations(session, instrument_id)]
+        found = list_calibrations(session, instrument_id)
+    return page_of_whole([CalibrationDocument.of(each) for each in found], limit, cursor)
 
 
 @router.post(

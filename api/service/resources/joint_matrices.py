@@ -11,9 +11,9 @@ from api.identification.document import plain
 from api.identification.record import why_not_observable
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber, Words
+from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
-from api.service.pages import Cursor, Limit, Page, number_from, page_of
+from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from store.analyses import Analysis, AnalysisKind, list_analyses
 from store.errors import NotFoundError
@@ -94,22 +94,27 @@ def of_run(
     context: Context,
     run_id: RunNumber,
     method: Annotated[Words | None, Query(description="only by this method, as it is named in the answer")] = None,
-) -> list[JointMatrixDocument]:
-    """The newest joint matrices of a run by each method."""
+    analysis: OfAnalysis = None,
+    limit: Limit = 100,
+    cursor: Cursor = None,
+) -> Page[JointMatrixDocument]:
+    """The joint matrices of a run, the newest by each method or those of one analysis."""
     with context.catalogue.reading() as session:
         get_run(session, run_id)
         newest = {
-            analysis.method: analysis
-            for analysis in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))
-            if method in (None, analysis.method)
+            made.method: made
+            for made in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))
+            if method in (None, made.method) and analysis in (None, made.id)
         }
         if not newest:
-            raise NotFoundError(f"run {run_id} has no joint matrices{f' by {method!r}' if method else ''}")
-        return [
-            JointMatrixDocument.of(analysis, found)
-            for analysis in newest.values()
-            for found in list_joint_matrices(session, analysis.id)
+            which = (f" by {method!r}" if method else "") + (f" of analysis {analysis}" if analysis else "")
+            raise NotFoundError(f"run {run_id} has no joint matrices{which}")
+        matrices = [
+            JointMatrixDocument.of(made, found)
+            for made in newest.values()
+            for found in list_joint_matrices(session, made.id)
         ]
+    return page_of_whole(matrices, limit, cursor)
 
 
 @router.get("/joint-elements", responses=problems(401, 403))

@@ -10,10 +10,10 @@ from pydantic import BaseModel, Field
 from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
-from api.service.documents import RunNumber
+from api.service.documents import OfAnalysis, RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import AnalysisKind, chosen_analysis
 from store.modes import get_modes
 from store.quantity import quantity
 
@@ -39,14 +39,14 @@ class ModesDocument(BaseModel):
 
 
 @router.get("", responses=problems(401, 403, 404, 500))
-def get(_who: Reader, context: Context, run_id: RunNumber) -> ModesDocument:
-    """The newest modes of a run."""
+def get(_who: Reader, context: Context, run_id: RunNumber, analysis: OfAnalysis = None) -> ModesDocument:
+    """The modes of a run, the newest or those of one analysis."""
     with context.catalogue.reading() as session:
-        analysis = latest_analysis(session, run_id, AnalysisKind.MODES)
-        found = get_modes(session, analysis.id)
+        made = chosen_analysis(session, run_id, AnalysisKind.MODES, analysis)
+        found = get_modes(session, made.id)
     return ModesDocument(
-        analysis_id=analysis.id,
-        method=analysis.method,
+        analysis_id=made.id,
+        method=made.method,
         frequency_hz=plain(found.frequency),
         frequency_ci95=plain(found.frequency_ci95),
         loss_factor=plain(found.loss_factor),

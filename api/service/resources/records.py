@@ -105,18 +105,21 @@ class WaveformDocument(BaseModel):
 
 
 @router.get("/runs/{run_id}/points", responses=problems(401, 403, 404))
-def points(_who: Reader, context: Context, run_id: RunNumber) -> list[PointDocument]:
+def points(
+    _who: Reader, context: Context, run_id: RunNumber, limit: Limit = 100, cursor: Cursor = None
+) -> Page[PointDocument]:
     """The points that were struck, in the order of measuring."""
     with context.catalogue.reading() as session:
         blows = list_blows(session, run_id)
     counts = Counter((blow.set_number, str(blow.point), blow.accepted) for blow in blows)
     places = dict.fromkeys((blow.set_number, str(blow.point)) for blow in blows)
-    return [
+    struck = [
         PointDocument(
             set_number=number, point=point, accepted=counts[number, point, True], refused=counts[number, point, False]
         )
         for number, point in places
     ]
+    return page_of_whole(struck, limit, cursor)
 
 
 @router.get("/runs/{run_id}/blows", responses=problems(401, 403, 404) | BLOW)

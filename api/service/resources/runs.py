@@ -14,7 +14,7 @@ from api.service.context import Context, Rig, Services
 from api.service.documents import Name, RunNumber, WholeSequence, Why, Words
 from api.service.etags import TaggedRoute
 from api.service.links import RESULTS, first_of, run_links
-from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
+from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from api.service.resources.sequences import sequence_named
 from rig.sequence import Sequence
@@ -132,10 +132,13 @@ def get(_who: Reader, context: Context, run_id: RunNumber) -> RunDetails:
 
 
 @router.get("/{run_id}/history", responses=problems(401, 403, 404))
-def history(_who: Reader, context: Context, run_id: RunNumber) -> list[RunEventDocument]:
+def history(
+    _who: Reader, context: Context, run_id: RunNumber, limit: Limit = 100, cursor: Cursor = None
+) -> Page[RunEventDocument]:
     """How the run came to where it is, oldest first."""
     with context.catalogue.reading() as session:
-        return [RunEventDocument(**vars(event)) for event in list_run_events(session, run_id)]
+        found = list_run_events(session, run_id)
+    return page_of_whole([RunEventDocument(**vars(event)) for event in found], limit, cursor)
 
 
 @router.post("/{run_id}/start", response_model=RunSummary, responses=DRIVING)

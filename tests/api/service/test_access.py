@@ -66,6 +66,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/runs/{run_id}/sine-records": READ,
     "GET /api/sine-records/{record_id}": READ,
     "GET /api/sine-records/{record_id}/waveform": READ,
+    "GET /api/runs/{run_id}/analyses": READ,
     "GET /api/runs/{run_id}/frequency-responses": READ,
     "GET /api/runs/{run_id}/frequency-responses/{set_number}/{point}": READ,
     "GET /api/runs/{run_id}/modes": READ,

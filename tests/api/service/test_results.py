@@ -52,13 +52,13 @@ def test_modes_are_those_of_the_identification(client: httpx.Client, summary: di
 
 
 def test_joint_matrices_are_those_of_both_methods(client: httpx.Client, summary: dict[str, Any]) -> None:
-    matrices = get(client, "/runs/1/joint-matrices")
+    matrices = get(client, "/runs/1/joint-matrices")["items"]
     assert len(matrices) == 4
     for found in matrices:
         part = "inverse_paper" if found["method"].startswith("modal") else "inverse"
         for name in ("k", "h", "k_ci95", "h_ci95", "gamma", "gamma_ci95", "observable", "not_observable"):
             assert found[name] == summary[part][found["joint"]][name], (found["method"], name)
-    likely = get(client, "/runs/1/joint-matrices", method="maximum likelihood on accelerances")
+    likely = get(client, "/runs/1/joint-matrices", method="maximum likelihood on accelerances")["items"]
     assert [found["joint"] for found in likely] == ["I", "II"]
 
 
@@ -156,7 +156,7 @@ def test_a_question_that_the_law_cannot_answer_is_refused(
 
 
 def test_comparisons_are_those_of_the_identification(client: httpx.Client, summary: dict[str, Any]) -> None:
-    found = get(client, "/runs/1/comparisons")
+    found = get(client, "/runs/1/comparisons")["items"]
     for each, other in zip(found, summary["comparison"], strict=True):
         for name in ("joint", "element", "inverse", "direct", "verdict"):
             assert each[name] == other[name]
@@ -166,7 +166,7 @@ def test_comparisons_are_those_of_the_identification(client: httpx.Client, summa
 
 
 def test_blows_come_in_pages_with_their_waveforms(client: httpx.Client) -> None:
-    points = get(client, "/runs/1/points")
+    points = get(client, "/runs/1/points")["items"]
     assert [point["point"] for point in points[:3]] == ["1y", "3y", "4y"]
     assert {point["accepted"] for point in points} == {10}
     first = get(client, "/runs/1/blows", accepted=True, limit=60)
@@ -194,7 +194,7 @@ def test_sine_records_come_with_their_waveforms(client: httpx.Client) -> None:
 
 
 def test_frequency_responses_come_point_by_point(client: httpx.Client) -> None:
-    (summary,) = get(client, "/runs/1/frequency-responses")
+    (summary,) = get(client, "/runs/1/frequency-responses")["items"]
     assert (summary["response"], len(summary["inputs"])) == ("3y", 11)
     found = get(client, "/runs/1/frequency-responses/1/5y")
     assert len(found["real"]) == len(found["imaginary"]) == len(found["frequency"]) == summary["lines"]
@@ -204,13 +204,13 @@ def test_frequency_responses_come_point_by_point(client: httpx.Client) -> None:
 
 
 def test_channels_and_instruments_are_those_of_the_run(client: httpx.Client) -> None:
-    channels = get(client, "/runs/1/channels")
+    channels = get(client, "/runs/1/channels")["items"]
     assert [channel["name"] for channel in channels] == ["accelerometer", "displacement", "force", "hammer"]
     instruments = get(client, "/instruments", limit=1000)["items"]
     assert {"tester", "thermometer", "force_iepe"} <= {each["kind"] for each in instruments}
     (hammer,) = get(client, "/instruments", kind="force_iepe")["items"]
     assert get(client, f"/instruments/{hammer['id']}") == hammer
-    (calibration,) = get(client, f"/instruments/{hammer['id']}/calibrations")
+    (calibration,) = get(client, f"/instruments/{hammer['id']}/calibrations")["items"]
     assert (calibration["calibrated_on"], calibration["sensitivity_unit"]) == ("2026-03-02", "V/(N)")
 
 

@@ -85,7 +85,7 @@ def test_a_run_is_created_started_and_measured_to_its_end(
     assert rig.wait(60)
     state = rig_client.get("/api/rig").json()
     assert (state["phase"], state["ended_as"], state["blows"], state["sines"]) == ("idle", "finished", 4, 2)
-    history = rig_client.get(f"/api/runs/{created}/history").json()
+    history = rig_client.get(f"/api/runs/{created}/history").json()["items"]
     assert [event["state"] for event in history] == ["created", "running", "finished"]
 
 

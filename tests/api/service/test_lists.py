@@ -1,0 +1,122 @@
+"""Lists come in pages, every one of them, and results of older analyses can be read beside the newest."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import httpx
+import pytest
+
+from store.analyses import AnalysisKind, add_analysis
+from store.catalogue import Catalogue
+from store.frequency_responses import add_frequency_responses
+from store.keys import Scope
+from store.modes import add_modes
+from tests.api.service.conftest import MakeKey
+from tests.store.conftest import fill, frequency_response_set, mode_set
+
+LISTS = {
+    "/runs/1/channels": 2,
+    "/runs/1/history": 2,
+    "/runs/1/points": 2,
+    "/runs/1/blows": 6,
+    "/runs/1/analyses": 7,
+    "/runs/1/frequency-responses": 2,
+    "/runs/1/joint-matrices": 2,
+    "/runs/1/comparisons": 3,
+    "/runs/2/dynamic-stiffness": 4,
+    "/instruments": 4,
+    "/instruments/1/calibrations": 1,
+    "/specimens": 2,
+}
+"""How many items each of these lists has, in the catalogue that `filled` makes."""
+
+
+@pytest.fixture
+def filled(catalogue: Catalogue) -> Catalogue:
+    """A catalogue with something of everything, whose modes and accelerances were computed twice."""
+    fill(catalogue)
+    with catalogue.writing() as session:
+        again = add_analysis(session, kind=AnalysisKind.FREQUENCY_RESPONSES, method="Hv", settings={}, runs=[1])
+        doubled = replace(frequency_response_set(), accelerance=2 * frequency_response_set().accelerance)
+        for number in (1, 2):
+            add_frequency_responses(session, again, 1, replace(doubled, number=number))
+        modes = add_analysis(session, kind=AnalysisKind.MODES, method="LSCF", settings={"order": 30}, runs=[1])
+        add_modes(session, modes, replace(mode_set(), frequency=mode_set().frequency + 1.0))
+    return catalogue
+
+
+@pytest.fixture
+def lab(filled: Catalogue, client: httpx.Client, make_key: MakeKey) -> httpx.Client:
+    """A service in front of it, to be read."""
+    client.headers["Authorization"] = f"Bearer {make_key(Scope.READ)}"
+    return client
+
+
+def pages(client: httpx.Client, path: str, limit: int) -> Iterator[list[Any]]:
+    """The items of each page of a list."""
+    cursor = None
+    while True:
+        query = {"limit": limit} | ({} if cursor is None else {"cursor": cursor})
+        answer = client.get(f"/api{path}", params=query)
+        assert answer.status_code == 200, answer.text
+        yield answer.json()["items"]
+        cursor = answer.json()["next"]
+        if cursor is None:
+            return
+
+
+def test_a_list_comes_page_by_page_with_nothing_twice_and_nothing_left_out(lab: httpx.Client) -> None:
+    for path, count in LISTS.items():
+        (whole,) = pages(lab, path, 1000)
+        assert len(whole) == count, path
+        single = list(pages(lab, path, 1))
+        assert [item for page in single for item in page] == whole, path
+        assert {len(page) for page in single} == {1}, path
+
+
+def test_no_list_comes_whole(client: httpx.Client) -> None:
+    document = client.get("/openapi.json").json()
+    whole = [
+        path
+        for path, operations in document["paths"].items()
+        if '"type": "array"' in json.dumps(_answer(operations).get("schema", {}))
+    ]
+    assert whole == []
+
+
+def _answer(operations: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = operations.get("get", {}).get("responses", {}).get("200", {}).get("content", {})
+    return dict(found.get("application/json", {}))
+
+
+def test_older_modes_are_read_by_the_number_of_their_analysis(lab: httpx.Client) -> None:
+    newest, older = lab.get("/api/runs/1/analyses", params={"kind": "modes"}).json()["items"]
+    assert (newest["settings"], older["settings"]) == ({"order": 30}, {"order": 20})
+    for analysis, expected in ((newest, mode_set().frequency + 1.0), (older, mode_set().frequency)):
+        found = lab.get("/api/runs/1/modes", params={"analysis": analysis["id"]}).json()
+        assert (found["analysis_id"], found["frequency_hz"]) == (analysis["id"], expected.tolist())
+    assert lab.get("/api/runs/1/modes").json()["analysis_id"] == newest["id"]
+
+
+def test_older_accelerances_are_read_by_the_number_of_their_analysis(lab: httpx.Client) -> None:
+    newest, older = lab.get("/api/runs/1/analyses", params={"kind": "frequency_responses"}).json()["items"]
+    measured = frequency_response_set().accelerance[1].real
+    for analysis, sets, factor in ((newest, [1, 2], 2.0), (older, [1], 1.0)):
+        query = {"analysis": analysis["id"]}
+        found = lab.get("/api/runs/1/frequency-responses", params=query).json()["items"]
+        assert [each["number"] for each in found] == sets
+        one = lab.get("/api/runs/1/frequency-responses/1/4y", params=query).json()
+        assert one["real"] == (factor * measured).tolist()
+
+
+def test_an_analysis_of_another_kind_has_no_such_results(lab: httpx.Client) -> None:
+    (direct,) = lab.get("/api/runs/2/analyses", params={"kind": "dynamic_stiffness"}).json()["items"]
+    results = ("modes", "joint-matrices", "comparisons", "frequency-responses", "frequency-responses/1/4y")
+    for what in results:
+        answer = lab.get(f"/api/runs/1/{what}", params={"analysis": direct["id"]})
+        assert answer.status_code == 404, what
+        assert f"analysis {direct['id']}" in answer.json()["detail"], what

@@ -1,4 +1,4 @@
-"""The client: runs, results and jobs of one service."""
+"""The client: the rig, the laboratory, runs, results and jobs of one service."""
 
 from __future__ import annotations
 
@@ -8,21 +8,29 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+from urllib.parse import quote
 
 from analysis.modal.spectra import Estimator
 from api.client.connection import Connection, RigEvent
 from api.client.driving import Driver
+from api.service.resources.analyses import AnalysisDocument
+from api.service.resources.channels import ChannelDocument
 from api.service.resources.comparisons import ComparisonDocument
 from api.service.resources.dynamic_stiffness import StiffnessPoint
+from api.service.resources.frequency_responses import FrequencyResponseDocument, SetSummary
 from api.service.resources.health import Health
+from api.service.resources.instruments import CalibrationDocument, InstrumentDocument, NewCalibration
 from api.service.resources.jobs import JobDocument
 from api.service.resources.joint_matrices import JointMatrixDocument
 from api.service.resources.modes import ModesDocument
 from api.service.resources.records import BlowDocument, SineRecordDocument, WaveformDocument
-from api.service.resources.rig import RigDocument, Stopped
+from api.service.resources.rig import Limits, RigDocument, Stopped
 from api.service.resources.runs import RunDetails, RunSummary
+from api.service.resources.sequences import NamedSequence, SequenceSummary
+from api.service.resources.specimens import SpecimenDocument
 from api.service.resources.stiffness_at import StiffnessDocument
 from rig.sequence import Sequence
+from store.analyses import AnalysisKind
 from store.jobs import OVER
 from store.runs import RunState
 
@@ -81,11 +89,59 @@ class Client:
         finally:
             driver.give_back()
 
+    def limits(self) -> Limits:
+        """The rig's limits in force."""
+        return self._connection.get(Limits, "/rig/limits")
+
+    def set_limits(self, limits: Limits) -> Limits:
+        """Set the rig's limits for runs that begin from now on; needs the scope engineer."""
+        return self._connection.put(Limits, "/rig/limits", limits.model_dump())
+
     @contextmanager
     def events(self, last_event_id: str | None = None) -> Iterator[Iterator[RigEvent]]:
         """What happens at the rig from now on, or after the event with this id."""
         with self._connection.events("/rig/events", last_event_id) as happening:
             yield happening
+
+    # The laboratory
+
+    def instruments(self, kind: str | None = None) -> Iterator[InstrumentDocument]:
+        """Every instrument that was ever used, or those of a kind such as tester, in the order of first use."""
+        return self._connection.pages(InstrumentDocument, "/instruments", kind=kind)
+
+    def calibrations(self, instrument: int) -> Iterator[CalibrationDocument]:
+        """The calibrations of an instrument, newest first."""
+        return self._connection.pages(CalibrationDocument, f"/instruments/{instrument}/calibrations")
+
+    def calibrate(self, instrument: int, certificate: NewCalibration) -> CalibrationDocument:
+        """Store what a new certificate says; needs the scope engineer."""
+        path = f"/instruments/{instrument}/calibrations"
+        return self._connection.post(CalibrationDocument, path, certificate.model_dump(mode="json"))
+
+    def channels(self, run: int | None = None) -> Iterator[ChannelDocument]:
+        """The channel table that a run was measured with, or where none is named, that of the next run."""
+        return self._connection.pages(ChannelDocument, "/channels" if run is None else f"/runs/{run}/channels")
+
+    def specimens(self, article: str | None = None) -> Iterator[SpecimenDocument]:
+        """Specimens, or those of a test article, in the order of first use."""
+        return self._connection.pages(SpecimenDocument, "/specimens", article=article)
+
+    def sequences(self) -> Iterator[SequenceSummary]:
+        """The sequences that are kept, by name; the built-in ones are not among them."""
+        return self._connection.pages(SequenceSummary, "/sequences")
+
+    def sequence(self, name: str) -> Sequence:
+        """One sequence, kept or built in, as a run carries it out."""
+        return self._connection.get(NamedSequence, f"/sequences/{quote(name)}").sequence
+
+    def keep_sequence(self, name: str, sequence: Sequence) -> Sequence:
+        """Keep a sequence under a name, in place of what was there."""
+        body = sequence.model_dump(mode="json")
+        return self._connection.put(NamedSequence, f"/sequences/{quote(name)}", body).sequence
+
+    def forget_sequence(self, name: str) -> None:
+        """Forget a sequence; runs keep their own copy."""
+        self._connection.request("DELETE", f"/sequences/{quote(name)}")
 
     # Runs
 
@@ -125,6 +181,21 @@ class Client:
         return self._connection.get(WaveformDocument, f"/blows/{blow}/waveform")
 
     # Results
+
+    def analyses(self, run: int, kind: AnalysisKind | None = None) -> Iterator[AnalysisDocument]:
+        """What was computed from a run, newest first; the number of one reads its results."""
+        return self._connection.pages(AnalysisDocument, f"/runs/{run}/analyses", kind=kind)
+
+    def accelerance_sets(self, run: int, analysis: int | None = None) -> Iterator[SetSummary]:
+        """The roving-hammer sets of a run: the newest accelerances, or those of one analysis."""
+        return self._connection.pages(SetSummary, f"/runs/{run}/frequency-responses", analysis=analysis)
+
+    def accelerance(
+        self, run: int, set_number: int, point: str, analysis: int | None = None
+    ) -> FrequencyResponseDocument:
+        """The accelerance of a set from the blows at a point such as 3y: the newest, or that of one analysis."""
+        path = f"/runs/{run}/frequency-responses/{set_number}/{point}"
+        return self._connection.get(FrequencyResponseDocument, path, analysis=analysis)
 
     def modes(self, run: int, analysis: int | None = None) -> ModesDocument:
         """The modes of a run: the newest, or those of one analysis."""
@@ -181,6 +252,14 @@ class Client:
     def diagnose(self, run: int) -> JobDocument:
         """Queue a diagnosis of the gap between a run and its simulation."""
         return self._connection.post(JobDocument, "/diagnoses", {"run": run})
+
+    def trials(self) -> Iterator[JobDocument]:
+        """Trials of the diagnosis, newest first; the scores are in the result of each that is done."""
+        return self._connection.pages(JobDocument, "/trials")
+
+    def try_diagnosis(self, cases: int, seed: int = 0) -> JobDocument:
+        """Queue a trial of the diagnosis on so many sealed cases."""
+        return self._connection.post(JobDocument, "/trials", {"cases": cases, "seed": seed})
 
     def job(self, job: int) -> JobDocument:
         """One job."""

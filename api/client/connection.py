@@ -98,6 +98,10 @@ class Connection:
         named = {name.replace("_", "-"): value for name, value in headers.items()}
         return model.model_validate_json(self.request("POST", path, body=body, headers=named).content)
 
+    def put(self, model: type[ModelT], path: str, body: Any) -> ModelT:
+        """Put a document in the place of what is there."""
+        return model.model_validate_json(self.request("PUT", path, body=body).content)
+
     def pages(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> Iterator[ModelT]:
         """Every item of a list, page after page."""
         cursor: str | None = None

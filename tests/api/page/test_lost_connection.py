@@ -13,6 +13,19 @@ from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
 from tests.api.page.technician import Service, Tab, serving
 
+WATCH = """
+const look = () => {
+  const seen = JSON.parse(sessionStorage.getItem("seen"));
+  const text = (what) => document.querySelector(what)?.textContent ?? "";
+  if (seen && document.querySelector("#rig-state") && !document.body.classList.contains("dead")) {
+    seen.push({ state: text("#rig-state"), prompt: text("#prompt") });
+    sessionStorage.setItem("seen", JSON.stringify(seen));
+  }
+  requestAnimationFrame(look);
+};
+requestAnimationFrame(look);
+"""
+"""Notes what a page shows in every picture of it that is not marked as dead, once "seen" is there to note it in."""
 WANTED = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Cut off"}
 
 
@@ -56,3 +69,30 @@ def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     page.get_by_role("button", name="STOP").click()
     expect(page.locator("#prompt")).to_contain_text("Run 1 is stopped")
+
+
+def test_from_the_moment_a_page_is_connected_again_it_shows_nothing_but_the_truth(
+    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
+) -> None:
+    """Nobody loads it anew: the page finds the service, which was started again, by itself."""
+    tab = open_tab(service)
+    tab.log_in()
+    tab.page.add_init_script(WATCH)
+    page = tab.go(f"/page/measure?{urlencode(WANTED)}")
+    page.get_by_role("button", name="Start").click()
+    page.get_by_role("button", name="Done").click()
+    expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
+    hand.do("strike", node=1, direction="y", what="clean")
+    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+
+    service.kill()
+    expect(page.locator("#dead")).to_be_visible()
+    page.evaluate("sessionStorage.setItem('seen', '[]')")
+    service.start()
+    expect(page.locator("#prompt")).to_have_text("Run 1 was cut off.")
+    expect(page.locator("#rig-state")).to_have_text("at rest")
+    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+    shown = [dict(each) for each in page.evaluate("JSON.parse(sessionStorage.getItem('seen'))")]
+    assert shown, "nothing was seen of the page that came back"
+    assert {each["state"] for each in shown} == {"at rest"}, shown
+    assert {each["prompt"] for each in shown} <= {"", "Run 1 was cut off."}, shown

@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class Direct:
         cylinders: a and b by commanded amplitude, where all three configurations were measured.
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
-        law: the joint at any amplitude and frequency, where there are points enough.
+        inclination: of the joint's first cylinder, rad.
         claims: by configuration, what its points can claim of standards, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
     """
@@ -39,9 +40,17 @@ class Direct:
     cylinders: Mapping[float, tuple[CylinderTerms, ...]]
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
-    law: JointLaw | None
+    inclination: float
     claims: Mapping[str, tuple[str, ...]]
     unphysical: tuple[str, ...]
+
+    @cached_property
+    def law(self) -> JointLaw | None:
+        """The joint at any amplitude and frequency; None where there are too few points. Fitted when asked for."""
+        every_term = [term for terms in self.cylinders.values() for term in terms]
+        if len(every_term) < FEWEST_POINTS:
+            return None
+        return JointLaw(fit_cylinder_law(every_term), self.inclination)
 
 
 def direct_of(measurement: Measurement) -> dict[str, Direct]:
@@ -78,8 +87,6 @@ def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]]
         for amplitude in complete
     }
     cylinders = {amplitude: cylinder_terms(*triple) for amplitude, triple in triples.items()}
-    every_term = [term for terms in cylinders.values() for term in terms]
-    law = JointLaw(fit_cylinder_law(every_term), inclination) if len(every_term) >= FEWEST_POINTS else None
     return Direct(
         series=series,
         cylinders=cylinders,
@@ -87,7 +94,7 @@ def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]]
             amplitude: tuple(joint_terms(each, inclination) for each in terms) for amplitude, terms in cylinders.items()
         },
         superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
-        law=law,
+        inclination=inclination,
         claims={
             configuration: claims([point for points in by_amplitude.values() for point in points])
             for configuration, by_amplitude in series.items()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 
 from analysis.structure.beam import Beam, FreeBeam, Mesh
 from analysis.structure.converged import assemble_converged
@@ -48,14 +49,19 @@ def free_beam_of(article: Article, tested: FreeBeamResult | None = None, element
         tested: what the suspended beam said: its damping, modulus and density then stand for those of the article.
         elements: see `mesh_of`.
     """
-    masses: dict[int, float] = defaultdict(float)
-    for joint in article.joints:
-        masses[joint.node] += joint.added_mass
-    masses[article.accelerometer.node] += article.accelerometer.mass
     drawn = beam_of(article)
     material = None if tested is None else tested.material
     beam = drawn if material is None else material.of(drawn)
     ratios = article.beam.free_damping_ratios if tested is None else tested.damping_ratios
+    return free_beam_with(article, beam, ratios, elements)
+
+
+def free_beam_with(article: Article, beam: Beam, ratios: Sequence[float], elements: int | None = None) -> FreeBeam:
+    """The same of another beam than the one drawn, with the damping ratios of its free modes."""
+    masses: dict[int, float] = defaultdict(float)
+    for joint in article.joints:
+        masses[joint.node] += joint.added_mass
+    masses[article.accelerometer.node] += article.accelerometer.mass
     return assemble_converged(beam, mesh_of(article, elements), ratios, masses)
 
 

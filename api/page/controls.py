@@ -52,7 +52,7 @@ def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -
     with ui.element("figure").classes("w-full"):
         ui.html(escape(caption), sanitize=False, tag="figcaption")
         drawn = ui.echart(options).classes("chart").style(f"height:{height}")
-        drawn.props(f'role="img" aria-label="{escape(caption, quote=True)}"')
+        drawn.props["role"], drawn.props["aria-label"] = "img", caption
         ui.html(
             "".join(
                 f'<button type="button" data-picture="{form}" data-name="{escape(name)}" '

@@ -9,18 +9,25 @@ import numpy as np
 
 from analysis.comparison import ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.superposition import Superposition, SuperpositionPoint
 from analysis.interval import Estimate
-from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.identification.direct import Direct
 from api.identification.inverse import Inverse
 from api.identification.pipeline import Identification
+from api.identification.record import joint_matrix
+from api.identification.stored import METHODS
 from api.identification.tester_corrections import TesterCorrections
 from api.report import figures
-from api.report.figures import Curve, Panel
+from api.report.curves import (
+    Curve,
+    Quantity,
+    curve,
+    loss_factor,
+    loss_factor_panels,
+    magnitude,
+    stiffness_panels,
+    superposition_curves,
+)
 from api.report.section import Picture, Section, Table, ends, number
-
-Quantity = Callable[[DynamicStiffness], Estimate]
 
 
 def direct_sections(found: Identification) -> list[Section]:
@@ -76,7 +83,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
     content: list[str | Table | Picture] = [
         Picture(
             f"Fig. 11: cylinders of joint {name} in the tester, with 95 % intervals",
-            figures.dynamic_stiffness(name, _all(direct, _magnitude), _all(direct, _loss_factor)),
+            figures.dynamic_stiffness(name, _all(direct, magnitude), _all(direct, loss_factor)),
         ),
         _ratios(name, direct),
     ]
@@ -95,11 +102,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
         content.append(
             Picture(
                 f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees",
-                figures.superposition(
-                    name,
-                    _of_checks(direct.superposition, lambda point: point.computed),
-                    _of_checks(direct.superposition, lambda point: point.measured),
-                ),
+                figures.superposition(name, *superposition_curves(direct.superposition)),
             )
         )
         content += [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
@@ -114,7 +117,7 @@ def _ratios(name: str, direct: Direct) -> Table:
         stiffness, loss = (
             np.mean([quantity(point).value for point in by_amplitude[smallest]])
             / np.mean([quantity(point).value for point in by_amplitude[largest]])
-            for quantity in (_magnitude, _loss_factor)
+            for quantity in (magnitude, loss_factor)
         )
         rows.append((configuration, number(float(stiffness)), number(float(loss))))
     caption = f"Joint {name}: smallest over largest amplitude, mean over frequency"
@@ -168,19 +171,11 @@ def _loop_excess(point: DynamicStiffness) -> Estimate | None:
 
 
 def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
-    stiffness, loss = [], []
-    for name in inverse.likelihood.joints:
-        terms = direct[name].joint
-        for element, at in (("k22", (1, 1)), ("k12", (0, 1))):
-            curves = {min(terms): curve([getattr(term, element) for term in terms[min(terms)]], _stiffness)}
-            intervals = {method: joint.k_ci95[at] for method, joint in _both(inverse, name) if joint.observable[at]}
-            stiffness.append(Panel(f"joint {name}, {element}", curves, intervals))
-        curves = {
-            amplitude: curve([term.k22 for term in terms[amplitude]], _loss_factor) for amplitude in sorted(terms)[:2]
-        }
-        gammas = {method: joint.loss_factor_ci95[1, 1] for method, joint in _both(inverse, name)}
-        known = {method: gamma for method, gamma in gammas.items() if not np.isnan(gamma).any()}
-        loss.append(Panel(f"joint {name}, gamma22", curves, known))
+    joints = {
+        METHODS[route.method]: {name: joint_matrix(joint) for name, joint in route.joints.items()}
+        for route in (inverse.likelihood, inverse.paper)
+    }
+    stiffness, loss = stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
     rows = tuple(_comparison_row(each) for each in comparison)
     return Section(
         "Direct against inverse",
@@ -196,14 +191,6 @@ def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequ
     )
 
 
-def _both(inverse: Inverse, name: str) -> tuple[tuple[str, IdentifiedJoint], ...]:
-    """One joint by each inverse method."""
-    return (
-        ("maximum likelihood", inverse.likelihood.joints[name]),
-        ("paper's method", inverse.paper.joints[name]),
-    )
-
-
 def _comparison_row(each: ElementComparison) -> tuple[str, ...]:
     scale, unit = (1e6, " MN/m") if each.element.startswith("k") else (1.0, "")
     inverse = "–" if each.inverse is None else ends((each.inverse.low / scale, each.inverse.high / scale)) + unit
@@ -211,38 +198,8 @@ def _comparison_row(each: ElementComparison) -> tuple[str, ...]:
     return each.joint, each.element, inverse, direct, each.verdict.value, f"{each.reason} ({each.basis})"
 
 
-def _magnitude(point: DynamicStiffness) -> Estimate:
-    return point.magnitude_estimate
-
-
-def _stiffness(point: DynamicStiffness) -> Estimate:
-    return point.stiffness_estimate
-
-
-def _loss_factor(point: DynamicStiffness) -> Estimate:
-    return point.loss_factor_estimate
-
-
 def _all(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
     return {
         configuration: {amplitude: curve(points, quantity) for amplitude, points in by_amplitude.items()}
         for configuration, by_amplitude in direct.series.items()
     }
-
-
-def _of_checks(
-    checks: Mapping[float, Superposition], which: Callable[[SuperpositionPoint], DynamicStiffness]
-) -> dict[float, Curve]:
-    return {
-        amplitude: curve([which(point) for point in check.points], _magnitude) for amplitude, check in checks.items()
-    }
-
-
-def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
-    """One quantity of a series over frequency with the half-width of its 95 % interval."""
-    estimates = [quantity(point) for point in points]
-    return Curve(
-        frequency=np.array([point.frequency for point in points]),
-        value=np.array([estimate.value for estimate in estimates]),
-        half_width=np.array([estimate.half_width() for estimate in estimates]),
-    )

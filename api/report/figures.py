@@ -11,12 +11,15 @@ from matplotlib.axes import Axes
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.inverse.response_band import ResponseBand
+from analysis.modal.stabilisation import Stabilisation
 from analysis.modes import Modes
+from api.report.curves import Curve, Panel
 from api.report.plots import (
     AMPLITUDE_COLOURS,
     BLUE,
     CURVE_STYLES,
     GREEN,
+    GREY,
     LINES,
     MEASURED,
     ORANGE,
@@ -43,6 +46,36 @@ def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
     axes.set(xlabel="curve-fitted", ylabel="observed")
     axes.legend(frameon=False)
     return as_svg(drawn, "Fig. 5: observed against curve-fitted data")
+
+
+def stabilisation(chart: Stabilisation, measured: FrequencyResponses, found: Real) -> str:
+    """Poles of every model order over the sum of all accelerances; lines are the modes (modes,) found, in Hz."""
+    drawn, (axes,) = figure(height=3.4)
+    kinds = (
+        ("new", ~chart.stable, ".", GREY, 3),
+        ("stable", chart.stable & (chart.column < 0), "o", BLUE, 4),
+        ("candidate mode", chart.column >= 0, "^", ORANGE, 4),
+    )
+    for name, which, mark, colour, size in kinds:
+        axes.plot(
+            chart.frequency[which],
+            chart.order[which],
+            mark,
+            color=colour,
+            markersize=size,
+            fillstyle="none",
+            label=name,
+        )
+    for mode in found:
+        axes.axvline(float(mode), color=MEASURED, linewidth=0.6, linestyle="dashed")
+    axes.set(xlabel="frequency (Hz)", ylabel="model order", xlim=(0, float(measured.frequency[-1])))
+    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+    shown = measured.frequency > 0
+    right = axes.twinx()
+    total = np.abs(measured.accelerance[:, shown]).sum(axis=0)
+    right.semilogy(measured.frequency[shown], total, color=MEASURED, linewidth=0.7, alpha=0.7)
+    right.set_ylabel("sum of |A| ((m/s²)/N)")
+    return as_svg(drawn, "Stabilisation chart")
 
 
 def mode_shapes(
@@ -109,24 +142,6 @@ def accelerance(
     magnitude.legend(frameon=False)
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=(-180, -90, 0, 90, 180))
     return as_svg(drawn, f"{label}: accelerance at {measured.response} for a blow at {point}")
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """One curve of a sweep: frequency in Hz, value, half-width of its 95 % interval, each (points,)."""
-
-    frequency: Real
-    value: Real
-    half_width: Real
-
-
-@dataclass(frozen=True, eq=False)
-class Panel:
-    """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p), inverse 95 % intervals by method."""
-
-    title: str
-    curves: Mapping[float, Curve]
-    inverse: Mapping[str, Sequence[float]]
 
 
 def dynamic_stiffness(

@@ -20,7 +20,10 @@ from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponent_text
 from api.identification.measurement import Measurement
 from api.identification.record import joint_matrix
 from api.identification.regularisation import by_joint, regularisation_texts
+from api.identification.stabilisation import stabilisation_of
+from api.identification.stored import METHODS
 from api.report import figures
+from api.report.curves import FIGURED_POINTS
 from api.report.joint_matrices import READING, matrix_tables
 from api.report.section import Picture, Section, Table, ends, number
 
@@ -28,8 +31,6 @@ Rows = tuple[tuple[str, ...], ...]
 
 SHOWN_DIRECTIONS = 3
 TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
-# Figs. 7, 8 and 9: driving point, transverse cross point, longitudinal blow.
-FIGURED_POINTS = (("Fig. 7", "3y"), ("Fig. 8", "1y"), ("Fig. 9", "1x"))
 
 
 def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section]:
@@ -78,6 +79,12 @@ def _modes(inverse: Inverse, measurement: Measurement) -> Section:
             *(f"Found wrong: {text}." for text in measurement.faults),
             *(f"In no average: {text}." for text in measurement.left_out),
             Table("Table 4: natural frequencies, measured and predicted", head, rows),
+            Picture(
+                "Stabilisation: poles of every model order; lines are the modes that were kept",
+                figures.stabilisation(
+                    stabilisation_of(inverse.measured), inverse.measured, inverse.modal.modes.frequency
+                ),
+            ),
             Picture("Fig. 6: mode shapes", _shapes(inverse)),
         ),
     )
@@ -281,14 +288,14 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
 
 
 def _prediction(inverse: Inverse) -> Section:
-    curves = {"maximum likelihood": inverse.likelihood.responses, "paper's method": inverse.paper.responses}
+    curves = {METHODS[route.method]: route.responses for route in (inverse.likelihood, inverse.paper)}
     pictures = tuple(
         Picture(
             f"{label}: accelerance at {inverse.measured.response} for a blow at {point}",
-            figures.accelerance(label, inverse.measured, curves, Dof.parse(point), inverse.fit.predicted),
+            figures.accelerance(label, inverse.measured, curves, point, inverse.fit.predicted),
         )
         for label, point in FIGURED_POINTS
-        if Dof.parse(point) in inverse.measured.inputs
+        if point in inverse.measured.inputs
     )
     agreement = inverse.agreement
     rows = tuple(

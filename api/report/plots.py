@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: distinct for every common kind of colour vision.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#222222"
+GREY = "#B0B0B0"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
 LINES = ("solid", "dashed", "dotted", "dashdot")
 MEASURED, PREDICTED = BLACK, ORANGE

@@ -55,6 +55,7 @@ def test_a_bundle_is_reported_without_a_database_and_its_names_are_text(
     for number_in_paper in (5, 6, 7, 8, 9, 11, 12, 13, 14):
         assert f"Fig. {number_in_paper}" in page
     assert "Identified against true" not in page
+    assert 'aria-label="Stabilisation chart"' in page
     assert page.count("k of joint ") == 4  # of two joints by two methods
     assert '<td class="unknown">' in page
     assert "<small>only k11(" in page

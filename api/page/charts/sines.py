@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, line, pairs, plot, thinned
+from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, line, pairs, plot, styled, thinned
+from api.report.curves import Curve as Sweep
+from api.report.curves import Panel
 from api.report.plots import AMPLITUDE_COLOURS, BLUE, ORANGE
 
 Curve = tuple[Real, Real]
@@ -59,6 +61,26 @@ def with_intervals(curves: Mapping[float, Banded], name: str, bands: Mapping[str
         room = 0.08 * (max(values) - min(values))
         made["yAxis"] |= {"min": float(f"{min(values) - room:.3g}"), "max": float(f"{max(values) + room:.3g}")}
     return made
+
+
+def panel(drawn: Panel, name: str, scale: float = 1.0) -> Options:
+    """A panel of Fig. 13 or 14: direct points with intervals by amplitude, inverse intervals across, over `scale`."""
+    curves = {a: (c.frequency, c.value / scale, c.half_width / scale) for a, c in drawn.curves.items()}
+    bands = {
+        f"inverse, {method}": (float(low) / scale, float(high) / scale) for method, (low, high) in drawn.inverse.items()
+    }
+    return with_intervals(curves, name, bands)
+
+
+def superposition(computed: Mapping[float, Sweep], measured: Mapping[float, Sweep]) -> Options:
+    """Fig. 12: |k| of the angled pair, measured as lines, computed from compression and shear as marks."""
+    series = []
+    for index, (amplitude, drawn) in enumerate(sorted(measured.items(), reverse=True)):
+        look, sums = styled(index) | {"endLabel": {"show": False}}, computed[amplitude]
+        series.append(line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **look))
+        mark = {"color": look["color"], "symbol": SYMBOLS[index % len(SYMBOLS)]}
+        series.append(dots(f"computed, {amplitude:g} mm", sums.frequency, sums.value / 1e6, **mark))
+    return plot(series, axis("frequency (Hz)"), axis("|k| (MN/m)", low=0), zoom=True)
 
 
 def _lines(curves: Mapping[float, Curve]) -> list[Options]:

@@ -3,35 +3,36 @@
 from __future__ import annotations
 
 from api.identification.record import why_not_observable
+from api.identification.stored import newest_joints
+from api.identification.stored_inverse import StoredInverse
+from api.page.charts import inverse as charts
+from api.page.controls import chart
 from api.page.markup import paragraph, show, table
-from api.page.results.section import Section, analyses_of, show_origin
+from api.page.results.section import Section, inverse_where_known, show_origin
 from api.report.joint_matrices import READING, matrix_tables
-from store.analyses import Analysis, AnalysisKind
+from store.analyses import Analysis
 from store.catalogue import Catalogue
-from store.errors import NotFoundError
-from store.joint_matrices import JointMatrix, list_joint_matrices
+from store.joint_matrices import JointMatrix
 from store.runs import Run
 
-Found = list[tuple[Analysis, list[JointMatrix]]]
+Found = tuple[list[tuple[Analysis, dict[str, JointMatrix]]], StoredInverse | None]
 
 
 def _read(catalogue: Catalogue, run: Run) -> Found:
-    newest: dict[str, Analysis] = {}
-    for analysis in analyses_of(catalogue, run, AnalysisKind.JOINT_MATRICES):
-        newest.setdefault(analysis.method, analysis)
-    if not newest:
-        raise NotFoundError(f"run {run.id} has no joint matrices")
-    with catalogue.reading() as session:
-        return [(analysis, list_joint_matrices(session, analysis.id)) for analysis in newest.values()]
+    return list(newest_joints(catalogue, run).values()), inverse_where_known(catalogue, run)
 
 
 def _draw(_run: Run, found: Found) -> None:
     paragraph(READING)
-    for analysis, joints in found:
-        for joint in joints:
+    by_method, inverse = found
+    for analysis, joints in by_method:
+        for joint in joints.values():
             for each in matrix_tables(joint, analysis.method, why_not_observable(analysis, joint.joint)):
                 show(table(each.caption, each.head, each.rows))
         show_origin(analysis)
+    if inverse is not None:
+        caption = "Fig. 5: equations of the paper's method, observed against curve-fitted"
+        chart(caption, charts.regression(inverse.regressions), "fig-5", height="24rem")
 
 
 SECTION = Section("Joints", "Press Identify: joints are found from accelerances and modes.", _read, _draw)

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.modal.lscf import lscf_poles
-from analysis.modal.stabilisation import Stabilisation, read_chart
-from api.identification.inverse import LOWEST_LINE
+from analysis.modal.stabilisation import Stabilisation
 from api.identification.measurement import responses_of
+from api.identification.stabilisation import stabilisation_of
 from api.page.charts import modal
 from api.page.controls import chart
 from api.page.markup import show, table
@@ -22,8 +21,6 @@ from store.errors import NotFoundError
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.modes import ModeSet, get_modes
 from store.runs import Run
-
-HIGHEST_ORDER = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +43,8 @@ def _read(catalogue: Catalogue, run: Run) -> FoundModes:
             measured = list_frequency_responses(session, run.id)[0]
         except NotFoundError:
             measured = None
-    return FoundModes(analyses[0], modes, measured, None if measured is None else stabilisation_of(measured))
-
-
-def stabilisation_of(measured: FrequencyResponseSet) -> Stabilisation:
-    """The chart of the reference set, as identification reads it."""
-    lines = responses_of(measured).band(LOWEST_LINE, float(measured.frequency[-1]))
-    return read_chart(
-        lscf_poles(lines.frequency, lines.accelerance, HIGHEST_ORDER),
-        lowest=float(lines.frequency[0]),
-        highest=float(lines.frequency[-1]),
-        line_spacing=float(lines.frequency[1] - lines.frequency[0]),
-        decay=lines.decay,
+    return FoundModes(
+        analyses[0], modes, measured, None if measured is None else stabilisation_of(responses_of(measured))
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from api.identification.stored_inverse import StoredInverse, stored_inverse
 from api.page.markup import Link, details, show, terms
 from api.page.words import moment
 from store.analyses import Analysis, list_analyses
@@ -49,6 +50,14 @@ def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
     if not analyses:
         raise NotFoundError(f"run {run.id} has no {what}")
     return analyses[0]
+
+
+def inverse_where_known(catalogue: Catalogue, run: Run) -> StoredInverse | None:
+    """What the joints of a run do on its beam; None where there are none, or nobody knows on what beam."""
+    try:
+        return stored_inverse(catalogue, run)
+    except NotFoundError:
+        return None
 
 
 def show_origin(analysis: Analysis) -> None:

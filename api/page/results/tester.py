@@ -7,27 +7,31 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from nicegui import ui
 
+from api.identification.direct import Direct
+from api.identification.stored import stored_direct
 from api.page.charts import sines
 from api.page.controls import chart
 from api.page.markup import paragraph, show
 from api.page.results.section import Section, newest_of, show_origin
+from api.report.curves import superposition_curves
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.runs import Run
 
 HALF_WIDTH = 1.96  # standard errors of a 95 % interval
-Found = tuple[Analysis, list[DynamicStiffness]]
+Found = tuple[Analysis, list[DynamicStiffness], dict[str, Direct]]
 
 
 def _read(catalogue: Catalogue, run: Run) -> Found:
     newest = newest_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS, "dynamic stiffness")
     with catalogue.reading() as session:
-        return newest, list_dynamic_stiffness(session, newest.id)
+        points = list_dynamic_stiffness(session, newest.id)
+    return newest, points, stored_direct(catalogue, run)
 
 
 def _draw(_run: Run, found: Found) -> None:
-    analysis, points = found
+    analysis, points, direct = found
     show(f"<p>{len(points)} sine points; bars are 95 % intervals. The legend hides and shows amplitudes.</p>")
     mountings = dict.fromkeys((point.specimen, point.configuration) for point in points)
     with ui.element("div").classes("cards"):
@@ -38,6 +42,11 @@ def _draw(_run: Run, found: Found) -> None:
             chart(f"k, {where}", sines.with_intervals(k, "k (MN/m)", {}), f"k-{name}")
             gamma = curves(own, lambda p: p.loss_factor, lambda p: p.loss_factor_se or 0.0)
             chart(f"γ, {where}", sines.with_intervals(gamma, "γ", {}), f"gamma-{name}")
+    for name, cylinders in direct.items():
+        if checks := cylinders.superposition:
+            caption = f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees"
+            chart(caption, sines.superposition(*superposition_curves(checks)), f"fig-12-{name}")
+            paragraph(" ".join(f"{amplitude:g} mm: {check.text}." for amplitude, check in checks.items()))
     flagged = [point for point in points if point.flags]
     if flagged:
         first = flagged[0]

@@ -8,16 +8,21 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import FrequencyResponses
 from api.page.charts.axes import pairs, thinned
 from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other
+from api.page.charts.inverse import measured_and_predicted, regression
 from api.page.charts.modal import accelerances, moving_shape
-from api.page.charts.sines import by_amplitude, with_intervals
+from api.page.charts.sines import by_amplitude, panel, superposition, with_intervals
 from api.page.markup import Bar, Link, filters, table
+from api.report.curves import Curve, Panel
 from api.report.plots import stroke
 from api.report.section import Unknown
 from tests.api.page.diagnosis import example_document
 
+POINT = Dof(3, Direction.Y)
 POSITIONS = (0.0, 0.1, 0.2, 0.3)
 
 
@@ -80,6 +85,44 @@ def test_eleven_accelerances_are_told_apart_by_colour_and_line_and_have_their_na
 def test_no_two_of_24_curves_are_drawn_alike(two: set[int]) -> None:
     one, other = two
     assert stroke(one) != stroke(other)
+
+
+def test_measured_and_predicted_are_told_apart_without_colour() -> None:
+    row = FrequencyResponses(np.array([0.0, 1.0, 2.0]), np.ones((1, 3), dtype=complex), POINT, (POINT,))
+    made = measured_and_predicted(row, {"maximum likelihood": row, "paper's method": row}, POINT)
+    assert [each["name"] for each in made["series"]] == ["measured", "maximum likelihood", "paper's method"]
+    assert len({each["lineStyle"]["type"] for each in made["series"]}) == 3
+    assert made["series"][0]["data"] == [[1.0, 1.0], [2.0, 1.0]]  # nothing at 0 Hz on a scale of decades
+
+
+def test_the_regression_has_a_line_of_slope_one_as_long_as_the_data() -> None:
+    made = regression({"I": (np.array([3.0, -1.0]), np.array([2.0, -4.0]))})
+    joint, slope = made["series"]
+    assert joint["data"] == [[2.0, 3.0], [-4.0, -1.0]]
+    assert slope["data"] == [[-4.0, -4.0], [4.0, 4.0]]
+
+
+def test_a_panel_has_the_sweep_and_the_interval_of_each_method() -> None:
+    sweep = Curve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
+    made = panel(Panel("joint I, k22", {0.01: sweep}, {"maximum likelihood": (1.9e6, 2.2e6)}), "k (MN/m)", 1e6)
+    drawn, bars, band = made["series"]
+    assert (drawn["name"], drawn["data"]) == ("0.01 mm", [[10.0, 2.0]])
+    assert bars["data"] == [[10.0, 1.9], [10.0, 2.1], [10.0, None]]
+    assert (band["name"], band["markArea"]["data"][0]) == (
+        "inverse, maximum likelihood",
+        [{"yAxis": 1.9}, {"yAxis": 2.2}],
+    )
+
+
+def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
+    sweep = Curve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
+    made = superposition({0.1: sweep, 0.01: sweep}, {0.1: sweep, 0.01: sweep})
+    assert [(each["type"], each["name"]) for each in made["series"]] == [
+        ("line", "measured, 0.1 mm"),
+        ("scatter", "computed, 0.1 mm"),
+        ("line", "measured, 0.01 mm"),
+        ("scatter", "computed, 0.01 mm"),
+    ]
 
 
 def test_a_shape_swings_once_from_end_to_end() -> None:

@@ -1,0 +1,82 @@
+"""What page and report have in common comes out the same from the store as from the identification itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from api.identification.pipeline import Identification, identify
+from api.identification.record import joint_matrix, store_identification
+from api.identification.source import measurement_of_run
+from api.identification.stored import METHODS, newest_joints, stored_direct
+from api.identification.stored_inverse import stored_inverse
+from api.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
+from store.catalogue import Catalogue
+from store.errors import NotFoundError
+from store.runs import Run, get_run
+
+
+@pytest.fixture
+def catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        yield opened
+
+
+@pytest.fixture
+def run(catalogue: Catalogue, measured: int) -> Run:
+    with catalogue.reading() as session:
+        return get_run(session, measured)
+
+
+@pytest.fixture
+def found(catalogue: Catalogue, measured: int) -> Identification:
+    found = identify(measurement_of_run(catalogue, measured))
+    store_identification(catalogue, measured, found)
+    return found
+
+
+def test_pictures_from_the_store_are_those_of_the_identification(
+    catalogue: Catalogue, run: Run, found: Identification
+) -> None:
+    stored, inverse = stored_inverse(catalogue, run), found.inverse
+    assert inverse is not None
+    routes = {METHODS[route.method]: route for route in (inverse.likelihood, inverse.paper)}
+    assert list(stored.predicted) == list(routes)
+    for name, route in routes.items():
+        np.testing.assert_allclose(stored.predicted[name].accelerance, route.responses.accelerance, rtol=1e-9)
+    for name, (observed, fitted) in stored.regressions.items():
+        regression = inverse.paper.joints[name].regression
+        scale = float(np.abs(regression.observed).max())
+        np.testing.assert_allclose(observed, regression.observed, atol=1e-9 * scale)
+        np.testing.assert_allclose(fitted, regression.fitted, atol=1e-9 * scale)
+
+    joints = {METHODS[method]: own for method, (_, own) in newest_joints(catalogue, run).items()}
+    computed = {
+        name: {joint: joint_matrix(each) for joint, each in route.joints.items()} for name, route in routes.items()
+    }
+    direct = stored_direct(catalogue, run)
+    for panels in (stiffness_panels, loss_factor_panels):
+        for ours, theirs in zip(panels(joints, direct), panels(computed, found.direct), strict=True):
+            assert ours.title == theirs.title
+            assert list(ours.curves) == list(theirs.curves)
+            assert list(ours.inverse) == list(theirs.inverse)
+            for amplitude, drawn in ours.curves.items():
+                other = theirs.curves[amplitude]  # k and h are stored with an error each, their correlation is not
+                assert np.all(np.abs(drawn.value - other.value) < other.half_width)
+    for name, own in direct.items():
+        kinds = zip(
+            superposition_curves(own.superposition),
+            superposition_curves(found.direct[name].superposition),
+            strict=True,
+        )
+        for from_store, at_once in kinds:
+            for amplitude, sums in from_store.items():
+                np.testing.assert_allclose(sums.value, at_once[amplitude].value, rtol=1e-9)
+
+
+def test_a_run_without_joints_has_none_of_them(catalogue: Catalogue, run: Run, found: Identification) -> None:
+    with pytest.raises(NotFoundError, match="run 77 has no joint matrices"):
+        newest_joints(catalogue, Run(**vars(run) | {"id": 77}))

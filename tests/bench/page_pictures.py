@@ -124,8 +124,9 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
         ):
             page = tab.go(f"/page/results?{urlencode({'run': 1, 'part': part})}")
             page.get_by_text("Where is this from?").first.wait_for()
+            page.set_viewport_size(TALL if name in ("accelerances", "comparison") else SIZE)
             page.wait_for_timeout(1500)
-            _take(page, folder, name, full=name not in ("tester", "joints"))
+            _take(page, folder, name, full=name == "modes")
         page = tab.go(f"/page/gap?diagnosis={diagnosis}")
         page.set_viewport_size(TALL)
         page.wait_for_timeout(1500)

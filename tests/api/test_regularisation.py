@@ -20,7 +20,7 @@ from api.identification.regularisation import MOSTLY, regularisation_texts
 from api.identification.structure import free_beam_of
 from api.report.inverse import inverse_sections
 from api.report.section import Table
-from store.blow_window import NO_WINDOW
+from store.blow_window import NO_WINDOW, BlowWindow
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof
 from store.frequency_responses import FrequencyResponseSet
@@ -46,18 +46,18 @@ def joints_of(article: Article, stiffer: float) -> list[Joint]:
     ]
 
 
-def measured(stiffer: float) -> Measurement:
+def measured(stiffer: float, window: BlowWindow = NO_WINDOW) -> Measurement:
     article = named_sequence("paper").article
     frequency = np.arange(20.0, 1024.5, 1.0)
     clean = accelerance(
         free_beam_of(article, elements=2), joints_of(article, stiffer), frequency, Dof.parse("3y"),
-        tuple(map(Dof.parse, POINTS)),
+        tuple(map(Dof.parse, POINTS)), window.decay,
     ).accelerance  # fmt: skip
     parts = np.random.default_rng(1).standard_normal((2, *clean.shape))
     struck = FrequencyResponseSet(
         number=1, response=StoredDof.parse("3y"), inputs=tuple(map(StoredDof.parse, POINTS)), frequency=frequency,
         accelerance=clean + NOISE * (parts[0] + 1j * parts[1]), averages=10, peak_force=100.0, temperature_c=23.0,
-        window=str(NO_WINDOW), sample_rate=5120.0, block_seconds=1.0, estimator="H1",
+        window=str(window), sample_rate=5120.0, block_seconds=1.0, estimator="H1",
         variance=np.full(clean.shape, NOISE**2),
     )  # fmt: skip
     return Measurement("stiff joints", article, (struck,), (), raw=False)

@@ -46,7 +46,9 @@ class Settings(BaseSettings):
     database_url: str = Field(default="sqlite:///jointlab.db", description="SQLAlchemy URL, SQLite or PostgreSQL")
     waveform_folder: Path | None = Field(default=None, description="waveform files; beside the database by default")
     daq_address: str = Field(default="local", description='"local" NI driver, or "grpc://host:port" of a device server')
-    tester_url: str = Field(default="tcp://127.0.0.1:502", description='"tcp://host:port" or "rtu:///dev/ttyS0"')
+    tester_url: str | None = Field(
+        default=None, description='"tcp://host:port" or "rtu:///dev/ttyS0"; left out where the rig has no tester'
+    )
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
     channels: tuple[ChannelSettings, ...] = Field(default=(), description="the channel table")
     rig: str = Field(

@@ -10,6 +10,7 @@ from daq.channels import Channel
 from daq.device import Chassis
 from daq.device import connect as connect_daq
 from daq.errors import ChannelError
+from rig.errors import RigError
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
@@ -24,7 +25,7 @@ class Instruments:
 
     Attributes:
         daq_address: "local", or "grpc://host:port".
-        tester_url: "tcp://host:port" or "rtu:///dev/ttyS0?baudrate=115200".
+        tester_url: "tcp://host:port" or "rtu:///dev/ttyS0?baudrate=115200"; None where the rig has no tester.
         thermometer_url: serial port or pyserial URL.
         channels: the channel table.
         limits: what the rig may ask of the tester.
@@ -32,7 +33,7 @@ class Instruments:
     """
 
     daq_address: str
-    tester_url: str
+    tester_url: str | None
     thermometer_url: str
     channels: tuple[Channel, ...]
     limits: TesterLimits = field(default_factory=TesterLimits)
@@ -66,8 +67,10 @@ class Instruments:
         """The tester, driven until the context is left, which leaves the actuator at rest.
 
         Raises:
-            RigError: it does not answer, or is not the tester that this rig knows.
+            RigError: there is none, it does not answer, or is not the tester that this rig knows.
         """
+        if self.tester_url is None:
+            raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
         with connect_tester(self.tester_url, self.limits) as tester:
             yield tester
 

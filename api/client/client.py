@@ -226,6 +226,9 @@ class Client:
         run: int,
         *,
         free_beam: int | None = None,
+        elements: int | None = None,
+        joint_exponent: float | None = None,
+        regularise: float | None = None,
         estimator: Estimator | None = None,
         force_window: float | None = None,
         exponential_window: float | None = None,
@@ -235,6 +238,9 @@ class Client:
         Args:
             run: its number.
             free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
+            elements: of the beam between neighbouring nodes; as many as the data call for by default.
+            joint_exponent: standard deviation of the power of frequency that joints follow; nil by default.
+            regularise: share of its size within which every term is held; none by default.
             estimator: of the blows' average; H1 by default.
             force_window: seconds after the trigger that force counts; all by default.
             exponential_window: time constant in seconds of a window on force and acceleration; none by default.
@@ -242,6 +248,9 @@ class Client:
         wanted = {
             "run": run,
             "free_beam": free_beam,
+            "elements": elements,
+            "joint_exponent": joint_exponent,
+            "regularise": regularise,
             "estimator": estimator,
             "force_window": force_window,
             "exponential_window": exponential_window,

@@ -25,7 +25,8 @@ class IdleWatch:
     """Looks from a thread of its own until it is closed; any thread may keep it off.
 
     Args:
-        look: asks the tester for its status once, in a short and bounded time; raises RigError.
+        look: asks the tester for its status once, in a short and bounded time; raises RigError. None where there is
+            no tester to be looked at.
         state: what the rig is known to be at.
         observer: is told what a look has found that `state` has not.
         interval: between looks, s.
@@ -33,12 +34,11 @@ class IdleWatch:
 
     def __init__(
         self,
-        look: Callable[[], TesterStatus],
+        look: Callable[[], TesterStatus] | None,
         state: Callable[[], RigState],
         observer: Observer,
         interval: float = INTERVAL,
     ) -> None:
-        self._look = look
         self._state = state
         self._observer = observer
         self._interval = interval
@@ -46,8 +46,10 @@ class IdleWatch:
         self._drivers = 0
         self._looking = False
         self._closed = False
-        self._thread = threading.Thread(target=self._watch, name="idle watch", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
+        if look is not None:
+            self._thread = threading.Thread(target=self._watch, args=(look,), name="idle watch", daemon=True)
+            self._thread.start()
 
     @contextmanager
     def kept_off(self) -> Iterator[None]:
@@ -66,33 +68,44 @@ class IdleWatch:
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
 
-    def _watch(self) -> None:
+    def _watch(self, look: Callable[[], TesterStatus]) -> None:
         misses = 0
         while not self._closed:
-            if self._may_look():
-                seen = self._seen()
-                misses = misses + 1 if isinstance(seen, RigError) else 0
-                with self._changed:
-                    if not self._drivers and (misses == 0 or misses >= MISSES):
-                        for event in news(self._state(), seen):
-                            self._observer(event)
-                    self._looking = False
-                    self._changed.notify_all()
+            with self._looking_on() as may_look:
+                if may_look:
+                    seen = _seen(look)
+                    misses = misses + 1 if isinstance(seen, RigError) else 0
+                    self._tell(seen, misses)
             with self._changed:
                 self._changed.wait_for(lambda: self._closed, self._interval)
 
-    def _may_look(self) -> bool:
+    @contextmanager
+    def _looking_on(self) -> Iterator[bool]:
+        """Whether nobody drives; whoever wants to then waits until the context is left, however it is left."""
         with self._changed:
             self._looking = not self._drivers
-            return self._looking
-
-    def _seen(self) -> Seen:
         try:
-            return self._look()
-        except RigError as error:
-            return error
+            yield self._looking
+        finally:
+            with self._changed:
+                self._looking = False
+                self._changed.notify_all()
+
+    def _tell(self, seen: Seen, misses: int) -> None:
+        with self._changed:
+            if not self._drivers and (misses == 0 or misses >= MISSES):
+                for event in news(self._state(), seen):
+                    self._observer(event)
+
+
+def _seen(look: Callable[[], TesterStatus]) -> Seen:
+    try:
+        return look()
+    except RigError as error:
+        return error
 
 
 def news(state: RigState, seen: Seen) -> tuple[Event, ...]:

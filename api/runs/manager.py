@@ -77,8 +77,9 @@ class RunManager:
         self._active: _Active | None = None
         self._thread: threading.Thread | None = None
         self._state = RigState()
+        url = instruments.tester_url
         self._watch = IdleWatch(
-            lambda: look_at_tester(self._instruments.tester_url), lambda: self._state, self._observe
+            None if url is None else lambda: look_at_tester(url), lambda: self._state, self._observe
         )
 
     @property
@@ -180,6 +181,8 @@ class RunManager:
             RigError: the tester did not confirm that the actuator is at rest.
         """
         active = self._active if run_id is None else self._steered(run_id)
+        if active is None and self._instruments.tester_url is None:
+            return None
         if active is None:
             with self._asking, self._watch.kept_off(), self._instruments.tester() as tester:
                 tester.halt()

@@ -74,6 +74,18 @@ def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, labora
     manager.close()  # nothing is carried out, so nothing has to be confirmed
 
 
+def test_a_rig_without_a_tester_has_nothing_to_halt_and_says_what_a_sweep_lacks(
+    catalogue: Catalogue, laboratory: Laboratory, run: int
+) -> None:
+    instruments = replace(instruments_of(simulated_settings(laboratory.addresses)), tester_url=None)
+    manager = RunManager(catalogue, instruments)
+    assert manager.stop() is None
+    with pytest.raises(RigError, match="this rig has no tester; write tester_url"):
+        manager.start(run, "test", automatic=True)
+    assert manager.state.tester_silent is None
+    manager.close()
+
+
 def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
     rig: RunManager, run: int, laboratory: Laboratory
 ) -> None:

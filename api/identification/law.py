@@ -22,7 +22,7 @@ from store.analyses import AnalysisKind, latest_analysis
 from store.bundle_setup import article_from
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
-from store.errors import NotFoundError
+from store.errors import NotFoundError, StoreError
 from store.runs import get_run
 
 
@@ -102,7 +102,11 @@ def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mappi
         run = get_run(session, run_id)
         stored = list_dynamic_stiffness(session, analysis_id)
     points = tuple(map(sine_point, stored))
-    return laws_of(Measurement(run.title, article_from(run.setup), (), points, raw=False))
+    try:
+        article = article_from(run.setup)
+    except StoreError as error:
+        raise ApiError(f"run {run_id} has no article whose joints its points could be of: {error}") from error
+    return laws_of(Measurement(run.title, article, (), points, raw=False))
 
 
 def stiffness_at(

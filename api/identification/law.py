@@ -18,11 +18,11 @@ from api.errors import ApiError
 from api.identification.direct import CONFIGURATIONS, direct_of
 from api.identification.measurement import Measurement
 from api.identification.sine_points import sine_point
+from api.identification.stored import article_of
 from store.analyses import AnalysisKind, latest_analysis
-from store.bundle_setup import article_from
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
-from store.errors import NotFoundError, StoreError
+from store.errors import NotFoundError
 from store.runs import get_run
 
 
@@ -95,18 +95,14 @@ def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mappi
     """The laws through the stored points of an analysis, which never change; the next asker has them at once.
 
     Raises:
-        NotFoundError: there is no such run, or the analysis has no points.
+        NotFoundError: there is no such run, it has no article, or the analysis has no points.
         ApiError, AnalysisError: what `laws_of` raises.
     """
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         stored = list_dynamic_stiffness(session, analysis_id)
     points = tuple(map(sine_point, stored))
-    try:
-        article = article_from(run.setup)
-    except StoreError as error:
-        raise ApiError(f"run {run_id} has no article whose joints its points could be of: {error}") from error
-    return laws_of(Measurement(run.title, article, (), points, raw=False))
+    return laws_of(Measurement(run.title, article_of(run), (), points, raw=False))
 
 
 def stiffness_at(

@@ -15,10 +15,10 @@ from analysis.structure.joints import Joint
 from api.identification.inverse import LIKELIHOOD, PAPER
 from api.identification.measurement import dof, responses_of
 from api.identification.record import SUSPENDED_METHOD
-from api.identification.stored import METHODS, newest_joints
+from api.identification.stored import METHODS, article_of, newest_joints
 from api.identification.structure import beam_of, free_beam_with
 from store.analyses import Analysis, AnalysisKind, get_analysis
-from store.bundle_setup import Article, article_from
+from store.bundle_setup import Article
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.frequency_responses import list_frequency_responses
@@ -49,10 +49,10 @@ def stored_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
     """The newest joints of a run on its beam, with the material, the mesh and the damping that they were found with.
 
     Raises:
-        NotFoundError: the run has no accelerances, or no joints by both methods; or an older version found these, which
-            did not keep on what beam.
+        NotFoundError: the run has no article, no accelerances, or no joints by both methods; or an older version found
+            these, which did not keep on what beam.
     """
-    article = article_from(run.setup)
+    article = article_of(run)
     newest = newest_joints(catalogue, run)
     if not {PAPER, LIKELIHOOD} <= set(newest):
         raise NotFoundError(f"run {run.id} has no joints by both inverse methods")

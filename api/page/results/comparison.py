@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from api.identification.stored import METHODS, newest_joints, stored_direct
+from api.identification.stored import METHODS, newest_joints
 from api.page.charts import comparison as charts
 from api.page.charts.sines import panel
 from api.page.controls import chart
 from api.page.markup import Cell, show, table
-from api.page.results.section import Section, newest_of, show_origin
+from api.page.results.section import Section, direct_where_known, newest_of, show_origin
 from api.page.words import interval
 from api.report.curves import Panel, loss_factor_panels, stiffness_panels
 from store.analyses import Analysis, AnalysisKind
@@ -26,7 +26,9 @@ def _read(catalogue: Catalogue, run: Run) -> Found:
     with catalogue.reading() as session:
         compared = list_comparisons(session, newest.id)
     joints = {METHODS.get(name, name): own for name, (_, own) in newest_joints(catalogue, run).items()}
-    direct = stored_direct(catalogue, run)
+    direct = direct_where_known(catalogue, run)
+    if not direct:
+        return newest, compared, [], []
     return newest, compared, stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from api.identification.direct import Direct
+from api.identification.stored import stored_direct
 from api.identification.stored_inverse import StoredInverse, stored_inverse
 from api.page.markup import Link, details, show, terms
 from api.page.words import moment
@@ -58,6 +60,14 @@ def inverse_where_known(catalogue: Catalogue, run: Run) -> StoredInverse | None:
         return stored_inverse(catalogue, run)
     except NotFoundError:
         return None
+
+
+def direct_where_known(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
+    """What the sine points of a run say of each joint's cylinders; nothing where nobody knows of what article."""
+    try:
+        return stored_direct(catalogue, run)
+    except NotFoundError:
+        return {}
 
 
 def show_origin(analysis: Analysis) -> None:

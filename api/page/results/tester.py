@@ -8,11 +8,10 @@ import numpy as np
 from nicegui import ui
 
 from api.identification.direct import Direct
-from api.identification.stored import stored_direct
 from api.page.charts import sines
 from api.page.controls import chart
 from api.page.markup import paragraph, show
-from api.page.results.section import Section, newest_of, show_origin
+from api.page.results.section import Section, direct_where_known, newest_of, show_origin
 from api.report.curves import superposition_curves
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
@@ -27,7 +26,7 @@ def _read(catalogue: Catalogue, run: Run) -> Found:
     newest = newest_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS, "dynamic stiffness")
     with catalogue.reading() as session:
         points = list_dynamic_stiffness(session, newest.id)
-    return newest, points, stored_direct(catalogue, run)
+    return newest, points, direct_where_known(catalogue, run)
 
 
 def _draw(_run: Run, found: Found) -> None:

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.frequency_response import FrequencyResponses, Real
+from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
+from analysis.inverse.blow_scatter import information_from_scatter
 from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
@@ -46,7 +47,9 @@ class JointFit:
         joints: by name.
         labels: (parameters,) of the joints, then of the bench's deviations.
         values: (parameters,) most likely.
-        covariance: (parameters, parameters) with noise multiplied by `noise_scale`.
+        covariance: (parameters, parameters) with noise multiplied by `noise_scale`, and with what lines have in common
+            where single blows say it.
+        curvature: (parameters, parameters) the inverse of chi-square's, the covariance were lines independent.
         deviations: of the bench, as estimated.
         chi_square_per_line, chi_square_per_row: (lines,), (rows,) per datum; 1 is noise alone.
         noise_scale: what the noise's variance was multiplied by: chi-square per degree of freedom where that exceeds
@@ -61,6 +64,7 @@ class JointFit:
     labels: tuple[str, ...]
     values: Real
     covariance: Real
+    curvature: Real
     deviations: Deviations
     chi_square_per_line: Real
     chi_square_per_row: Real
@@ -88,7 +92,8 @@ class JointFit:
         mean, whole = self.likelihood.prior
         weight = np.zeros_like(whole)
         weight[:count, :count] = whole[:count, :count]
-        return prior_effect(_terms_slope(self.likelihood, self.values), self.covariance, weight, self.values - mean)
+        slope = _terms_slope(self.likelihood, self.values)
+        return prior_effect(slope, self.curvature, self.covariance, weight, self.values - mean)
 
     @property
     def exponents(self) -> dict[str, Estimate]:
@@ -154,12 +159,13 @@ class JointFit:
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
 
-def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
+def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex | None = None) -> JointFit:
     """What a minimum says.
 
     Args:
         likelihood: that was maximised.
         found: where.
+        scatter: (rows, blows, lines) how far each blow moves the average of its row; None where blows are not known.
     """
     model, names = likelihood.model, likelihood.parameters.names
     response = likelihood.response(found.values)
@@ -168,7 +174,10 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
     scale = max(1.0, float(np.mean(square)) / freedom)
 
     _, weight = likelihood.prior
-    covariance = inverse((found.at.normal - weight) / scale + weight)
+    curvature = covariance = inverse((found.at.normal - weight) / scale + weight)
+    if scatter is not None:
+        of_blows = information_from_scatter(likelihood, found.values, response, scatter)
+        covariance = curvature @ (of_blows / scale + weight) @ curvature
     upper = likelihood.upper(found.values).reshape(len(names), HALF)
     terms = np.hstack([upper.real, upper.imag])
     terms_covariance = _terms_covariance(likelihood, found.values, covariance)
@@ -195,6 +204,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum) -> JointFit:
         labels=(*likelihood.parameters.labels, *labels.tolist()),
         values=found.values,
         covariance=covariance,
+        curvature=curvature,
         deviations=likelihood.deviations(found.values),
         chi_square_per_line=per_line,
         chi_square_per_row=per_row,

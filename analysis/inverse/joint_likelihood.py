@@ -96,7 +96,7 @@ def identify_from_responses(
             fitted = target.response(found.values).accelerance
             target = replace(target, deviation=np.sqrt(variance_from_residual(lines.accelerance, fitted)))
             found = minimise(target, found.values, FINALLY, MOST_STEPS)
-    return described(target, found)
+    return described(target, found, lines.scatter)
 
 
 def _search(target: ResponseLikelihood, starts: Sequence[Real]) -> Minimum:

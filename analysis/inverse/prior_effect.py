@@ -24,20 +24,21 @@ class PriorEffect:
     share: Real
 
 
-def prior_effect(slope: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
+def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
     """Bias and share of a Gaussian prior.
 
     With F the information of the data and R that of the prior the estimate is off by -(F + R)^-1 R (theta - theta0),
     and its covariance is C F C + C R C with C = (F + R)^-1 (A. E. Hoerl, R. W. Kennard, Technometrics 12, 1970, for R
-    alike in all directions).
+    alike in all directions); where lines err together, what they say takes the place of the middle F.
 
     Args:
         slope: (terms, parameters) derivative of the terms.
-        covariance: (parameters, parameters) C.
+        curvature: (parameters, parameters) C.
+        covariance: (parameters, parameters) of the estimate; C itself where the data's errors are those of F.
         weight: (parameters, parameters) R; nil for what the prior in question is not about.
         off: (parameters,) theta - theta0.
     """
-    reach = slope @ covariance
+    reach = slope @ curvature
     of_prior = np.einsum("tp,pq,tq->t", reach, weight, reach)
-    whole = np.einsum("tp,tp->t", reach, slope)
+    whole = np.einsum("tp,pq,tq->t", slope, covariance, slope)
     return PriorEffect(-reach @ weight @ off, np.asarray(np.clip(of_prior / whole, 0.0, 1.0)))

@@ -20,7 +20,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
 from analysis.structure.beam import DIRECTIONS, FreeBeam
-from analysis.structure.beam_motion import modes_near
+from analysis.structure.beam_motion import modes_near, modes_under_blow
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,8 @@ class ResponseModel:
         """The free beam between joints, accelerometer and blows, for a bench with these deviations."""
         free = self.free_beam
         blows = zip(self.inputs, deviations.blow_positions.tolist(), strict=True)
-        ends = [modes_near(free, dof, d) for dof, d in ((self.response, deviations.sensor_position), *blows)]
+        sensor = modes_near(free, self.response, deviations.sensor_position)
+        ends = [sensor, *(modes_under_blow(free, dof, d) for dof, d in blows)]
         joints = [
             modes_near(free, Dof(node, way), d)
             for node, d in zip(self.joint_nodes, deviations.joint_positions.tolist(), strict=True)

@@ -35,7 +35,7 @@ class Tolerances:
         density: relative; known point masses share it.
         sensor_position: of the accelerometer along the beam, m.
         joint_position: of each joint along the beam, m.
-        blow_position: of each transverse row's blows along the beam, m.
+        blow_position: of each row's blows, m: along the beam, on an end face above or below its middle.
         inclination: of each cylinder, rad; used by the cylinder parameters only.
         joint_exponent: of the power of frequency that each joint follows; rubber has 0.02 to 0.2. Zero says that joints
             are constant.
@@ -70,15 +70,14 @@ class Tolerances:
     def deviations(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
         """(4 + 2 joints + rows,) standard deviations in the order of `Deviations`.
 
-        Along the beam a blow on the end face has no position, nor has an accelerometer that measures along it.
+        An accelerometer that measures along the beam has no position.
         """
-        transverse = [float(point.direction is Direction.Y) for point in inputs]
         sensor = self.sensor_position if response.direction is Direction.Y else 0.0
         return np.array(
             [self.sensor_gain, self.youngs_modulus, self.density, sensor]
             + joints * [self.joint_position]
             + joints * [self.joint_exponent]
-            + [self.blow_position * each for each in transverse]
+            + len(inputs) * [self.blow_position]
         )
 
 

@@ -30,6 +30,22 @@ def modes_near(free_beam: FreeBeam, dof: Dof, distance: float) -> tuple[Real, Re
     return value, slope
 
 
+def modes_under_blow(free_beam: FreeBeam, dof: Dof, distance: float) -> tuple[Real, Real]:
+    """(N,) what a unit force does to each free mode that is aimed at `dof`, and (N,) its derivative in `distance`, 1/m.
+
+    Args:
+        free_beam: the beam without joints.
+        dof: the mark.
+        distance: of the blow from it, m: to the right; on an end face, struck along the beam, above the middle, from
+            where the force bends the beam as well.
+    """
+    if dof.direction is not Direction.X:
+        return modes_near(free_beam, dof, distance)
+    along, _ = modes_near(free_beam, dof, 0.0)
+    turning, _ = modes_near(free_beam, Dof(dof.node, Direction.ROTATION), 0.0)
+    return along - distance * turning, -turning
+
+
 def _continued(free_beam: FreeBeam, number: int, along: float, dof: Dof) -> Real:
     """(2, N) motion and slope `along` m from the left end of element `number`, be it inside or not."""
     length = float(np.diff(free_beam.mesh.positions[number : number + 2])[0])

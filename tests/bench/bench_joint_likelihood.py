@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
@@ -190,9 +190,13 @@ def measured(off: Deviations, exact: tuple[Joint, Joint]) -> Complex:
     lines = bench.lines(FREQUENCY)
     rows = []
     for point, beside in zip(INPUTS, off.blow_positions, strict=True):
-        place = abs(float(NODES[point.node - 1] + beside))
-        place = min(place, 2 * BAR.length - place)  # no blow lands beside the beam
-        rows.append(bench.accelerance(lines, Load(place, **{point.direction.value: 1.0}), amplitude=1.0))
+        node = float(NODES[point.node - 1])
+        if point.direction is Direction.X:
+            load = Load(node, x=1.0, r=-float(beside))
+        else:
+            place = abs(node + float(beside))
+            load = Load(min(place, 2 * BAR.length - place), y=1.0)  # no blow lands beside the beam
+        rows.append(bench.accelerance(lines, load, amplitude=1.0))
     return np.asarray(np.array(rows) * (1 + off.gain))
 
 

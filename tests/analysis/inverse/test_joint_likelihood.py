@@ -181,14 +181,21 @@ def deviating(laboratory: Laboratory, seed: int) -> FrequencyResponses:
     )
     off[8 + laboratory.inputs.index(Dof.parse("1y"))] = abs(off[8 + laboratory.inputs.index(Dof.parse("1y"))])
     off[8 + laboratory.inputs.index(Dof.parse("11y"))] = -abs(off[8 + laboratory.inputs.index(Dof.parse("11y"))])
-    blows = [float(drawn[point.node - 1] + d) for point, d in zip(laboratory.inputs, off[8:], strict=True)]
+    across = [point.direction is Direction.Y for point in laboratory.inputs]
+    blows = [
+        float(drawn[point.node - 1] + way * d) for point, way, d in zip(laboratory.inputs, across, off[8:], strict=True)
+    ]
     sensor, supports = float(drawn[2] + off[3]), [float(drawn[1] + off[4]), float(drawn[9] + off[5])]
     places = sorted({0.0, length, sensor, *supports, *blows})
     node = {place: number for number, place in enumerate(places, start=1)}
     joints = [replace(joint, node=node[x]) for joint, x in zip(laboratory.joints, supports, strict=True)]
     inputs = [Dof(node[x], point.direction) for point, x in zip(laboratory.inputs, blows, strict=True)]
     free = assemble(beam, Mesh.through(places, 12), damping_ratios=RATIOS)
-    exact = accelerance(free, joints, FREQUENCY, Dof(node[sensor], Direction.Y), inputs).accelerance
+    response = Dof(node[sensor], Direction.Y)
+    exact = accelerance(free, joints, FREQUENCY, response, inputs).accelerance
+    turning = [Dof(point.node, Direction.ROTATION) for point in inputs]
+    moment = np.where(across, 0.0, -off[8:])[:, None]  # of a unit force along the beam beside the middle of its end
+    exact += moment * accelerance(free, joints, FREQUENCY, response, turning).accelerance
     return laboratory.measured(seed, exact * (1 + off[0]))
 
 

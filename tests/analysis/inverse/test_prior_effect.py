@@ -24,7 +24,8 @@ NOISE = 0.003
 def test_data_and_prior_share_a_term_by_their_information() -> None:
     data, prior, off = 3.0, 1.0, 2.0
     one = np.ones((1, 1))
-    found = prior_effect(one, one / (data + prior), prior * one, np.array([off]))
+    curvature = one / (data + prior)
+    found = prior_effect(one, curvature, curvature, prior * one, np.array([off]))
     assert found.share == pytest.approx([prior / (data + prior)])
     assert found.bias == pytest.approx([-prior / (data + prior) * off])
 
@@ -45,7 +46,7 @@ def test_the_bias_stated_is_by_how_much_a_fit_moves_under_its_prior(bench: Bench
     free = identify_from_responses(bench.free_beam, measured, bench.joints)
     pulled = identify_from_responses(bench.free_beam, measured, bench.joints, parameters=held)
     weight = np.diag(1 / held.deviation**2)
-    expected = prior_effect(np.eye(24), pulled.covariance, weight, free.values - held.mean).bias
+    expected = prior_effect(np.eye(24), pulled.curvature, pulled.covariance, weight, free.values - held.mean).bias
     moved = pulled.values - free.values
     deviation = np.sqrt(np.diag(pulled.covariance))
     assert np.max(np.abs(moved) / deviation) > 1

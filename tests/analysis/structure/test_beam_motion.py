@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.structure import element
 from analysis.structure.beam import Beam, Mesh, Theory, assemble
-from analysis.structure.beam_motion import modes_near
+from analysis.structure.beam_motion import modes_near, modes_under_blow
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -62,3 +62,19 @@ def test_beside_a_node_low_modes_move_as_on_a_mesh_with_a_node_there(paper_beam:
     expected = other.shapes[other.mesh.degree(Dof.parse("5y"))]
     elastic = slice(3, 6)  # rigid modes mix as they please
     np.testing.assert_allclose(np.abs(value[elastic]), np.abs(expected[elastic]), rtol=2e-4)
+
+
+def test_a_blow_above_the_middle_of_an_end_face_bends_the_beam_too(bench: Bench) -> None:
+    free, mark = bench.free_beam, Dof.parse("11x")
+    at = [free.mesh.degree(Dof(11, direction)) for direction in (Direction.X, Direction.ROTATION)]
+    force_and_moment = np.array([1.0, -2e-3])  # of 1 N along the beam, 2 mm above its axis
+    value, slope = modes_under_blow(free, mark, 2e-3)
+    np.testing.assert_allclose(value, force_and_moment @ free.shapes[at], atol=1e-12)
+    np.testing.assert_allclose(2e-3 * slope, value - modes_under_blow(free, mark, 0.0)[0], atol=1e-12)
+
+
+def test_a_blow_across_the_beam_is_where_it_lands(bench: Bench) -> None:
+    mark = Dof.parse("4y")
+    np.testing.assert_array_equal(
+        modes_under_blow(bench.free_beam, mark, 2e-3), modes_near(bench.free_beam, mark, 2e-3)
+    )

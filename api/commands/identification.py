@@ -263,7 +263,7 @@ def show(found: Identification) -> None:
             for text in regularisation_texts(found.inverse.fit, found.inverse.regularised):
                 out.print(text, style="yellow")
         if found.inverse.remedies:
-            out.print("What would mend the weakest direction of the stiffnesses (EI/L^3):")
+            out.print("What would mend the weakest direction of the stiffnesses (EI/L^3, noise of the lines alone):")
             for remedy in found.inverse.remedies:
                 out.print(f"  {remedy.text}")
         gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]

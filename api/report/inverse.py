@@ -247,9 +247,8 @@ def _remedies(inverse: Inverse) -> list[Table]:
     if not inverse.remedies:
         return []
     rows = tuple((remedy.text,) for remedy in inverse.remedies)
-    return [
-        Table("What would mend the weakest direction of the stiffnesses (EI/L³), the best first", ("remedy",), rows)
-    ]
+    title = "What would mend the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
+    return [Table(title, ("remedy",), rows)]
 
 
 def _term_rows(terms: tuple[TermRow, ...]) -> Rows:

@@ -274,16 +274,7 @@ def _readings(found: Fit) -> Complex:
 
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
-    reference = measurement.sets[0]
-    shape = len(inputs), frequency.size
-    asked = HammerSet(
-        inputs,
-        frequency,
-        np.zeros(shape, dtype=complex),
-        np.ones(shape),
-        reference.peak_force,
-        decay=reference.decay,
-    )
+    asked = measurement.sets[0].elsewhere(inputs, frequency)
     shared = len(simulation.shared)
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
     whole = simulation.of(replace(measurement, sets=(asked,)))

@@ -127,10 +127,9 @@ class Likelihood:
         tolerances = self.measurement.tolerances
         gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
         blows = []
-        for number, each in enumerate(sets):
+        for number in range(len(sets)):
             offset = scores[self._first_blow[number] : self._first_blow[number + 1]]
-            across = np.array([dof.direction is Direction.Y for dof in each.inputs])
-            blows.append(tolerances.impact_position * np.where(across, offset, 0.0))
+            blows.append(tolerances.impact_position * offset)
         return self.simulation.state(scores[:shared], gains, blows)
 
     def deviation(self, hammer_set: HammerSet) -> Real:
@@ -209,11 +208,10 @@ class Likelihood:
             gain = 1 + values[first + number] * tolerances.sensor_gain
             by_gain = _as_parts(tolerances.sensor_gain / gain * predicted.accelerances[number] * weight)
             by_blow = _as_parts(predicted.by_blow[number] * weight)
-            for row, dof in enumerate(each.inputs):
+            for row in range(len(each.inputs)):
                 at = slice(place, place + by_gain.shape[1])
                 found[number, at] = by_gain[row]
-                if dof.direction is Direction.Y:
-                    found[self._first_blow[number] - first + row, at] = by_blow[row]
+                found[self._first_blow[number] - first + row, at] = by_blow[row]
                 place = at.stop
         return found
 

@@ -10,8 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.dof import Direction, Dof
-from analysis.frequency_response import Real
+from analysis.dof import Dof
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.held_out import HeldOut
 from analysis.gap.measurement import HammerSet, StatedTolerances
@@ -36,17 +35,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
     """The same for a set struck at points that were not measured, with the noise that the reference set has."""
     likelihood = found.likelihood
     reference = likelihood.measurement.sets[0]
-    noise = np.sqrt(np.mean(reference.deviation**2, axis=0))
-    shape = len(unseen), reference.frequency.size
-    there = HammerSet(
-        tuple(unseen),
-        reference.frequency,
-        np.ones(shape, dtype=complex),
-        np.broadcast_to(noise, shape),
-        reference.peak_force,
-        reference.temperature,
-        decay=reference.decay,
-    )
+    there = reference.elsewhere(tuple(unseen), reference.frequency)
     other = Likelihood(likelihood.simulation.of(replace(likelihood.measurement, sets=(there,))))
     scores = np.zeros(other.unknowns)
     shared = len(other.simulation.shared)
@@ -59,7 +48,7 @@ def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: Sta
     differing = measured = 0.0
     for number, each in enumerate(sets):
         size = np.abs(predicted.accelerances[number]) ** 2
-        beside = np.abs(predicted.by_blow[number]) ** 2 * _across(each)[:, None]
+        beside = np.abs(predicted.by_blow[number]) ** 2
         differing += float(np.sum(tolerances.sensor_gain**2 * size + beside + 2 * each.deviation**2))
         measured += float(np.sum(size))
     return 100 * float(np.sqrt(differing / measured))
@@ -85,7 +74,3 @@ def carried_over(found: HeldOut, unseen_floor: float) -> HeldOut:
         inverse=replace(found.inverse, percent=there(found.inverse.percent)),
         ci90_percent=(there(low), there(high)),
     )
-
-
-def _across(each: HammerSet) -> Real:
-    return np.array([dof.direction is Direction.Y for dof in each.inputs], dtype=float)

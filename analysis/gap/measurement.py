@@ -112,6 +112,20 @@ class HammerSet:
             coherence=None if self.coherence is None else self.coherence[:, keep],
         )
 
+    def elsewhere(self, inputs: tuple[Dof, ...], frequency: Real) -> HammerSet:
+        """The same struck elsewhere, where nothing is known but the noise that its rows have on average."""
+        noise = np.interp(frequency, self.frequency, np.sqrt(np.mean(self.deviation**2, axis=0)))
+        shape = len(inputs), frequency.size
+        nothing = np.zeros(shape, dtype=complex)
+        return replace(
+            self,
+            inputs=inputs,
+            frequency=frequency,
+            accelerance=nothing,
+            deviation=np.broadcast_to(noise, shape),
+            coherence=None,
+        )
+
     def rows(self, keep: NDArray[np.bool_]) -> HammerSet:
         """The same with some of its rows."""
         inputs = tuple(dof for dof, kept in zip(self.inputs, keep, strict=True) if kept)

@@ -43,7 +43,7 @@ class Prediction:
     Attributes:
         accelerances: for each set, (rows, lines), (m/s^2)/N.
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
-        by_blow: for each set, (rows, lines) per score of the place of its own blow.
+        by_blow: for each set, (rows, lines) per score of the place of its own blow; nil along the beam.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """

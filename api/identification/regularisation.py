@@ -11,7 +11,7 @@ from analysis.inverse.joint_estimate import square
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses, turning_modestly
 from analysis.inverse.joint_parameters import HALF, held_terms
-from analysis.inverse.regression import TERMS
+from analysis.inverse.term_reasons import term_names
 from analysis.inverse.tolerances import Tolerances
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
@@ -34,7 +34,7 @@ def regularised(
 def regularisation_texts(fit: JointFit, share: float) -> list[str]:
     """What is assumed, and what that does to the terms."""
     effect = fit.prior_effect
-    names = np.array([f"{term}({joint})" for joint in fit.joints for term in TERMS])
+    names = np.array(term_names(tuple(fit.joints)))
     mostly = effect.share > MOSTLY
     deviation = np.sqrt(np.diag(fit.terms_covariance))
     found = [

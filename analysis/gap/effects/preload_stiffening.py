@@ -33,7 +33,12 @@ class PreloadStiffening(Effect):
         return (Parameter("s", "1/mm", 0.0, 0.67),)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        return cylinders.scaled(1 + given["s"] * self.preset_mm, 1.0) if loading.tester else cylinders
+        more = given["s"] * self.preset_mm
+        return cylinders.scaled(1 + more, 1 + self.loss_share(given) * more) if loading.tester else cylinders
+
+    def loss_share(self, given: Given) -> float:
+        """What loss grows by, over what stiffness grows by."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -42,9 +47,8 @@ class PreloadWithLoss(PreloadStiffening):
 
     law = "stiffness and loss alike"
 
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        factor = 1 + given["s"] * self.preset_mm
-        return cylinders.scaled(factor, factor) if loading.tester else cylinders
+    def loss_share(self, given: Given) -> float:
+        return 1.0
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,5 @@ class PreloadWithSomeLoss(PreloadStiffening):
     def parameters(self) -> tuple[Parameter, ...]:
         return (*super().parameters, Parameter("loss_share", "1", 0.5, 0.25))
 
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        more = given["s"] * self.preset_mm
-        return cylinders.scaled(1 + more, 1 + given["loss_share"] * more) if loading.tester else cylinders
+    def loss_share(self, given: Given) -> float:
+        return given["loss_share"]

@@ -207,7 +207,7 @@ def main() -> None:
             for trial in trials:
                 try:
                     outcomes[trial()] += 1
-                except Exception as error:  # noqa: BLE001  # whatever it is, the table says so
+                except Exception as error:  # noqa: BLE001 - whatever it is, the table says so
                     wrong.append(f"{type(error).__name__}: {error}"[:160])
                     rig.tester.script.clear()
                     rig.daq.faults.clear()

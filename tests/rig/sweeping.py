@@ -83,7 +83,7 @@ class Run(threading.Thread):
     def run(self) -> None:
         try:
             self._target_run(self._control)
-        except Exception as error:  # noqa: BLE001  # whatever it is, the test looks at it
+        except Exception as error:  # noqa: BLE001 - whatever it is, the test looks at it
             self.error = error
 
     def ended(self) -> Exception | None:

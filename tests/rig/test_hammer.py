@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,8 +96,8 @@ def chassis(server: DaqServer) -> Iterator[Chassis]:
         yield chassis
 
 
-def settings(*points: Dof, **changes: object) -> HammerSettings:
-    return replace(HammerSettings(points=points or (POINT,), blow_timeout=5.0), **changes)  # type: ignore[arg-type]
+def settings(*points: Dof, **changes: Any) -> HammerSettings:
+    return replace(HammerSettings(points=points or (POINT,), blow_timeout=5.0), **changes)
 
 
 def test_the_paper_s_points_are_nine_across_and_two_along() -> None:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -30,10 +31,10 @@ PRESET = 5e-4
 
 
 @contextmanager
-def serving(speed: float = 200.0, **limits: object) -> Iterator[Server]:
+def serving(speed: float = 200.0, **limits: Any) -> Iterator[Server]:
     bench = Bench(11, Clock(speed))
     bench.mount("I", "shear")
-    server = start_tester_server(bench, limits=replace(DeviceLimits(), **limits))  # type: ignore[arg-type]
+    server = start_tester_server(bench, limits=replace(DeviceLimits(), **limits))
     try:
         yield server
     finally:

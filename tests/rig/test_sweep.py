@@ -18,7 +18,7 @@ from rig import tester, tester_limits, tester_status
 from rig.errors import RigError
 from rig.operator import Event, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted
 from rig.registers import CommandCode, Interlock, State
-from rig.sweep import PlanError, SinePoint, SweepPlan, run_sweep
+from rig.sweep import PlanError, SinePoint, SineSink, SweepPlan, run_sweep
 from rig.thermometer import Thermometer, ThermometerError
 from simlab.bench import Bench
 from simlab.clock import Clock
@@ -90,7 +90,7 @@ def laboratory() -> Iterator[Laboratory]:
 
 def sweep(
     laboratory: Laboratory,
-    sink: object,
+    sink: SineSink,
     plan: SweepPlan = SMALL,
     events: list[Event] | None = None,
     limits: tester_limits.TesterLimits | None = None,
@@ -102,7 +102,7 @@ def sweep(
         tester.connect(laboratory.tester.url, limits, timeout=0.15) as driver,
     ):
         observer = (lambda _: None) if events is None else events.append
-        run_sweep(plan, driver, recorder, thermometer, laboratory, sink, observer)  # type: ignore[arg-type]
+        run_sweep(plan, driver, recorder, thermometer, laboratory, sink, observer)
 
 
 def test_a_small_sweep_finds_the_truth_at_the_amplitudes_asked_for(laboratory: Laboratory) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -86,9 +87,9 @@ def test_the_usual_spellings_of_the_unit_are_read(
     ],
 )
 def test_a_row_that_does_not_belong_is_refused_by_file_and_point(
-    tmp_path: Path, functions: list[UffFunction], change: dict[str, object], said: str
+    tmp_path: Path, functions: list[UffFunction], change: dict[str, Any], said: str
 ) -> None:
-    write_uff(tmp_path / "set.unv", [functions[0], replace(functions[1], **change)])  # type: ignore[arg-type]
+    write_uff(tmp_path / "set.unv", [functions[0], replace(functions[1], **change)])
     with pytest.raises(StoreError, match=f"set.unv.*{said}"):
         read_accelerances(tmp_path / "set.unv")
 

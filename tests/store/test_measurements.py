@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, date, datetime, timedelta, timezone
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,10 +46,10 @@ def test_a_run_comes_back_as_it_was_started(catalogue: Catalogue, filled: int, s
 def test_the_configuration_hash_is_equal_for_equal_configurations_only(
     catalogue: Catalogue, samples: SimpleNamespace
 ) -> None:
-    def configuration_hash(**changes: object) -> str:
-        given = {"setup": {"a": 1, "b": 2}, "channels": [samples.hammer], **changes}
+    def configuration_hash(**changes: Any) -> str:
+        given: dict[str, Any] = {"setup": {"a": 1, "b": 2}, "channels": [samples.hammer], **changes}
         with catalogue.writing() as session:
-            return start_run(session, kind="hammer", title="t", article="a", **given).configuration_hash  # type: ignore[arg-type]
+            return start_run(session, kind="hammer", title="t", article="a", **given).configuration_hash
 
     first = configuration_hash()
     assert configuration_hash(setup={"b": 2, "a": 1}) == first

@@ -312,14 +312,17 @@ def uncorrected(
 ) -> tuple[float, float] | None:
     """k in N/m and gamma of one record, for whoever watches, before any correction of the tester; None: it is no sine.
 
+    The frequency is taken for what was commanded, as it is for the amplitude: to refine it takes longer than everything
+    else, and moves k and gamma by less than their errors.
+
     Args:
         displacement: (samples,) in m.
         force: (samples,) in N.
         sample_rate: in Hz.
-        frequency: in Hz.
+        frequency: as commanded, in Hz.
     """
     try:
-        found = dynamic_stiffness(displacement, force, sample_rate, frequency)
+        found = dynamic_stiffness(displacement, force, sample_rate, frequency, harmonics=HARMONICS, refine=False)
     except AnalysisError:
         return None
     return found.stiffness, found.loss_factor

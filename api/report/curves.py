@@ -22,6 +22,7 @@ JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
 FIGURED_POINTS = (("Fig. 7", Dof(3, Direction.Y)), ("Fig. 8", Dof(1, Direction.Y)), ("Fig. 9", Dof(1, Direction.X)))
 """Driving point, transverse cross point and longitudinal blow."""
 ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
+"""Of the stiffness, by name and place: those that a hammer finds."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,14 +41,13 @@ def _table(
     caption: str, joint: JointMatrix, value: Real, interval: Real, reasons: Mapping[str, str], is_ratio: bool = False
 ) -> Table:
     def cell(row: int, column: int) -> Cell:
-        at = (row, column)
-        why = reasons.get(f"k{row + 1}{column + 1}", NOT_OBSERVABLE)
+        at, why = (row, column), reasons.get(f"k{row + 1}{column + 1}")
         if np.isnan(value[at]):
-            return Unknown("–", reasons.get(f"k{row + 1}{column + 1}", NEAR_ZERO))
+            return Unknown("–", why or NEAR_ZERO)
         unit = "" if is_ratio else UNITS[row][column]
         scale = SCALES[unit]
         text = f"{number(float(value[at]) / scale)} [{ends(interval[at] / scale)}] {unit}".strip()
-        return text if joint.observable[at] else Unknown(text, why)
+        return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
 
     rows = tuple((AXES[row], *(cell(row, column) for column in range(3))) for row in range(3))
     return Table(caption, ("", *AXES), rows)

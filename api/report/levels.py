@@ -9,9 +9,8 @@ import numpy as np
 from analysis.blow_amplitude import JointAmplitude
 from api.identification.levels import Level
 from api.report import figures
+from api.report.curves import ELEMENTS
 from api.report.section import Picture, Section, Table, ends, number
-
-ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
 
 
 def levels_section(levels: Sequence[Level]) -> Section:

@@ -16,11 +16,11 @@ from analysis.modes import Modes
 from api.report.curves import Curve, Panel
 from api.report.plots import (
     AMPLITUDE_COLOURS,
+    AMPLITUDE_STYLES,
     BLUE,
     CURVE_STYLES,
     GREEN,
     GREY,
-    LINES,
     MEASURED,
     ORANGE,
     PREDICTED,
@@ -163,8 +163,8 @@ def dynamic_stiffness(
 
 
 def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
-    styled = zip(sorted(curves.items(), reverse=True), AMPLITUDE_COLOURS * 9, LINES * 9, strict=False)
-    for (amplitude, curve), colour, line in styled:
+    for (amplitude, curve), style in zip(sorted(curves.items(), reverse=True), AMPLITUDE_STYLES, strict=False):
+        colour, line = style
         low, high = (curve.value - curve.half_width) / unit, (curve.value + curve.half_width) / unit
         axes.plot(
             curve.frequency, curve.value / unit, linestyle=line, color=colour, linewidth=1.3, label=f"{amplitude:g}"
@@ -175,8 +175,8 @@ def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
 def superposition(joint: str, computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
     drawn, (axes,) = figure(height=3.0)
-    styled = zip(sorted(measured.items(), reverse=True), AMPLITUDE_COLOURS * 9, LINES * 9, strict=False)
-    for (amplitude, curve), colour, line in styled:
+    for (amplitude, curve), style in zip(sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, strict=False):
+        colour, line = style
         axes.plot(curve.frequency, curve.value / 1e6, linestyle=line, color=colour, label=f"measured, {amplitude:g} mm")
         sums = computed[amplitude]
         axes.plot(sums.frequency, sums.value / 1e6, "+", color=colour, label=f"computed, {amplitude:g} mm")

@@ -19,6 +19,7 @@ LINES = ("solid", "dashed", "dotted", "dashdot")
 MEASURED, PREDICTED = BLACK, ORANGE
 CURVE_STYLES = ((MEASURED, "solid"), (ORANGE, "dashed"), (BLUE, "dotted"))
 AMPLITUDE_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
+AMPLITUDE_STYLES = tuple(zip(AMPLITUDE_COLOURS * 9, LINES * 9, strict=False))
 
 
 def stroke(index: int) -> tuple[str, str]:

@@ -72,12 +72,16 @@ def line(name: str, x: Real, y: Real, **more: Any) -> Options:
     return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
 
 
-def styled(index: int, width: float = 2) -> Options:
-    """How curve `index` of many is drawn, as in the report: by colour, kind of line, and its name at its end."""
+def inked(colour: str, kind: str, width: float = 2) -> Options:
+    """How a line is drawn, its kind named as in the report: solid, dashed, dotted or dashdot."""
+    return {"color": colour, "lineStyle": {"width": width, "type": DASH_DOT if kind == "dashdot" else kind}}
+
+
+def told_apart(index: int, width: float = 2) -> Options:
+    """How curve `index` of many is drawn: by colour, kind of line, and its name at its end."""
     colour, kind = stroke(index)
-    drawn: str | list[int] = DASH_DOT if kind == "dashdot" else kind
     label = {"show": True, "formatter": "{a}", "color": colour, "fontSize": 12, "distance": 3}
-    return {"color": colour, "lineStyle": {"width": width, "type": drawn}, "endLabel": label}
+    return inked(colour, kind, width) | {"endLabel": label}
 
 
 def dots(name: str, x: Real, y: Real, **more: Any) -> Options:

@@ -16,20 +16,22 @@ from api.page.charts.axes import (
     axis,
     dots,
     frequency_axis,
+    inked,
     line,
     phase_axis,
     plot,
-    styled,
 )
-from api.report.plots import CURVE_STYLES
+from api.report.plots import AMPLITUDE_COLOURS, CURVE_STYLES
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> Options:
     """Fig. 5: what the joint equations observe over what the identified joints give, for each joint."""
     span = max(float(np.abs(values).max()) for pair in observed_and_fitted.values() for values in pair)
     series = [
-        dots(f"joint {name}", fitted, observed, color=styled(index)["color"], symbol=SYMBOLS[index % len(SYMBOLS)])
-        for index, (name, (observed, fitted)) in enumerate(observed_and_fitted.items())
+        dots(f"joint {name}", fitted, observed, color=colour, symbol=symbol)
+        for (name, (observed, fitted)), colour, symbol in zip(
+            observed_and_fitted.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False
+        )
     ]
     ends = np.array([-span, span])
     series.append(line("slope one", ends, ends, color=INK, lineStyle={"width": 1, "type": "dashed"}))
@@ -50,7 +52,7 @@ def measured_and_predicted(
             angle = np.degrees(np.angle(row[keep]))
             series.append(dots(name, frequency, angle, color=colour, symbolSize=3))
         else:
-            stroke = {"width": 2 if responses is measured else 1.5, "type": kind}
-            series.append(line(name, frequency, np.abs(row[keep]), color=colour, lineStyle=stroke, sampling="lttb"))
+            look = inked(colour, kind, 2 if responses is measured else 1.5)
+            series.append(line(name, frequency, np.abs(row[keep]), sampling="lttb", **look))
     scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
     return plot(series, frequency_axis(measured.frequency), scale, zoom=True)

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.modal.stabilisation import Stabilisation
-from api.page.charts.axes import Options, Real, axis, dots, frequency_axis, line, phase_axis, plot, styled
+from api.page.charts.axes import Options, Real, axis, dots, frequency_axis, line, phase_axis, plot, told_apart
 from api.report.plots import BLACK, BLUE, ORANGE
 from api.report.section import number
 
 Complex = NDArray[np.complex128]
 SHOWN = 1  # accelerances that are shown at once; the legend shows the others
 ROOM_FOR_NAMES = 72  # px, at the ends of curves
+HAIRLINE = 1  # px, which browsers draw many times faster than anything wider
 HEAVY: Options = {"sampling": "lttb", "zlevel": 1}
-"""For thousands of points: browsers draw hairlines many times faster than anything wider, and on a canvas of their own
-they are not drawn anew with every move of the pointer."""
+"""For thousands of points, which on a canvas of their own are not drawn anew with every move of the pointer."""
 PHASES = 16  # of one cycle
 
 
@@ -36,7 +36,7 @@ def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Option
 
 def _rows(frequency: Real, values: Real, names: Sequence[str], scale: Options) -> Options:
     series = [
-        line(name, frequency, row, **HEAVY, **styled(index, width=1))
+        line(name, frequency, row, **HEAVY, **told_apart(index, HAIRLINE))
         for index, (name, row) in enumerate(zip(names, values, strict=True))
     ]
     made = plot(series, frequency_axis(frequency), scale, zoom=True)

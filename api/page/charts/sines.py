@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, line, pairs, plot, styled, thinned
-from api.report.curves import Curve as Sweep
-from api.report.curves import Panel
-from api.report.plots import AMPLITUDE_COLOURS, BLUE, ORANGE
+from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, inked, line, pairs, plot, thinned
+from api.report.curves import Curve, Panel
+from api.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
 
-Curve = tuple[Real, Real]
+Values = tuple[Real, Real]
 """Frequency in Hz and value, each (points,)."""
 Banded = tuple[Real, Real, Real]
 """Frequency in Hz, value and the half-width of its interval, each (points,)."""
@@ -32,7 +31,7 @@ def signals(time: Real, displacement: Real, force: Real) -> Options:
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
 
 
-def amplitudes(reached: Mapping[float, Curve]) -> Options:
+def amplitudes(reached: Mapping[float, Values]) -> Options:
     """Amplitude reached over amplitude asked, by the amplitude asked in mm peak to peak."""
     series = [
         dots(f"{asked:g} mm", *curve, color=colour, symbol=symbol)
@@ -41,7 +40,7 @@ def amplitudes(reached: Mapping[float, Curve]) -> Options:
     return plot(series, axis("frequency (Hz)"), axis("reached / asked"))
 
 
-def over_frequency(curves: Mapping[float, Curve], name: str) -> Options:
+def over_frequency(curves: Mapping[float, Values], name: str) -> Options:
     """Something over frequency, a line for each amplitude in mm peak to peak."""
     return plot(_lines(curves), axis("frequency (Hz)"), axis(name), zoom=True)
 
@@ -72,18 +71,20 @@ def panel(drawn: Panel, name: str, scale: float = 1.0) -> Options:
     return with_intervals(curves, name, bands)
 
 
-def superposition(computed: Mapping[float, Sweep], measured: Mapping[float, Sweep]) -> Options:
+def superposition(computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> Options:
     """Fig. 12: |k| of the angled pair, measured as lines, computed from compression and shear as marks."""
     series = []
-    for index, (amplitude, drawn) in enumerate(sorted(measured.items(), reverse=True)):
-        look, sums = styled(index) | {"endLabel": {"show": False}}, computed[amplitude]
-        series.append(line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **look))
-        mark = {"color": look["color"], "symbol": SYMBOLS[index % len(SYMBOLS)]}
+    for (amplitude, drawn), (colour, kind), symbol in zip(
+        sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, SYMBOLS * 9, strict=False
+    ):
+        series.append(line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **inked(colour, kind)))
+        sums = computed[amplitude]
+        mark = {"color": colour, "symbol": symbol}
         series.append(dots(f"computed, {amplitude:g} mm", sums.frequency, sums.value / 1e6, **mark))
     return plot(series, axis("frequency (Hz)"), axis("|k| (MN/m)", low=0), zoom=True)
 
 
-def _lines(curves: Mapping[float, Curve]) -> list[Options]:
+def _lines(curves: Mapping[float, Values]) -> list[Options]:
     return [
         line(f"{amplitude:g} mm", *curve, color=colour, showSymbol=True, symbol=symbol, symbolSize=7)
         for (amplitude, curve), colour, symbol in zip(curves.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False)
@@ -106,7 +107,7 @@ def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> O
     }
 
 
-def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Curve]:
+def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Values]:
     """Rows of amplitude, frequency and value as one curve for each amplitude, over rising frequency."""
     found: dict[float, list[tuple[float, float]]] = {}
     for amplitude, frequency, value in rows:

@@ -15,7 +15,7 @@ from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other
 from api.page.charts.inverse import measured_and_predicted, regression
 from api.page.charts.modal import accelerances, moving_shape
-from api.page.charts.sines import by_amplitude, panel, superposition, with_intervals
+from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition, with_intervals
 from api.page.markup import Bar, Link, filters, table
 from api.report.curves import Curve, Panel
 from api.report.plots import stroke
@@ -122,6 +122,11 @@ def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
         ("scatter", "computed, 0.1 mm"),
         ("line", "measured, 0.01 mm"),
         ("scatter", "computed, 0.01 mm"),
+    ]
+    # an amplitude has one colour in every chart
+    values = dict.fromkeys((0.1, 0.01), (sweep.frequency, sweep.value))
+    assert [each["color"] for each in over_frequency(values, "k")["series"]] == [
+        each["color"] for each in made["series"][::2]
     ]
 
 

@@ -13,8 +13,18 @@ from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.spectra import Estimator
+from api.commands.choices import (
+    Elements,
+    EstimatorOption,
+    ExponentialWindow,
+    ForceWindow,
+    FreeBeam,
+    JointExponent,
+    Regularise,
+    Without,
+    chosen,
+)
 from api.commands.terminal import (
-    LARGEST_RUN,
     check_writable,
     open_catalogue,
     out,
@@ -25,93 +35,15 @@ from api.commands.terminal import (
 from api.identification.document import identification_document, modes_document, plain
 from api.identification.inverse import exponent_texts
 from api.identification.measurement import dof
-from api.identification.options import (
-    AS_MEASURED,
-    LONGEST_WINDOW,
-    LOOSEST,
-    MOST_ELEMENTS,
-    SHORTEST_CONSTANT,
-    TIGHTEST,
-    Averaging,
-    Options,
-)
+from api.identification.options import AS_MEASURED, Options
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.regularisation import regularisation_texts
 from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
 from api.identification.suspended import SuspendedBeam
-from api.identification.tester_corrections import SWITCHES
 from api.progress import on_terminal
 from store.accelerance_file import read_accelerances
-from store.blow_window import BlowWindow
 from store.bundle import read_bundle
-
-Without = Annotated[
-    list[str] | None,
-    typer.Option(help=f"Leave a correction of the sine points off; may be repeated: {', '.join(SWITCHES)}."),
-]
-
-
-FreeBeam = Annotated[
-    int | None,
-    typer.Option(
-        metavar="RUN",
-        min=1,
-        max=LARGEST_RUN,
-        help="A run on the suspended beam, whose damping, modulus and density the beam then has, with their errors.",
-    ),
-]
-Elements = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        max=MOST_ELEMENTS,
-        help="Of the beam between neighbouring nodes; 1 is the paper's mesh. By default 8, or 32 where the article "
-        "states no tolerance.",
-    ),
-]
-JointExponent = Annotated[
-    float,
-    typer.Option(
-        min=0.0,
-        max=1.0,
-        help="Let every joint follow a power of frequency, its exponent nil within this standard deviation (rubber: "
-        "0.1). By default joints are constant.",
-    ),
-]
-
-Regularise = Annotated[
-    float | None,
-    typer.Option(
-        metavar="SHARE",
-        min=TIGHTEST,
-        max=LOOSEST,
-        help="Hold every term of the joints within this share of its size about the paper's method. By default not "
-        "at all.",
-    ),
-]
-EstimatorOption = Annotated[
-    Estimator,
-    typer.Option(
-        "--estimator", help="How blows are averaged: H1 trusts the force, H2 the acceleration, Hv neither more."
-    ),
-]
-ForceWindow = Annotated[
-    float | None,
-    typer.Option(
-        metavar="SECONDS", min=1e-4, max=LONGEST_WINDOW, help="Take force for nil so long after the trigger of a blow."
-    ),
-]
-ExponentialWindow = Annotated[
-    float | None,
-    typer.Option(
-        metavar="SECONDS",
-        min=SHORTEST_CONSTANT,
-        max=LONGEST_WINDOW,
-        help="Let force and acceleration of every blow fall with this time constant; what that adds to the damping is "
-        "taken out of modes and joints.",
-    ),
-]
 
 
 def register(app: typer.Typer) -> None:
@@ -138,10 +70,8 @@ def identify_(
     """
     if json_file is not None:
         check_writable(json_file)
-    averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
-    found = identified(
-        target, Options(tuple(without or ()), elements, joint_exponent, regularise, averaging), free_beam
-    )
+    options = chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
+    found = identified(target, options, free_beam)
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)

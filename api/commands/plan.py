@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from api.commands.identification import Elements
+from api.commands.choices import Elements
 from api.commands.sequences import named_sequence
 from api.commands.terminal import out, write_json
 from api.planning.plan import ExpectedCylinder, plan_of

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from analysis.modal.spectra import Estimator
-from api.commands.identification import (
+from api.commands.choices import (
     Elements,
     EstimatorOption,
     ExponentialWindow,
@@ -17,14 +17,13 @@ from api.commands.identification import (
     JointExponent,
     Regularise,
     Without,
-    identified,
+    chosen,
 )
+from api.commands.identification import identified
 from api.commands.terminal import open_catalogue, out, run_number
-from api.identification.options import Averaging, Options
 from api.report.gap import stored_gap_sections
 from api.report.page import write_report
 from api.report.section import Section
-from store.blow_window import BlowWindow
 
 
 def register(app: typer.Typer) -> None:
@@ -48,8 +47,7 @@ def report(
 
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
-    averaging = Averaging(estimator, BlowWindow(force_window, exponential_window))
-    options = Options(tuple(without or ()), elements, joint_exponent, regularise, averaging)
+    options = chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
     found, run = identified(target, options, free_beam), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:

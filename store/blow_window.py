@@ -47,21 +47,13 @@ class BlowWindow:
         """
         if text.strip().lower() in PLAIN:
             return cls()
-        found = dict[str, float]()
-        for part in text.lower().split(","):
-            match = _PART.fullmatch(part.strip())
-            value = float(match[2]) if match else 0.0
-            if (
-                match is None
-                or match[1] in found
-                or not value > 0
-                or (match[3] == "%" and not _is_share(match[1], value))
-            ):
-                raise StoreError(
-                    f"{text!r} is not a window that can be corrected for; write none, force 0.05 s, exponential 0.5 s "
-                    "(its time constant), exponential 5 % (what it leaves at the end), or both with a comma"
-                )
-            found[match[1]] = value if match[3] == "s" else block_seconds / -math.log(value / 100)
+        parts = [_part(each.strip(), block_seconds) for each in text.lower().split(",")]
+        found = dict(part for part in parts if part is not None)
+        if len(found) < len(parts):
+            raise StoreError(
+                f"{text!r} is not a window that can be corrected for; write none, force 0.05 s, exponential 0.5 s "
+                "(its time constant), exponential 5 % (what it leaves at the end), or both with a comma"
+            )
         return cls(found.get("force"), found.get("exponential"))
 
 
@@ -77,6 +69,13 @@ def stated_window(text: str, block_seconds: float) -> tuple[BlowWindow, str | No
         return NO_WINDOW, f"{error}; it is taken for none, and what it adds to the damping stays"
 
 
-def _is_share(name: str, percent: float) -> bool:
-    """Whether a percentage is what an exponential window leaves."""
-    return name == "exponential" and percent < 100
+def _part(text: str, block_seconds: float) -> tuple[str, float] | None:
+    """Which window it is, and its seconds; None where it is none that can be corrected for."""
+    match = _PART.fullmatch(text)
+    if match is None:
+        return None
+    name, value, unit = match[1], float(match[2]), match[3]
+    if unit == "s":
+        return (name, value) if 0 < value < math.inf else None
+    left = value / 100
+    return (name, block_seconds / -math.log(left)) if name == "exponential" and 0 < left < 1 else None

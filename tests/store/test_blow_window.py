@@ -40,7 +40,8 @@ def test_what_a_window_leaves_at_the_end_of_the_record_says_how_fast_it_falls() 
 @pytest.mark.parametrize(
     "text",
     ["", "hanning", "exponential", "exponential 0.5", "exponential 0 s", "exponential 100 %", "force 5 %",
-     "exponential 1 s, exponential 2 s", "force 0.05 s, ", "exponential -1 s"],
+     "exponential 1 s, exponential 2 s", "force 0.05 s, ", "exponential -1 s",
+     f"force 1{400 * '0'} s", "exponential 1e-323 %"],
 )  # fmt: skip
 def test_a_window_that_nobody_could_correct_for_is_refused_with_what_to_write(text: str) -> None:
     with pytest.raises(StoreError, match=r"not a window that can be corrected for; write none, force 0\.05 s"):

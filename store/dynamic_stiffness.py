@@ -80,12 +80,12 @@ class DynamicStiffness:
     sine_record_id: int | None = None
 
 
-_LISTS = ("flags", "shared_errors")
-_NUMBERS = tuple(each.name for each in fields(DynamicStiffness) if each.name not in ("specimen", *_LISTS))
+_JSON = ("flags", "shared_errors")
+_NUMBERS = tuple(each.name for each in fields(DynamicStiffness) if each.name not in ("specimen", *_JSON))
 # Columns instead of objects of the model: a sweep has a thousand points.
 COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
     models.Specimen.name,
-    *(getattr(models.DynamicStiffness, name) for name in (*_LISTS, *_NUMBERS)),
+    *(getattr(models.DynamicStiffness, name) for name in (*_JSON, *_NUMBERS)),
 )
 """What a query has to select of points and their specimens for `from_columns`."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from rig.detectors import TighterDetector, check_tighter
@@ -41,7 +41,7 @@ def tightened(tester: Tester, wanted: Mapping[Interlock, TighterDetector]) -> It
     _put_back(tester, wanted, before)
 
 
-def _put_back(tester: Tester, wanted: Mapping[Interlock, object], before: Mapping[Interlock, Detector]) -> None:
+def _put_back(tester: Tester, wanted: Iterable[Interlock], before: Mapping[Interlock, Detector]) -> None:
     try:
         for interlock in wanted:
             _put(tester, interlock, before[interlock])

@@ -181,11 +181,10 @@ class RunManager:
             RigError: the tester did not confirm that the actuator is at rest.
         """
         active = self._active if run_id is None else self._steered(run_id)
-        if active is None and self._instruments.tester_url is None:
-            return None
         if active is None:
-            with self._asking, self._watch.kept_off(), self._instruments.tester() as tester:
-                tester.halt()
+            if self._instruments.tester_url is not None:
+                with self._asking, self._watch.kept_off(), self._instruments.tester() as tester:
+                    tester.halt()
             return None
         self._observe(RunStopping(active.run_id))
         try:

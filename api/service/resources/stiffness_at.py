@@ -110,6 +110,15 @@ class TermScatterDocument(BaseModel):
     h: ScatterDocument
     gamma: ScatterDocument
 
+    @classmethod
+    def of(cls, stiffness: Scatter, damping: Scatter, loss_factor: Scatter) -> TermScatterDocument:
+        """What is shown of a term."""
+        return cls(
+            k=ScatterDocument.of(stiffness, "N/m"),
+            h=ScatterDocument.of(damping, "N/m"),
+            gamma=ScatterDocument.of(loss_factor, "1"),
+        )
+
 
 class SpecimensDocument(BaseModel):
     """What specimens differ by, taken to be of one kind."""
@@ -123,15 +132,9 @@ class SpecimensDocument(BaseModel):
         """What is shown of the scatter."""
         return cls(
             specimens=list(found.specimens),
-            shear=TermScatterDocument(
-                k=ScatterDocument.of(found.shear, "N/m"),
-                h=ScatterDocument.of(found.shear_damping, "N/m"),
-                gamma=ScatterDocument.of(found.shear_loss_factor, "1"),
-            ),
-            compression=TermScatterDocument(
-                k=ScatterDocument.of(found.compression, "N/m"),
-                h=ScatterDocument.of(found.compression_damping, "N/m"),
-                gamma=ScatterDocument.of(found.compression_loss_factor, "1"),
+            shear=TermScatterDocument.of(found.shear, found.shear_damping, found.shear_loss_factor),
+            compression=TermScatterDocument.of(
+                found.compression, found.compression_damping, found.compression_loss_factor
             ),
         )
 

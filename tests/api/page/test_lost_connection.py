@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from urllib.parse import urlencode
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from api.simulated import as_toml
 from simlab.hand_server import Hand
@@ -37,17 +37,23 @@ def service(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) ->
         yield service
 
 
-def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
-    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
-) -> None:
-    tab = open_tab(service)
-    tab.log_in()
+def struck_once(tab: Tab, hand: Hand) -> Page:
+    """The view of a hammer session that waits for its second blow."""
     page = tab.go(f"/page/measure?{urlencode(WANTED)}")
     page.get_by_role("button", name="Start").click()
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
     hand.do("strike", node=1, direction="y", what="clean")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+    return page
+
+
+def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
+    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
+) -> None:
+    tab = open_tab(service)
+    tab.log_in()
+    page = struck_once(tab, hand)
 
     service.kill()
     expect(page.locator("#dead")).to_be_visible()
@@ -78,12 +84,7 @@ def test_from_the_moment_a_page_is_connected_again_it_shows_nothing_but_the_trut
     tab = open_tab(service)
     tab.log_in()
     tab.page.add_init_script(WATCH)
-    page = tab.go(f"/page/measure?{urlencode(WANTED)}")
-    page.get_by_role("button", name="Start").click()
-    page.get_by_role("button", name="Done").click()
-    expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
-    hand.do("strike", node=1, direction="y", what="clean")
-    expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
+    page = struck_once(tab, hand)
 
     service.kill()
     expect(page.locator("#dead")).to_be_visible()

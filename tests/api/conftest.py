@@ -30,6 +30,9 @@ from store.catalogue import Catalogue
 
 SPEED = 200.0
 Command = Callable[..., CompletedProcess[str]]
+Contents = Callable[[], dict[str, Any]]
+Query = Callable[[str], list[tuple[Any, ...]]]
+Write = Callable[..., Path]
 
 
 @pytest.fixture
@@ -52,7 +55,7 @@ def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 
 
 @pytest.fixture
-def contents(tmp_path: Path) -> Callable[[], dict[str, Any]]:
+def contents(tmp_path: Path) -> Contents:
     """Rows of every table of jointlab.db, and the waveform files beside it: to show that nothing was stored."""
 
     def look() -> dict[str, Any]:
@@ -67,7 +70,7 @@ def contents(tmp_path: Path) -> Callable[[], dict[str, Any]]:
 
 
 @pytest.fixture
-def query(tmp_path: Path) -> Callable[[str], list[tuple[Any, ...]]]:
+def query(tmp_path: Path) -> Query:
     """Rows of a query to jointlab.db, as a person with a database client would ask."""
 
     def ask(statement: str) -> list[tuple[Any, ...]]:
@@ -113,7 +116,7 @@ def paper() -> dict[str, Any]:
 
 
 @pytest.fixture
-def sequence(tmp_path: Path) -> Callable[..., Path]:
+def sequence(tmp_path: Path) -> Write:
     """Write the paper's sequence with fewer blows and sine points; `hammer` and `sweep` say what is otherwise."""
 
     def write(hammer: dict[str, Any] | None = None, sweep: dict[str, Any] | None = None) -> Path:

@@ -14,9 +14,8 @@ import pytest
 
 from store.catalogue import Catalogue
 from store.runs import RunState, finish_run, get_run, start_run
+from tests.api.conftest import Command, Contents
 
-Command = Callable[..., CompletedProcess[str]]
-Contents = Callable[[], dict[str, Any]]
 BAD_INPUT = 3
 
 

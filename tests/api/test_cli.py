@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import pytest
 import typer
@@ -23,8 +21,8 @@ from rig.sweep import PlanError
 from rig.tester_limits import LimitExceededError
 from rig.tester_status import TesterRefusedError
 from store.errors import NotFoundError, StoreError
+from tests.api.conftest import Command
 
-Command = Callable[..., CompletedProcess[str]]
 PROMISED = ("demo", "simulate", "run", "import", "export", "identify", "modes", "report", "serve", "config")
 COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]  # of a group
 

@@ -11,18 +11,16 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import numpy as np
 import pytest
 
 from api.identification.inverse import LIKELIHOOD, PAPER
+from tests.api.conftest import Command
 
-Command = Callable[..., CompletedProcess[str]]
 CONFIGURATIONS = ["angled", "compression", "shear"]
 FREQUENCIES = [20.0, 100.0, 180.0]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import pytest
@@ -14,8 +13,7 @@ from analysis.gap.catalogue import effect_ids
 from simlab.case.bundle import write_case
 from simlab.case.draw import Kind, draw_case
 from store.accelerance_file import read_accelerances
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from subprocess import CompletedProcess
-from typing import Any
 
 import pytest
 import yaml
@@ -26,11 +23,10 @@ from rig.control import RunControl
 from rig.errors import RigError
 from rig.registers import State
 from simlab.laboratory import Laboratory
+from tests.api.conftest import Command, Query, Write
+from tests.api.keyboard import press
+from tests.waiting import LONG, until
 
-Command = Callable[..., CompletedProcess[str]]
-Query = Callable[[str], list[tuple[Any, ...]]]
-Write = Callable[..., Path]
-WITHIN = 20.0  # s, before a test gives up
 AT_A_TERMINAL = """
 import fcntl, os, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # keys typed there are signals here
@@ -38,18 +34,6 @@ sys.argv = ["jointlab", *sys.argv[1:]]
 from api.cli import main
 main()
 """
-
-
-def press(key: signal.Signals, times: int = 1) -> None:
-    for _ in range(times):
-        os.kill(os.getpid(), key)
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + WITHIN
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_on(
@@ -100,7 +84,7 @@ class Terminal:
         os.close(its)
 
     def wait_for(self, text: str) -> None:
-        end = time.monotonic() + WITHIN
+        end = time.monotonic() + LONG
         while text.encode() not in self._shown:
             assert time.monotonic() < end, self._shown.decode(errors="replace")
             if select.select([self._ours], [], [], 0.1)[0]:
@@ -130,7 +114,7 @@ def test_keys_typed_at_a_real_terminal_pause_a_run_and_stop_it(sequence: Write, 
         terminal.wait_for("going on")
         terminal.type_keys(b"\x03")
         terminal.wait_for("run 1 stopped; jointlab resume 1 goes on with it")
-        assert terminal.process.wait(WITHIN) == 130
+        assert terminal.process.wait(LONG) == 130
     assert query("SELECT state, reason FROM v_runs") == [("stopped", "stopped by hand")]
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import numpy as np
@@ -14,9 +12,7 @@ import pytest
 import yaml
 
 from api.errors import BAD_INPUT
-from tests.api.conftest import paper
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command, paper
 
 
 def test_the_papers_bench_is_planned_with_its_weak_directions_and_remedies(jointlab: Command, tmp_path: Path) -> None:

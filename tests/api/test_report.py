@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,8 @@ import pytest
 
 from api.report.plots import as_svg, figure
 from api.report.section import ends, number
+from tests.api.conftest import Command
 
-Command = Callable[..., CompletedProcess[str]]
 HOSTILE = '"><script src=http://elsewhere/x.js></script>$\\frac{'
 
 

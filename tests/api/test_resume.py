@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
-from typing import Any
 
 import pytest
 import yaml
@@ -19,17 +15,11 @@ from api.simulated import SimulatedOperator
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from tests.api.conftest import Command, Query, Write
+from tests.api.keyboard import press
 
-Command = Callable[..., CompletedProcess[str]]
-Query = Callable[[str], list[tuple[Any, ...]]]
-Write = Callable[..., Path]
 BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "sequences.md"
-
-
-def press_ctrl_c(times: int = 1) -> None:
-    for _ in range(times):
-        os.kill(os.getpid(), signal.SIGINT)
 
 
 def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
@@ -46,7 +36,7 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
 
     def strike(point: Dof, blow: int) -> None:
         if next(blows) == 6:
-            press_ctrl_c(3)
+            press(signal.SIGINT, 3)
         plain_strike(point, blow)
 
     monkeypatch.setattr(operator, "strike", strike)
@@ -59,7 +49,7 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
 
     def mount(specimen: str, configuration: str) -> None:
         if configuration == "shear":
-            press_ctrl_c(3)
+            press(signal.SIGINT, 3)
         plain_mount(specimen, configuration)
 
     monkeypatch.setattr(operator, "mount", mount)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -25,11 +24,8 @@ from store.bundle import read_bundle
 from store.catalogue import Catalogue
 from store.frequency_responses import list_frequency_responses
 from store.rig_limits import keep_rig_limits
+from tests.api.conftest import Command, Contents, Query, Write
 
-Command = Callable[..., CompletedProcess[str]]
-Contents = Callable[[], dict[str, Any]]
-Query = Callable[[str], list[tuple[Any, ...]]]
-Write = Callable[..., Path]
 BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
 
 

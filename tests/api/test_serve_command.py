@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import httpx
 import pytest
@@ -22,8 +21,7 @@ from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.rig_lock import driving_alone
 from store.runs import list_runs
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command
 
 
 @contextmanager

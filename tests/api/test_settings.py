@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
 from datetime import date
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import pytest
 
@@ -14,8 +12,8 @@ from api.errors import SettingsError
 from api.settings import Settings, load_settings
 from api.simulated import CHANNELS, as_toml, simulated_settings
 from simlab.laboratory import Addresses
+from tests.api.conftest import Command
 
-Command = Callable[..., CompletedProcess[str]]
 ADDRESSES = Addresses("grpc://127.0.0.1:1", "tcp://127.0.0.1:2", "socket://127.0.0.1:3", "127.0.0.1:4")
 
 

@@ -7,10 +7,9 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import pytest
 
@@ -18,8 +17,7 @@ from api.commands.terminal import instruments_of
 from api.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command
 
 
 @pytest.fixture

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
@@ -14,8 +12,7 @@ from store.catalogue import Catalogue
 from store.dof import Dof
 from store.runs import RunState, finish_run, start_run
 from store.waveform import Waveform, WaveformChannel
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import pytest
@@ -15,9 +14,7 @@ from api.errors import BAD_INPUT
 from api.identification.source import measurement_of_run
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
-from tests.api.conftest import paper
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command, paper
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
-from subprocess import CompletedProcess
 from typing import Any
 
 import numpy as np
@@ -24,9 +23,8 @@ from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
 from simlab.tester_frame import TesterFrame
 from store.catalogue import Catalogue
-from tests.api.conftest import SPEED, paper
+from tests.api.conftest import SPEED, Command, paper
 
-Command = Callable[..., CompletedProcess[str]]
 FRAME = TesterFrame(compliance=3e-8, fixture_mass=0.15, delay=150e-6)
 COMPOUND = {
     "reference_celsius": 23.0,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -23,12 +22,12 @@ from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer, start_tester_server
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+from tests.waiting import LONG
 
 CHANNELS = (
     Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
     Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
 )
-WITHIN = 10.0  # s, before a test gives up
 
 
 @dataclass
@@ -87,16 +86,9 @@ class Run(threading.Thread):
             self.error = error
 
     def ended(self) -> Exception | None:
-        self.join(WITHIN)
+        self.join(LONG)
         assert not self.is_alive()
         return self.error
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + WITHIN
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.002)
 
 
 @contextmanager

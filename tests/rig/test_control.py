@@ -25,7 +25,8 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import start_tester_server
-from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping, until
+from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping
+from tests.waiting import until
 
 HAMMER_TABLE = (
     Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),

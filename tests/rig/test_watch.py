@@ -18,7 +18,8 @@ from rig.sweep import SinePoint, SweepPlan
 from rig.tester_limits import MeasuredBeyondLimitError, TesterLimits
 from rig.tester_status import TesterTrippedError
 from simlab.tester_device import DeviceLimits
-from tests.rig.sweeping import Run, SweepLaboratory, recording, sweeping, until
+from tests.rig.sweeping import Run, SweepLaboratory, recording, sweeping
+from tests.waiting import until
 
 PLAN = SweepPlan(frequencies=(20.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",))
 ENDLESS = replace(PLAN, shortest_record=600.0)  # for longer than any test waits

@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from subprocess import CompletedProcess
 
 import pytest
 
@@ -15,10 +14,10 @@ from api.jobs.executors import DaskExecutor
 from api.jobs.queue import JobQueue
 from store.catalogue import Catalogue
 from store.jobs import JobState
+from tests.api.conftest import Command
 from tests.api.jobs.conftest import Wait
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-Command = Callable[..., CompletedProcess[str]]
 START = "import asyncio, sys\nfrom distributed import Scheduler\n" + (
     "async def main():\n"
     "    async with Scheduler(host='127.0.0.1', port=0, dashboard=False) as scheduler:\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -21,8 +21,8 @@ from rig.registers import CommandCode, Interlock, Refusal, State
 from rig.tester_status import TesterStatus
 from simlab.laboratory import Laboratory
 from simlab.tester_server import TesterFault
+from tests.waiting import LONG, until
 
-LONG = 30.0  # s, on a busy machine
 AT_REST = TesterStatus(
     State.HYDRAULICS_OFF, Interlock(0), Interlock(0), Refusal.NONE, 0, CommandCode.NONE, 0, 0, 0, 0, 0, 0, 0, ()
 )
@@ -31,14 +31,6 @@ SILENCE = RigError("no reply")
 
 def stopped_by(interlocks: Interlock) -> TesterStatus:
     return replace(AT_REST, interlocks=interlocks, stopped_by=interlocks)
-
-
-def until(happened: Callable[[], bool]) -> None:
-    """Wait until something happens."""
-    end = time.monotonic() + LONG
-    while not happened():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 class Tester:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
@@ -21,6 +20,7 @@ from store.check import check
 from store.keys import Scope, add_key
 from tests.api.conftest import paper
 from tests.api.service.conftest import served
+from tests.waiting import until
 
 Acting = Callable[..., dict[str, Any]]
 HOUR = timedelta(hours=1)
@@ -58,11 +58,6 @@ def lab(catalogue: Catalogue, rig: RunManager) -> Iterator[httpx.Client]:
     """A service that drives a simulated rig and does jobs."""
     with served(create_app(Services(catalogue, rig, jobs=JobQueue(catalogue, ProcessExecutor())))) as client:
         yield client
-
-
-def until(holds: Callable[[], bool]) -> None:
-    while not holds():
-        time.sleep(0.02)
 
 
 def test_a_run_its_lease_its_requests_and_its_jobs_go_on_and_keys_stay_ended(

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 from api.gap.trial.folder import TrialFolder, read
 from api.gap.trial.plan import plan
 from api.gap.trial.run import Trial, carry_out, seal_all
-
-Command = Callable[..., CompletedProcess[str]]
+from tests.api.conftest import Command
 
 
 def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: Path) -> None:

@@ -1,0 +1,16 @@
+"""Waiting for what other threads and processes do."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+LONG = 60.0  # s, on a busy machine
+
+
+def until(holds: Callable[[], bool]) -> None:
+    """Wait until something holds; fails where it does not within `LONG` s."""
+    end = time.monotonic() + LONG
+    while not holds():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.002)

@@ -7,6 +7,7 @@ from datetime import date
 
 import pytest
 
+from analysis.modal.spectra import Estimator
 from api.client import Client, ProblemError
 from api.jobs.executors import ProcessExecutor
 from api.jobs.queue import JobQueue
@@ -76,6 +77,14 @@ def test_results_are_read_by_the_analysis_that_found_them(lab: Client) -> None:
     assert len(list(lab.joint_matrices(1))) == 2
     assert len(list(lab.comparisons(1))) == 3
     assert len(list(lab.dynamic_stiffness(2))) == 4
+
+
+def test_what_is_chosen_of_an_identification_is_asked_and_nothing_else(lab: Client) -> None:
+    assert lab.identify(1).parameters == {"run": 1}
+    asked = lab.identify(1, elements=2, joint_exponent=0.1, regularise=0.5, estimator=Estimator.HV, force_window=0.05)
+    assert asked.parameters == {
+        "run": 1, "elements": 2, "joint_exponent": 0.1, "regularise": 0.5, "estimator": "Hv", "force_window": 0.05
+    }  # fmt: skip
 
 
 def test_a_trial_is_queued_listed_and_cancelled(lab: Client) -> None:

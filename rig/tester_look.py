@@ -17,13 +17,13 @@ from rig.tester_status import TesterStatus, status_from
 TIMEOUT = 0.25  # s, of connecting and of the reply, so that whoever wants the line next has it soon
 
 
-def look_at_tester(url: str, device_id: int = 1, timeout: float = TIMEOUT) -> TesterStatus:
+def look_at_tester(url: str) -> TesterStatus:
     """What the tester at `url` reports, asked once.
 
     Raises:
-        RigError: it does not answer within `timeout` s, or not with a status.
+        RigError: it does not answer within `TIMEOUT`, or not with a status.
     """
-    with closing(ModbusLink(url, device_id, timeout)) as link:
+    with closing(ModbusLink(url, timeout=TIMEOUT)) as link:
         words = link.read_input(STATUS.address, STATUS.count)
     try:
         return status_from(STATUS.unpack(words))

@@ -133,7 +133,7 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     return get_analysis(session, newest)
 
 
-def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int | None = None) -> Analysis:
+def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int | None) -> Analysis:
     """The analysis of a run with this number, the newest of its kind where none is given.
 
     Raises:

@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session
 from api.identification.record import why_not_observable
 from api.jobs.kinds import exports_folder
 from api.page.visitor import visitor_of
+from api.service.access import check_scope
 from api.service.context import Services
-from api.service.problems import AccessError
 from store.analyses import AnalysisKind, latest_analysis
 from store.comparisons import list_comparisons
 from store.dynamic_stiffness import list_dynamic_stiffness
@@ -60,9 +60,7 @@ def add_downloads(app: FastAPI, services: Services) -> None:
     """Routes of files, for whoever may read."""
 
     def check(request: Request) -> None:
-        caller = visitor_of(services, request).caller()
-        if Scope.READ not in caller.scopes:
-            raise AccessError(403, f"this needs the scope {Scope.READ}; log in with another key")
+        check_scope(visitor_of(services, request).caller(), Scope.READ)
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
     def file(request: Request, job_id: int) -> Response:

@@ -20,16 +20,13 @@ from api.report.suspended import suspended_section
 from store.provenance import software_version
 
 
-def write_report(
-    found: Identification, path: Path, *, more: tuple[Section, ...] = (), lead: str = "", standing: str = ""
-) -> None:
+def write_report(found: Identification, path: Path, *, more: tuple[Section, ...] = (), standing: str = "") -> None:
     """Write the report of an identification.
 
     Args:
         found: what to report.
         path: the HTML file.
         more: sections that come before the methods' own.
-        lead: a sentence under the title.
         standing: how the identification stands to what is stored, in place of saying nothing of it.
 
     Raises:
@@ -43,7 +40,7 @@ def write_report(
     if found.levels:
         sections.append(levels_section(found.levels))
     sections += direct_sections(found)
-    said = [lead or _lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
+    said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
     write_page(found.measurement.title, " ".join(said), sections, path)
 
 

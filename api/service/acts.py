@@ -132,10 +132,12 @@ def acting(action: str, target: str, scope: Scope, *, moves: bool = False) -> An
     return Depends(act)
 
 
-def driving(action: str, target: str = "run {run_id}") -> Any:
-    """A dependency: the act that a request asks for, if whoever asks holds the control lease of the rig; looked at when
-    the request is whole."""
-    permitted = acting(action, target, Scope.CONTROL, moves=True)
+def driving(action: str) -> Any:
+    """A dependency: the act on a run that a request asks for, if whoever asks holds the control lease of the rig.
+
+    The lease is looked at when the request is whole.
+    """
+    permitted = acting(action, "run {run_id}", Scope.CONTROL, moves=True)
 
     async def act(runs: Rig, found: Act = permitted, token: LeaseToken = None) -> Act:
         try:

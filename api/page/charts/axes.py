@@ -77,7 +77,7 @@ def inked(colour: str, kind: str, width: float = 2) -> Options:
     return {"color": colour, "lineStyle": {"width": width, "type": DASH_DOT if kind == "dashdot" else kind}}
 
 
-def told_apart(index: int, width: float = 2) -> Options:
+def told_apart(index: int, width: float) -> Options:
     """How curve `index` of many is drawn: by colour, kind of line, and its name at its end."""
     colour, kind = stroke(index)
     label = {"show": True, "formatter": "{a}", "color": colour, "fontSize": 12, "distance": 3}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from datetime import datetime
+from inspect import getdoc
 from typing import Annotated, Any, get_type_hints
 
 from pydantic import BaseModel, Field, create_model
@@ -36,7 +37,7 @@ def described_events() -> dict[str, Any]:
     alternatives = [
         {
             "title": kind.__name__,
-            "description": kind.__doc__,
+            "description": getdoc(kind),
             "properties": {
                 "event": {"const": kind.__name__},
                 "data": {"contentMediaType": "application/json", "contentSchema": model_of(kind).model_json_schema()},

@@ -101,9 +101,8 @@ def _estimate(catalogue: Catalogue, record: SineRecord) -> tuple[float, float] |
     """k and gamma of a record, which never change."""
     assert record.waveform is not None
     waveform = catalogue.waveforms.read(record.waveform)
-    return uncorrected(
-        waveform.value(DISPLACEMENT), waveform.value(FORCE), waveform.sample_rate, record.frequency
-    )  # fmt: skip
+    signals = waveform.value(DISPLACEMENT), waveform.value(FORCE)
+    return uncorrected(*signals, waveform.sample_rate, record.frequency)
 
 
 def _signals(catalogue: Catalogue, record: SineRecord) -> Signals | None:

@@ -68,9 +68,7 @@ def test_a_run_is_reported_and_its_results_stored(
     answer = jointlab("report", measured, "-o", "again.html")
     assert answer.returncode == 0, answer.stderr
     assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(4, 2)]
-    (worst,) = re.findall(r"<td>shear</td>(.*?)</tr>", _table("again.html", "Joint I: reached amplitude"), re.DOTALL)[
-        :1
-    ]
+    worst = _table("again.html", "Joint I: reached amplitude").split("<td>shear</td>")[1].split("</tr>")[0]
     assert re.search(r"<td>0\.1</td><td>0\.\d+ … 0\.\d+</td>(<td>-?[\d.e-]+ ± [\d.e-]+</td>){3}", worst), worst
 
 

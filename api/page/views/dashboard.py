@@ -155,18 +155,16 @@ def _because(reason: str | None) -> str:
 
 
 def _interlocks(state: RigState | None) -> str:
-    parts = ["<h2>Interlocks</h2>"]
+    trouble = []
     if state is not None and state.tester_silent is not None:
-        parts.append(
+        trouble.append(
             f'<div class="notice trouble" id="silent"><b>The tester does not answer.</b> Look at its power and its '
             f"line; it is asked again every {INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
         )
     if state is not None and state.interlocks:
         said = "".join(f"<li><b>{escape(interlock(name))}</b></li>" for name in state.interlocks)
-        parts.append(f'<div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>')
-    if len(parts) == 1:
-        parts.append("<p>No interlock has stopped the actuator.</p>")
-    return "".join(parts)
+        trouble.append(f'<div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>')
+    return "<h2>Interlocks</h2>" + ("".join(trouble) or "<p>No interlock has stopped the actuator.</p>")
 
 
 def _temperature(found: tuple[float, datetime] | None) -> str:

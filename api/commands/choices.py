@@ -61,7 +61,7 @@ Regularise = Annotated[
         "at all.",
     ),
 ]
-EstimatorOption = Annotated[
+AverageBy = Annotated[
     Estimator,
     typer.Option(
         "--estimator", help="How blows are averaged: H1 trusts the force, H2 the acceleration, Hv neither more."

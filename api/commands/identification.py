@@ -13,17 +13,7 @@ from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.spectra import Estimator
-from api.commands.choices import (
-    Elements,
-    EstimatorOption,
-    ExponentialWindow,
-    ForceWindow,
-    FreeBeam,
-    JointExponent,
-    Regularise,
-    Without,
-    chosen,
-)
+from api.commands import choices
 from api.commands.terminal import (
     check_writable,
     open_catalogue,
@@ -55,14 +45,14 @@ def register(app: typer.Typer) -> None:
 def identify_(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
-    without: Without = None,
-    free_beam: FreeBeam = None,
-    elements: Elements = None,
-    joint_exponent: JointExponent = 0.0,
-    regularise: Regularise = None,
-    estimator: EstimatorOption = Estimator.H1,
-    force_window: ForceWindow = None,
-    exponential_window: ExponentialWindow = None,
+    without: choices.Without = None,
+    free_beam: choices.FreeBeam = None,
+    elements: choices.Elements = None,
+    joint_exponent: choices.JointExponent = 0.0,
+    regularise: choices.Regularise = None,
+    estimator: choices.AverageBy = Estimator.H1,
+    force_window: choices.ForceWindow = None,
+    exponential_window: choices.ExponentialWindow = None,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
@@ -70,7 +60,7 @@ def identify_(
     """
     if json_file is not None:
         check_writable(json_file)
-    options = chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
+    options = choices.chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
     found = identified(target, options, free_beam)
     show(found)
     if json_file is not None:

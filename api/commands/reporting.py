@@ -8,17 +8,7 @@ from typing import Annotated
 import typer
 
 from analysis.modal.spectra import Estimator
-from api.commands.choices import (
-    Elements,
-    EstimatorOption,
-    ExponentialWindow,
-    ForceWindow,
-    FreeBeam,
-    JointExponent,
-    Regularise,
-    Without,
-    chosen,
-)
+from api.commands import choices
 from api.commands.identification import identified
 from api.commands.terminal import open_catalogue, out, run_number
 from api.report.gap import stored_gap_sections
@@ -34,20 +24,20 @@ def register(app: typer.Typer) -> None:
 def report(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
-    without: Without = None,
-    free_beam: FreeBeam = None,
-    elements: Elements = None,
-    joint_exponent: JointExponent = 0.0,
-    regularise: Regularise = None,
-    estimator: EstimatorOption = Estimator.H1,
-    force_window: ForceWindow = None,
-    exponential_window: ExponentialWindow = None,
+    without: choices.Without = None,
+    free_beam: choices.FreeBeam = None,
+    elements: choices.Elements = None,
+    joint_exponent: choices.JointExponent = 0.0,
+    regularise: choices.Regularise = None,
+    estimator: choices.AverageBy = Estimator.H1,
+    force_window: choices.ForceWindow = None,
+    exponential_window: choices.ExponentialWindow = None,
 ) -> None:
     """Identify and write the report, with the paper's figures and tables for this bench.
 
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
-    options = chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
+    options = choices.chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
     found, run = identified(target, options, free_beam), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:

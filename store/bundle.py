@@ -38,7 +38,7 @@ class Bundle:
         inverse: the roving-hammer sets, in the order of setup.json; the first is the reference set. None without beam.
         direct: the rows of the tester's table, in the order of the file. None without tester.
         blows: single blows, by file name.
-        warnings: unknown keys and columns, and files that are not named: ignored.
+        warnings: unknown keys and columns, files that are not named, windows that nobody could correct for: ignored.
     """
 
     setup: BundleSetup
@@ -87,7 +87,8 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
             )
         warnings += measured.warnings
         _, unknown = stated_window(entry.window, entry.block_seconds)
-        warnings += [f"{entry.file}: {unknown}"] if unknown else []
+        if unknown is not None:
+            warnings.append(f"{entry.file}: {unknown}")
         sets.append(
             FrequencyResponseSet(
                 number=number,

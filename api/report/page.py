@@ -27,7 +27,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
         found: what to report.
         path: the HTML file.
         more: sections that come before the methods' own.
-        standing: how the identification stands to what is stored, in place of saying nothing of it.
+        standing: how the identification stands to what is stored, in words; nothing is said of it where that is empty.
 
     Raises:
         ApiError: the file cannot be written.

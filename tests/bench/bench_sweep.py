@@ -22,7 +22,7 @@ PARTS = {
     "commands, read back": "rig/tester.py(cycle)",
     "waiting until settled": "rig/tester.py(wait)",
     "records from the instrument": "daq/task.py(record)",
-    "sine fit of the amplitude": "analysis/direct/sine.py(fit_sine)",
+    "sine fits": "analysis/direct/sine.py(fit_sine)",
     "into the store": "rig/recording.py(add_sine)",
     "temperature": "rig/thermometer.py(celsius)",
     "mounting, preset, hydraulics": "rig/sweep.py(begin)",

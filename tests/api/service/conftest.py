@@ -30,6 +30,7 @@ from store.keys import Scope, add_key, revoke_key
 
 PROBLEM = "application/problem+json"
 MakeKey = Callable[..., str]
+Acting = Callable[..., dict[str, Any]]
 
 
 @contextmanager
@@ -107,7 +108,7 @@ def make_key(catalogue: Catalogue) -> MakeKey:
 
 
 @pytest.fixture
-def acting() -> Callable[..., dict[str, Any]]:
+def acting() -> Acting:
     """Headers of a request that acts: a new idempotency key, and what else is given."""
     numbers = count(1)
 

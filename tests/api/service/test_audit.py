@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -17,9 +15,8 @@ from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.keys import Scope
 from tests.api.conftest import paper
-from tests.api.service.conftest import MakeKey
+from tests.api.service.conftest import Acting, MakeKey
 
-Acting = Callable[..., dict[str, Any]]
 HAMMER = {"step": "hammer", "points": ["5y"], "blows": 2, "block_seconds": 1.0}
 
 

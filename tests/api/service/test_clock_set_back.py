@@ -19,10 +19,9 @@ from store.catalogue import Catalogue
 from store.check import check
 from store.keys import Scope, add_key
 from tests.api.conftest import paper
-from tests.api.service.conftest import served
+from tests.api.service.conftest import Acting, served
 from tests.waiting import until
 
-Acting = Callable[..., dict[str, Any]]
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
     "api.runs.journal", "api.service.steady_time", "daq.task", "rig.recording", "store.jobs", "store.keys",

@@ -5,10 +5,8 @@ from __future__ import annotations
 import resource
 import sqlite3
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -19,10 +17,9 @@ from store.catalogue import Catalogue
 from store.check import check
 from store.runs import RunState
 from tests.api.conftest import paper
-from tests.api.service.conftest import PROBLEM
+from tests.api.service.conftest import PROBLEM, Acting
 from tests.api.test_serve_command import serving_process
 
-Acting = Callable[..., dict[str, Any]]
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],
     "frequencies": {"first": 20, "last": 110, "step": 10},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,7 @@ from api.service.context import Services
 from store.analyses import AnalysisKind, add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import Diagnosis, add_diagnosis
-from tests.api.service.conftest import served
-
-Acting = Callable[..., dict[str, Any]]
+from tests.api.service.conftest import Acting, served
 
 
 @pytest.fixture

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import httpx
 from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.keys import Scope
-from tests.api.service.conftest import MakeKey
-
-Acting = Callable[..., dict[str, Any]]
+from tests.api.service.conftest import Acting, MakeKey
 
 
 def test_the_first_key_locks_the_service_for_whoever_has_none(client: httpx.Client, acting: Acting) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import httpx
 import pytest
@@ -16,8 +14,7 @@ from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.rig_limits import keep_rig_limits
 from tests.api.conftest import paper
-
-Acting = Callable[..., dict[str, Any]]
+from tests.api.service.conftest import Acting
 
 
 def test_limits_bind_the_next_run_and_outlive_the_service(

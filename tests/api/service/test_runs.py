@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import httpx
@@ -13,8 +12,7 @@ from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.runs import RunState, finish_run, start_run
 from tests.api.conftest import paper
-
-Acting = Callable[..., dict[str, Any]]
+from tests.api.service.conftest import Acting
 
 
 @pytest.fixture

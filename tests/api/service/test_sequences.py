@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import httpx
@@ -10,8 +9,7 @@ import pytest
 
 from api.sequences import NAMES, built_in
 from tests.api.conftest import paper
-
-Acting = Callable[..., dict[str, str]]
+from tests.api.service.conftest import Acting
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,6 +16,7 @@ from api.jobs.kinds import exports_folder
 from api.page.visitor import visitor_of
 from api.service.access import check_scope
 from api.service.context import Services
+from api.service.resources.dynamic_stiffness import StiffnessPoint
 from store.analyses import AnalysisKind, latest_analysis
 from store.comparisons import list_comparisons
 from store.dynamic_stiffness import list_dynamic_stiffness
@@ -29,31 +30,8 @@ from store.modes import get_modes
 Rows = Iterable[tuple[Any, ...]]
 MEDIA = {".html": "text/html", ".zip": "application/zip", ".h5": "application/x-hdf5"}
 
-POINT_COLUMNS = (
-    "order_number",
-    "specimen",
-    "configuration",
-    "amplitude_pp_mm",
-    "frequency",
-    "stiffness",
-    "stiffness_se",
-    "damping",
-    "damping_se",
-    "loss_factor",
-    "loss_factor_se",
-    "degrees_of_freedom",
-    "reached_pp_mm",
-    "reached_pp_se_mm",
-    "thd_percent",
-    "thd_se_percent",
-    "thd_displacement_percent",
-    "thd_displacement_se_percent",
-    "loop_energy",
-    "loop_energy_se",
-    "loop_energy_excess",
-    "loop_energy_excess_se",
-    "temperature_c",
-)
+POINT_COLUMNS = tuple(name for name in StiffnessPoint.model_fields if name not in ("analysis_id", "flags"))
+"""What the service answers of a sine point; a table is of one analysis, and flags are sentences."""
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:

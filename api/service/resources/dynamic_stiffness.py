@@ -40,7 +40,6 @@ class StiffnessPoint(BaseModel):
     loss_factor: Annotated[float, quantity("1", "gamma")]
     loss_factor_se: Annotated[Known, quantity("1", "standard error")]
     degrees_of_freedom: Annotated[Known, quantity("1", "behind the standard errors; null where known beforehand")]
-    temperature_c: Annotated[Known, quantity("degC")]
     reached_pp_mm: Annotated[Known, quantity("mm", "peak to peak, reached by the first harmonic")]
     reached_pp_se_mm: Annotated[Known, quantity("mm", "standard error")]
     thd_percent: Annotated[Known, quantity("%", "total harmonic distortion of the force")]
@@ -51,6 +50,7 @@ class StiffnessPoint(BaseModel):
     loop_energy_se: Annotated[Known, quantity("J", "standard error")]
     loop_energy_excess: Annotated[Known, quantity("J", "loop energy less pi X^2 h, that of the first harmonic")]
     loop_energy_excess_se: Annotated[Known, quantity("J", "standard error")]
+    temperature_c: Annotated[Known, quantity("degC")]
     flags: list[str] = Field(description="what to mind about this point")
 
     @classmethod

@@ -13,6 +13,7 @@ from api.identification.options import (
     LOOSEST,
     MOST_ELEMENTS,
     SHORTEST_CONSTANT,
+    SHORTEST_FORCE,
     TIGHTEST,
     Averaging,
     Options,
@@ -70,7 +71,10 @@ AverageBy = Annotated[
 ForceWindow = Annotated[
     float | None,
     typer.Option(
-        metavar="SECONDS", min=1e-4, max=LONGEST_WINDOW, help="Take force for nil so long after the trigger of a blow."
+        metavar="SECONDS",
+        min=SHORTEST_FORCE,
+        max=LONGEST_WINDOW,
+        help="Take force for nil so long after the trigger of a blow.",
     ),
 ]
 ExponentialWindow = Annotated[

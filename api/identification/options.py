@@ -13,7 +13,7 @@ from store.blow_window import NO_WINDOW, BlowWindow
 
 MOST_ELEMENTS = 32
 TIGHTEST, LOOSEST = 0.01, 10.0  # of regularisation
-SHORTEST_CONSTANT, LONGEST_WINDOW = 0.01, 100.0  # s; a mode has to be seen through an exponential window
+SHORTEST_FORCE, SHORTEST_CONSTANT, LONGEST_WINDOW = 1e-4, 0.01, 100.0  # s; modes are seen through an exponential one
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ class CaseBeam:
         lines: Stand,
         load: Load,
         amplitude: float,
-        temperature: float,  # noqa: ARG002  # the case's rubber knows no weather, its bench does
+        temperature: float,  # noqa: ARG002 - the case's rubber knows no weather, its bench does
     ) -> Complex:
         """(lines,) accelerometer reading per force, (m/s^2)/N, under a blow that would deform cylinders by `amplitude`.
 
@@ -160,7 +160,7 @@ class CaseBench(Bench):
         node: int,
         direction: str,
         peak_force: float | None = None,
-        temperature: float = REFERENCE_TEMPERATURE,  # noqa: ARG002  # the case's rubber knows no weather
+        temperature: float = REFERENCE_TEMPERATURE,  # noqa: ARG002 - the case's rubber knows no weather
     ) -> Complex:
         """(lines,) exact accelerance of 3y in (m/s^2)/N for a force on the mark of `node` in the present set.
 

@@ -175,6 +175,12 @@ def measured(demo: Path, tmp_path: Path) -> int:
     return 1
 
 
+@pytest.fixture
+def measured_catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        yield opened
+
+
 @pytest.fixture(scope="session")
 def exported(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("exported") / "bundle"

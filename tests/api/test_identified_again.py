@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
-import pytest
 
 from analysis.modal.spectra import Estimator
 from api.identification.again import identified_as_stored
@@ -21,18 +17,12 @@ from store.catalogue import Catalogue
 CHOSEN = Options(without=("transducer_lag",), elements=1, averaging=Averaging(Estimator.HV, BlowWindow(0.05, 0.5)))
 
 
-@pytest.fixture
-def catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
-        yield opened
-
-
 def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back(
-    catalogue: Catalogue, measured: int
+    measured_catalogue: Catalogue, measured: int
 ) -> None:
-    first = identify(measurement_of_run(catalogue, measured, averaging=CHOSEN.averaging), CHOSEN)
-    stored = store_identification(catalogue, measured, first)
-    again, standing = identified_as_stored(catalogue, measured)
+    first = identify(measurement_of_run(measured_catalogue, measured, averaging=CHOSEN.averaging), CHOSEN)
+    stored = store_identification(measured_catalogue, measured, first)
+    again, standing = identified_as_stored(measured_catalogue, measured)
     assert again.options == CHOSEN
     assert standing == f"It is that of analysis {stored.likelihood_joints}"
     assert first.inverse is not None
@@ -40,9 +30,9 @@ def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back
     for name, joint in first.inverse.likelihood.joints.items():
         np.testing.assert_allclose(again.inverse.likelihood.joints[name].k_ci95, joint.k_ci95, rtol=1e-9)
 
-    with catalogue.writing() as session:
+    with measured_catalogue.writing() as session:
         blow = next(each for each in list_blows(session, measured) if each.accepted and each.waveform is not None)
         assert blow.id is not None
         withdraw_blow(session, blow.id, "another mark was hit", "test")
-    _, standing = identified_as_stored(catalogue, measured)
+    _, standing = identified_as_stored(measured_catalogue, measured)
     assert standing.startswith(f"It is not that of analysis {stored.likelihood_joints}: blows were taken back")

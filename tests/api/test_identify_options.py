@@ -37,9 +37,7 @@ def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_store
         assert np.shape(effect["h_bias"]) == (3, 3)
 
 
-def test_what_would_mend_the_experiment_that_was_made_is_told(
-    jointlab: Command, measured: int, tmp_path: Path
-) -> None:
+def test_what_would_mend_the_experiment_that_was_made_is_told(jointlab: Command, measured: int, tmp_path: Path) -> None:
     answer = jointlab("identify", measured, "--elements", 4, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
     told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["inverse_remedies"]

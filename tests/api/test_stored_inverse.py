@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,28 +17,22 @@ from store.runs import Run, get_run
 
 
 @pytest.fixture
-def catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
-        yield opened
-
-
-@pytest.fixture
-def run(catalogue: Catalogue, measured: int) -> Run:
-    with catalogue.reading() as session:
+def run(measured_catalogue: Catalogue, measured: int) -> Run:
+    with measured_catalogue.reading() as session:
         return get_run(session, measured)
 
 
 @pytest.fixture
-def found(catalogue: Catalogue, measured: int) -> Identification:
-    found = identify(measurement_of_run(catalogue, measured))
-    store_identification(catalogue, measured, found)
+def found(measured_catalogue: Catalogue, measured: int) -> Identification:
+    found = identify(measurement_of_run(measured_catalogue, measured))
+    store_identification(measured_catalogue, measured, found)
     return found
 
 
 def test_pictures_from_the_store_are_those_of_the_identification(
-    catalogue: Catalogue, run: Run, found: Identification
+    measured_catalogue: Catalogue, run: Run, found: Identification
 ) -> None:
-    stored, inverse = stored_inverse(catalogue, run), found.inverse
+    stored, inverse = stored_inverse(measured_catalogue, run), found.inverse
     assert inverse is not None
     routes = {METHODS[route.method]: route for route in (inverse.likelihood, inverse.paper)}
     assert list(stored.predicted) == list(routes)
@@ -53,11 +44,11 @@ def test_pictures_from_the_store_are_those_of_the_identification(
         np.testing.assert_allclose(observed, regression.observed, atol=1e-9 * scale)
         np.testing.assert_allclose(fitted, regression.fitted, atol=1e-9 * scale)
 
-    joints = {METHODS[method]: own for method, (_, own) in newest_joints(catalogue, run).items()}
+    joints = {METHODS[method]: own for method, (_, own) in newest_joints(measured_catalogue, run).items()}
     computed = {
         name: {joint: joint_matrix(each) for joint, each in route.joints.items()} for name, route in routes.items()
     }
-    direct = stored_direct(catalogue, run)
+    direct = stored_direct(measured_catalogue, run)
     for panels in (stiffness_panels, loss_factor_panels):
         for ours, theirs in zip(panels(joints, direct), panels(computed, found.direct), strict=True):
             assert ours.title == theirs.title
@@ -77,6 +68,6 @@ def test_pictures_from_the_store_are_those_of_the_identification(
                 np.testing.assert_allclose(sums.value, at_once[amplitude].value, rtol=1e-9)
 
 
-def test_a_run_without_joints_has_none_of_them(catalogue: Catalogue, run: Run, found: Identification) -> None:
+def test_a_run_without_joints_has_none_of_them(measured_catalogue: Catalogue, run: Run, found: Identification) -> None:
     with pytest.raises(NotFoundError, match="run 77 has no joint matrices"):
-        newest_joints(catalogue, Run(**vars(run) | {"id": 77}))
+        newest_joints(measured_catalogue, Run(**vars(run) | {"id": 77}))

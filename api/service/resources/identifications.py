@@ -8,7 +8,14 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from analysis.modal.spectra import Estimator
-from api.identification.options import LONGEST_WINDOW, LOOSEST, MOST_ELEMENTS, SHORTEST_CONSTANT, TIGHTEST
+from api.identification.options import (
+    LONGEST_WINDOW,
+    LOOSEST,
+    MOST_ELEMENTS,
+    SHORTEST_CONSTANT,
+    SHORTEST_FORCE,
+    TIGHTEST,
+)
 from api.service.acts import Act
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
@@ -59,7 +66,7 @@ class NewIdentification(OfRun):
         description="average of the blows: H1 trusts the force, H2 the acceleration, Hv both alike",
     )
     force_window: Annotated[
-        float | None, quantity("s", "after the trigger, that force counts", gt=0, le=LONGEST_WINDOW)
+        float | None, quantity("s", "after the trigger, that force counts", ge=SHORTEST_FORCE, le=LONGEST_WINDOW)
     ] = None
     exponential_window: Annotated[
         float | None,

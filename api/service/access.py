@@ -5,6 +5,8 @@ A service on the loopback address of a computer on which no key was ever made is
 
 from __future__ import annotations
 
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -16,6 +18,8 @@ from api.service.problems import AccessError
 from store.keys import Scope, count_keys, find_key
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+# Beside the threads in which requests wait for the store to be written: to stop a run waits for none of those.
+_asking = ThreadPoolExecutor(2, thread_name_prefix="who asks")
 _bearer = HTTPBearer(
     auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
 )
@@ -61,11 +65,13 @@ def authenticate(context: Services, secret: str | None, host: str | None) -> Cal
     return Caller(f"key {key.id} ({key.name})", key.scopes)
 
 
-def caller(
+async def caller(
     request: Request, context: Context, given: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]
 ) -> Caller:
     """Whoever sent a request."""
-    return authenticate(context, None if given is None else given.credentials, request.url.hostname)
+    secret = None if given is None else given.credentials
+    loop = asyncio.get_running_loop()
+    return await loop.run_in_executor(_asking, authenticate, context, secret, request.url.hostname)
 
 
 def check_scope(who: Caller, scope: Scope) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from api.errors import ConflictError
 from api.service.access import Reader
 from api.service.acts import Act, acting, driving
 from api.service.context import Context, Rig, Services
@@ -17,7 +19,9 @@ from api.service.links import RESULTS, first_of, run_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from api.service.resources.sequences import sequence_named
+from rig.errors import RigError
 from rig.sequence import Sequence
+from store.errors import StoreError
 from store.keys import Scope
 from store.runs import Run, RunState, get_run, list_run_events, list_runs
 
@@ -189,7 +193,7 @@ def resume(
 
 
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
-def stop(
+async def stop(
     act: Annotated[Act, acting("stop run", "run {run_id}", Scope.CONTROL)],
     context: Context,
     rig: Rig,
@@ -197,15 +201,27 @@ def stop(
 ) -> Response:
     """End the run and wait until it is stored; answers with the actuator at rest.
 
-    `POST /rig/stop` needs no key, and waits for no database, as this does.
+    The actuator is brought to rest first, also where the request was sent before; only the answer waits for the
+    database. `POST /rig/stop` needs no key, and waits for nothing.
     """
+    unable: ConflictError | RigError | None = None
+    try:
+        await to_thread.run_sync(rig.stop, run_id, limiter=CapacityLimiter(1))  # a stop waits for nobody
+    except (ConflictError, RigError) as error:
+        unable = error  # for a request that was not sent before
 
     def end() -> RunSummary:
-        rig.stop(run_id)
+        if unable is not None:
+            raise unable
         rig.wait(timeout=10.0)
         return _summary(context, run_id)
 
-    return act.once(end)
+    try:
+        return await to_thread.run_sync(act.once, end)
+    except StoreError as error:
+        if unable is not None:
+            raise
+        raise StoreError(f"run {run_id} is stopped, with the actuator at rest; but {error}") from error
 
 
 @router.post("/{run_id}/answer", response_model=RunSummary, responses=DRIVING)

@@ -177,8 +177,8 @@ def at(
 ) -> StiffnessDocument:
     """The fitted law of each joint at any amplitude and frequency, and what a single specimen of the kind may have.
 
-    The law goes through the newest sine points of the run. It is fitted when it is first asked for, which takes some
-    seconds for a whole sweep (4 s a joint of 120 points), and kept.
+    The law goes through the newest sine points of the run. It is fitted when it is first asked for, which takes a
+    second for a whole sweep of two joints, and kept.
     """
     analysis = points_of_run(context.catalogue, run_id)
     laws = laws_of_points(context.catalogue, run_id, analysis)

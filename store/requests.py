@@ -25,11 +25,17 @@ class Answered:
     body: str | None
 
 
+def find_request(session: Session, who: str, key: str) -> Answered | None:
+    """What is known of the request that `who` sent with this key; None where there was none."""
+    row = session.scalars(select(models.Request).filter_by(who=who, idempotency_key=key)).one_or_none()
+    return None if row is None else Answered(row.fingerprint, row.status, row.body)
+
+
 def begin_request(session: Session, who: str, key: str, fingerprint: str) -> Answered | None:
     """Note that a request begins; where `who` has used the key before, change nothing and say what is known of it."""
-    row = session.scalars(select(models.Request).filter_by(who=who, idempotency_key=key)).one_or_none()
-    if row is not None:
-        return Answered(row.fingerprint, row.status, row.body)
+    before = find_request(session, who, key)
+    if before is not None:
+        return before
     session.add(models.Request(who=who, idempotency_key=key, fingerprint=fingerprint))
     session.flush()
     return None

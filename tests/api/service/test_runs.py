@@ -8,11 +8,13 @@ import httpx
 import pytest
 
 from api.runs.manager import RunManager
+from api.runs.state import Phase
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
+from store.keys import Scope
 from store.runs import RunState, finish_run, start_run
 from tests.api.conftest import paper
-from tests.api.service.conftest import Acting
+from tests.api.service.conftest import Acting, MakeKey
 
 
 @pytest.fixture
@@ -117,6 +119,27 @@ def test_nobody_starts_or_steers_without_the_lease(rig_client: httpx.Client, act
         answer = rig_client.post(f"/api/runs/{created}/{deed}", json=body, headers=acting())
         assert answer.status_code == 409, deed
         assert "take the control lease first" in answer.json()["detail"]
+
+
+def test_a_request_that_drives_gets_its_first_answer_again_when_its_lease_has_ended(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int, make_key: MakeKey
+) -> None:
+    path, body, headers = f"/api/runs/{created}/start", {"automatic": True}, acting(lease=lease)
+    started = rig_client.post(path, json=body, headers=headers)
+    assert (started.status_code, started.json()["state"]) == (200, "running"), started.text
+    rig.stop()
+    rig.wait(60)
+    rig_client.delete("/api/rig/lease", headers=acting(lease=lease))
+
+    again = rig_client.post(path, json=body, headers=headers)
+    assert (again.status_code, again.json()) == (200, started.json())
+    assert again.headers["idempotency-replayed"] == "true"
+    other = rig_client.post(f"/api/runs/{created}/resume", json=body, headers=headers)
+    assert (other.status_code, "was used for another request" in other.json()["detail"]) == (409, True)
+    stranger = headers | {"Authorization": f"Bearer {make_key(Scope.CONTROL)}"}
+    refused = rig_client.post(path, json=body, headers=stranger)
+    assert (refused.status_code, "take the control lease first" in refused.json()["detail"]) == (409, True)
+    assert rig.state.phase is Phase.IDLE
 
 
 def test_one_rig_has_one_driver_at_a_time(rig_client: httpx.Client, acting: Acting, lease: str) -> None:

@@ -55,14 +55,13 @@ from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
+from store.kept_ends import keep_end, store_kept_end
 from store.provenance import who_is_here
 from store.run_lock import discard_lock, holding
 from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 
 KIND = "sequence"
-RESUMED_UNTOLD = (
-    "resumed; how it ended before could not be stored: its process was lost, or the database did not answer"
-)
+RESUMED_UNTOLD = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each one says how long it really is
 
 
@@ -181,6 +180,7 @@ def resume_run(
     with catalogue.reading() as session:
         run = get_run(session, run_id)
     with holding(catalogue, run):
+        store_kept_end(catalogue, run)
         with catalogue.reading() as session:
             run = get_run(session, run_id)  # as it is now that nobody else can change it
         if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
@@ -290,14 +290,18 @@ def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
 
 def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
     work.catalogue.waveforms.finish(work.run.waveform_file)
+    who = who_is_here()
     try:
         with work.catalogue.writing() as session:
-            finish_run(session, work.run.id, state, reason, who=who_is_here())
+            finish_run(session, work.run.id, state, reason, who=who)
     except StoreError as error:
         # what stopped the run matters more than that the catalogue cannot say so
-        raise StoreError(
-            f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
-        ) from error
+        told = f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
+        try:
+            keep_end(work.catalogue, work.run, state, reason, who)
+        except StoreError as other:
+            raise StoreError(f"{told}; nor kept: {other}") from error
+        raise StoreError(told) from error
 
 
 def _described(sequence: Sequence) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from api.service.context import Services
 from api.settings import Settings, load_settings
 from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
+from store.kept_ends import store_kept_ends
 from store.keys import count_keys
 from store.rig_lock import driving_alone
 
@@ -95,6 +96,7 @@ def _driving(catalogue: Catalogue, settings: Settings, hands: Hands | None) -> I
         yield None
         return
     with driving_alone(catalogue, settings.rig):
+        store_kept_ends(catalogue)
         yield RunManager(catalogue, instruments_of(settings), hands)
 
 

@@ -19,8 +19,9 @@ from rig.instruments import Instruments
 from rig.kept_limits import keep_limits
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
+from store.kept_ends import keep_end
 from store.rig_lock import driving_alone
-from store.runs import list_runs
+from store.runs import RunState, list_runs, start_run
 from tests.api.conftest import Command
 
 
@@ -65,6 +66,19 @@ def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
     with serving(tmp_path, "--simulated", "--speed", "100") as address:
         assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
         assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
+
+
+def test_a_service_that_is_started_anew_says_how_a_run_ended_that_its_database_could_not_be_told(
+    tmp_path: Path,
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        catalogue.waveforms.folder.mkdir()
+        with catalogue.writing() as session:
+            run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
+        keep_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
+    with serving(tmp_path, "--simulated") as address:
+        found = httpx.get(f"{address}/api/runs/{run.id}", timeout=30).json()
+    assert (found["state"], found["reason"]) == ("failed", "the database is locked")
 
 
 @pytest.mark.usefixtures("operator")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 
@@ -10,7 +11,6 @@ import pytest
 from api.runs.manager import RunManager
 from api.runs.state import Phase
 from rig.registers import State
-from rig.run import RESUMED_UNTOLD
 from rig.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
@@ -55,7 +55,7 @@ def test_a_run_whose_database_is_locked_ends_in_words_at_rest_and_goes_on_with_n
         assert "database is locked; another program is writing" in str(rig.state.reason)
         assert laboratory.tester.device.status()["state"] is State.HYDRAULICS_OFF
         assert laboratory.tester.actuator.steady_pp() == 0.0
-        acknowledged = rig.state.sines
+        acknowledged, (reason,) = rig.state.sines, re.findall(r"ended as failed \((.*)\), which", str(rig.state.reason))
         with pytest.raises(StoreError, match="another program is writing"):
             rig.resume(run, "test", automatic=True)
 
@@ -68,7 +68,7 @@ def test_a_run_whose_database_is_locked_ends_in_words_at_rest_and_goes_on_with_n
     assert [record.order_number for record in everything] == list(range(1, POINTS + 1))
     with catalogue.reading() as session:
         assert [(event.state, event.reason) for event in list_run_events(session, run)] == [
-            (RunState.CREATED, None), (RunState.RUNNING, None), (RunState.RUNNING, RESUMED_UNTOLD),
-            (RunState.FINISHED, None),
+            (RunState.CREATED, None), (RunState.RUNNING, None), (RunState.FAILED, reason),
+            (RunState.RUNNING, "resumed after it was failed"), (RunState.FINISHED, None),
         ]  # fmt: skip
     assert [finding for finding in check(catalogue) if finding.damage] == []

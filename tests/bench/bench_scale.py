@@ -60,11 +60,15 @@ SINE_POINTS = """
 INSERT INTO dynamic_stiffness (analysis_id, specimen_id, sine_record_id, order_number, elapsed, configuration,
     amplitude_pp_mm, frequency, stiffness, stiffness_se, damping, damping_se, loss_factor, loss_factor_se, magnitude,
     magnitude_se, loss_angle_deg, loss_angle_se_deg, thd_percent, thd_displacement_percent, temperature_c, flags,
+    degrees_of_freedom, stiffness_damping_covariance, reached_pp_mm, reached_pp_se_mm, thd_se_percent,
+    thd_displacement_se_percent, loop_energy, loop_energy_se, loop_energy_excess, loop_energy_excess_se, shared_errors,
     created_at, software_version)
 SELECT analyses.id, specimen_id, record.id, order_number, elapsed, configuration, commanded_pp_mm, frequency,
     7e5 + 1000 * frequency + record.id % 997, 700.0, 7e4, 600.0, 0.1, 0.001, 7.1e5, 700.0, 5.7, 0.05,
     CASE WHEN record.id % 997 = 0 THEN 6.0 ELSE 0.4 + 0.001 * (record.id % 101) END, 0.1, 23.0,
     CAST(CASE WHEN record.id % 4999 = 7 THEN '["first harmonic insufficient"]' ELSE '[]' END AS {json}),
+    23.0, 1e4, 1.0001 * commanded_pp_mm, 1e-6, 0.01, 0.01, 1e-3, 1e-6, 1e-6, 1e-6,
+    CAST('{{"frame_compliance": [411.25, 87.5], "load_cell_gain": [702.5, 70.25]}}' AS {json}),
     record.created_at, 'bench'
 FROM sine_records AS record JOIN analysis_runs ON analysis_runs.run_id = record.run_id
 JOIN analyses ON analyses.id = analysis_runs.analysis_id AND analyses.kind = 'dynamic_stiffness'

@@ -162,9 +162,7 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
     """
     a, b, c = (each.T[:, :, None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
     cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity
-    along = np.stack([cosine, sine, -e * cosine], axis=-1)
-    across = np.stack([-sine, cosine, e * sine], axis=-1)
-    found = a * (along[..., :, None] * along[..., None, :]).sum(axis=1)
-    found = found + b * (across[..., :, None] * across[..., None, :]).sum(axis=1)
+    along, across = np.array([[cosine, sine, -e * cosine], [-sine, cosine, e * sine]])  # (3, joints, 2)
+    found = a * np.einsum("pjn,qjn->jpq", along, along) + b * np.einsum("pjn,qjn->jpq", across, across)
     found[:, :, 2, 2] += 2 * c[:, :, 0, 0] + found[:, :, 1, 1] * mounting.length**2 / 12
     return np.asarray(found)

@@ -269,7 +269,7 @@ def predictions(measurement: Measurement, before: Fit, after: Fit) -> Predicted 
 def _readings(found: Fit) -> Complex:
     simulation, points = found.likelihood.simulation, found.likelihood.measurement.points
     assert points is not None, "asked for where there is a tester only"
-    return simulation.tester(found.scores[: len(simulation.shared)].tolist(), points)
+    return simulation.tester(simulation.values(found.scores[: len(simulation.shared)].tolist()), points)
 
 
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:

@@ -56,6 +56,14 @@ class Prediction:
 
 
 @dataclass(frozen=True, eq=False)
+class Values:
+    """What parameters are, by name: those of the baseline, and those of each effect in the order in which they act."""
+
+    baseline: Given
+    acting: tuple[tuple[Effect, Given], ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Simulation:
     """Both rigs of one measurement under the baseline and some effects.
 
@@ -112,11 +120,11 @@ class Simulation:
         owners = [self.baseline.parameters, *(effect.parameters for effect in self.effects)]
         return tuple(tuple(each.name for each in parameters) for parameters in owners)
 
-    def given(self, scores: Sequence[float]) -> tuple[Given, list[tuple[Effect, Given]]]:
-        """Values by name: of the baseline, and of each effect."""
+    def values(self, scores: Sequence[float]) -> Values:
+        """What parameters are at `scores` (shared,)."""
         values = iter([parameter.value(score) for parameter, score in zip(self.shared, scores, strict=True)])
         baseline, *own = [{name: next(values) for name in names} for names in self._names]
-        return baseline, list(zip(self.effects, own, strict=True))
+        return Values(baseline, tuple(zip(self.effects, own, strict=True)))
 
     # --- what parameters make of the bench ---
 
@@ -129,44 +137,41 @@ class Simulation:
             found += [parts] * len(effect.parameters)
         return tuple(found)
 
-    def surroundings(self, scores: Sequence[float], setting: Setting) -> BeamBench:
+    def surroundings(self, values: Values, setting: Setting) -> BeamBench:
         """The beam rig in one setting but for the stiffness of its joints."""
-        given, acting = self.given(scores)
-        mounting = self.baseline.mounting(given)
-        for effect, values in acting:
-            mounting = effect.mounting(values, mounting)
-        bench = self.baseline.beam(given, setting, mounting)
-        for effect, values in acting:
-            bench = effect.beam(values, bench, setting)
+        mounting = self.baseline.mounting(values.baseline)
+        for effect, given in values.acting:
+            mounting = effect.mounting(given, mounting)
+        bench = self.baseline.beam(values.baseline, setting, mounting)
+        for effect, given in values.acting:
+            bench = effect.beam(given, bench, setting)
         return bench
 
-    def joints(self, scores: Sequence[float], setting: Setting, pole: Complex) -> Complex:
+    def joints(self, values: Values, setting: Setting, pole: Complex) -> Complex:
         """(lines or 1, joints, 3, 3) stiffness of the joints in one setting."""
-        given, acting = self.given(scores)
-        cylinders, mounting = self.baseline.cylinders(given), self.baseline.mounting(given)
-        for effect, values in acting:
-            cylinders = effect.cylinders(values, cylinders, setting.loading)
-            mounting = effect.mounting(values, mounting)
+        cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
+        for effect, given in values.acting:
+            cylinders = effect.cylinders(given, cylinders, setting.loading)
+            mounting = effect.mounting(given, mounting)
         joints = joint_matrices(cylinders, mounting)
-        for effect, values in acting:
-            joints = effect.joints(values, joints, pole)
+        for effect, given in values.acting:
+            joints = effect.joints(given, joints, pole)
         return joints
 
-    def tester(self, scores: Sequence[float], points: TesterPoints) -> Complex:
+    def tester(self, values: Values, points: TesterPoints) -> Complex:
         """(points,) what the tester reads, N/m."""
-        given, acting = self.given(scores)
-        cylinders, mounting = self.baseline.cylinders(given), self.baseline.mounting(given)
-        for effect, values in acting:
-            cylinders = effect.cylinders(values, cylinders, self._tester_loading)
-            mounting = effect.mounting(values, mounting)
+        cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
+        for effect, given in values.acting:
+            cylinders = effect.cylinders(given, cylinders, self._tester_loading)
+            mounting = effect.mounting(given, mounting)
         weights = self.baseline.weights(mounting, points)
         stiffness = cylinders.complex_stiffness[:, :2]
         alone = stiffness.shape[2] == 1
         seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]
         read = np.sum(weights * seen, axis=1)
-        for effect, values in acting:
-            read = effect.tester(values, read, points)
-        return np.asarray(given["tester gain"] * read)
+        for effect, given in values.acting:
+            read = effect.tester(given, read, points)
+        return np.asarray(values.baseline["tester gain"] * read)
 
     @cached_property
     def _tester_loading(self) -> Loading:
@@ -199,18 +204,24 @@ class Simulation:
 
     def state(self, scores: Real, gains: Real, blows: Sequence[Real]) -> State:
         """Both rigs at the arguments of `predict`."""
-        answers = []
+        answers, values = [], self.values(scores.tolist())
         for group in self.groups:
-            around = self.surroundings(scores.tolist(), group.setting)
-            at = replace(around, joints=self.joints(scores.tolist(), group.setting, around.pole))
+            around = self.surroundings(values, group.setting)
+            at = replace(around, joints=self.joints(values, group.setting, around.pole))
             answers.append(group.rig.answer(at, np.concatenate([blows[number] for number in group.numbers])))
         points = self.baseline.measurement.points
-        stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(scores.tolist(), points)
+        stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
         return State(self, scores, gains, tuple(answers), stiffness)
 
-    def change(self, setting: Setting, scores: Real, place: int, at: BeamBench) -> dict[str, Complex | Real]:
-        """Derivatives in one parameter of those fields of the bench that it changes."""
-        moved = beside(scores, place)
+    def change(self, setting: Setting, moved: Values, place: int, at: BeamBench) -> dict[str, Complex | Real]:
+        """Derivatives in one parameter of those fields of the bench that it changes.
+
+        Args:
+            setting: of the bench.
+            moved: values a step beside those of `at` in that parameter.
+            place: of the parameter among the shared ones.
+            at: the bench.
+        """
         change, pole = dict[str, Complex | Real](), at.pole
         if "surroundings" in self.touched[place]:
             bench = self.surroundings(moved, setting)
@@ -264,10 +275,11 @@ class State:
     def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
         """What both rigs read, with derivatives in the shared parameters at some places; in all by default."""
         simulation, wanted = self.simulation, range(self.scores.size) if derivatives is None else derivatives
+        moved = {place: simulation.values(beside(self.scores, place)) for place in wanted}
         own = simulation.baseline.measurement.tolerances.impact_position
         accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
         for group, answer in zip(simulation.groups, self.answers, strict=True):
-            slopes = [answer.derivative(simulation.change(group.setting, self.scores, n, answer.bench)) for n in wanted]
+            slopes = [answer.derivative(simulation.change(group.setting, moved[n], n, answer.bench)) for n in wanted]
             columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
@@ -275,7 +287,7 @@ class State:
                 by_shared[number] = gain * columns[:, rows]
                 if len(wanted):
                     by_blow[number] = gain * own * answer.by_blow_offset[rows]
-        by_score = [self._tester_slope(place) for place in wanted]
+        by_score = [self._tester_slope(place, moved[place]) for place in wanted]
         return Prediction(
             tuple(accelerances),
             tuple(by_shared),
@@ -284,12 +296,12 @@ class State:
             np.array(by_score).reshape(len(wanted), self.stiffness.size),
         )
 
-    def _tester_slope(self, place: int) -> Complex:
+    def _tester_slope(self, place: int, moved: Values) -> Complex:
         """(points,) derivative in one parameter."""
         simulation, points = self.simulation, self.simulation.baseline.measurement.points
         if points is None or "tester" not in simulation.touched[place]:
             return np.zeros_like(self.stiffness)
-        return np.asarray((simulation.tester(beside(self.scores, place), points) - self.stiffness) / STEP)
+        return np.asarray((simulation.tester(moved, points) - self.stiffness) / STEP)
 
 
 def beside(scores: Real, place: int) -> list[float]:

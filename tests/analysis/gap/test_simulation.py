@@ -63,9 +63,8 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
 def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> None:
     simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
-    bench = simulation.joints(
-        scores[: len(simulation.shared)].tolist(), simulation.groups[0].setting, np.zeros(1, dtype=complex)
-    )
+    values = simulation.values(scores[: len(simulation.shared)].tolist())
+    bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex))
     joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
     free = simulation.bar.free
     undamped = Simulation(simulation.baseline, type(simulation.bar)(free, np.zeros_like(free.squared_frequency)))

@@ -50,7 +50,7 @@ CASE = draw_case(1, Kind.SINGLE, [EFFECT])
 
 
 def judge(answer: dict[str, Any], there: dict[str, Any], d: float = 100.0, beside: float = 50.0) -> Judgement:
-    return judged(7, there, answer, Standing(CASE, d, beside))  # type: ignore[arg-type]  # has what is asked of one
+    return judged(7, there, answer, Standing(CASE, d, beside))  # type: ignore[arg-type]  # it is asked for case, of and beside alone
 
 
 def test_the_right_name_is_right_and_its_parameter_is_covered(document: Make) -> None:

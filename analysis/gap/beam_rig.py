@@ -7,7 +7,7 @@ of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -252,19 +252,28 @@ class Answer:
             "pole": 2 * bench.density * bench.pole * mass + viscous * rate,
         }
 
-    def derivative(self, changes: Changes) -> Complex:
-        """(rows, lines) derivative of the accelerance, from those of the bench's fields in one parameter."""
+    def derivatives(self, changes: Sequence[Changes]) -> Complex:
+        """(n, rows, lines) derivatives of the accelerance in n parameters, from those of the bench's fields."""
+        found = np.array([self._besides_joints(each) for each in changes]).reshape(-1, *self.accelerance.shape)
+        through = [place for place, each in enumerate(changes) if "joints" in each]
+        if through:
+            found[through] -= self._through_joints([changes[place]["joints"] for place in through])
+        return found
+
+    def _through_joints(self, changes: Sequence[Complex | Real]) -> Complex:
+        """(n, rows, lines) minus the derivatives of the accelerance, from those of the joints' stiffness."""
+        joints = self.bench.joints.shape[1]
+        stacked = np.array([np.broadcast_to(each, (self.bench.pole.size, *each.shape[1:])) for each in changes])
+        sensor = self._motion[:, : 3 * joints, 0].reshape(-1, joints, 3)
+        pulled = np.einsum("ljp,nljpq->lnjq", sensor, stacked).reshape(len(sensor), len(changes), -1)
+        return np.asarray(self._to_read * np.moveaxis(pulled @ self._motion[:, : 3 * joints, 3:], 0, 2))
+
+    def _besides_joints(self, changes: Changes) -> Complex:
+        """(rows, lines) derivative of the accelerance in one parameter, but for what comes through the joints."""
         bench = self.bench
         total = np.zeros_like(self.accelerance)
-        sensor, blows = self._motion[:, :, 0], self._motion[:, :, 3:]
-        if "joints" in changes:
-            change = changes["joints"]
-            for joint in range(change.shape[1]):
-                at = slice(3 * joint, 3 * joint + 3)
-                pulled = np.einsum("lp,lpq->lq", sensor[:, at], change[:, joint])
-                total -= self._to_read * np.einsum("lq,lqr->rl", pulled, blows[:, at])
         if "sensor_mass" in changes:
-            both = np.einsum("lp,lpr->rl", sensor[:, -2:], blows[:, -2:])
+            both = np.einsum("lp,lpr->rl", self._motion[:, -2:, 0], self._motion[:, -2:, 3:])
             total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * both
         for name in BAR:
             if name in changes:

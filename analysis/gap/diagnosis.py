@@ -31,7 +31,7 @@ from analysis.gap.pairs import pairs
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import HOPELESS, search_of
 from analysis.gap.twins import twins
-from analysis.gap.verdict import UNKNOWN, Weighed, weigh
+from analysis.gap.verdict import UNKNOWN, Weighed, doubted, weigh
 
 
 class Status(StrEnum):
@@ -178,15 +178,21 @@ def diagnose(
     contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
-    verdict = weighed[0]
-    after = none if verdict.effects == UNKNOWN else verdict.model
-    found_maps = maps(none.fit)
     coarse = _thinned(measurement, COARSE_LINES)
     listed = _listed(weighed)
     models = {id(each.model): on(each.model, coarse) for each in listed if each.effects != UNKNOWN}
-    models |= {id(each): _held(each, coarse) for each in (none, after)}
-    gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
-    gaps, floor = _where_asked(gaps, after.fit)
+    models |= {id(each): _held(each, coarse) for each in (none, _after(weighed[0], none))}
+    measured_gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
+    gaps, floor = _where_asked(measured_gaps, _after(weighed[0], none).fit)
+
+    def failed(each: Weighed) -> bool:
+        known = bool(each.effects) and each.effects != UNKNOWN and id(each.model) in gaps
+        return known and gaps[id(each.model)].overall.percent > AT_THE_FLOOR * floor
+
+    weighed = doubted(weighed, failed)
+    verdict, after = weighed[0], _after(weighed[0], none)
+    gaps, floor = _where_asked(measured_gaps, after.fit)
+    found_maps, listed = maps(none.fit), _listed(weighed)
     before_gap, after_gap = gaps[id(none)], gaps[id(after)]
     status = _status(none, verdict, after_gap.overall.percent <= AT_THE_FLOOR * floor)
     ranking = tuple(_ranked(each, none, gaps.get(id(each.model))) for each in listed)
@@ -279,6 +285,11 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
     whole = simulation.of(replace(measurement, sets=(asked,)))
     return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
+
+
+def _after(verdict: Weighed, none: Model) -> Model:
+    """The model that a verdict stands for; of an unknown effect the paper's."""
+    return none if verdict.effects == UNKNOWN else verdict.model
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:

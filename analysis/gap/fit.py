@@ -6,9 +6,10 @@ far the blows of each row fell beside their node.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,19 @@ class Block:
     data: int
 
 
+@dataclass(eq=False)
+class Latest:
+    """The state in which a simulation was looked at last: where one stage of a fit ends, the next begins.
+
+    Attributes:
+        scores: (unknowns,).
+        state: of both rigs there.
+    """
+
+    scores: Real
+    state: State | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Likelihood:
     """A sum of squares over unknown scores for one simulation.
@@ -83,11 +97,13 @@ class Likelihood:
     Attributes:
         simulation: with its measurement.
         inflation, tester: shares of what is measured that are added to its standard deviation, by rig.
+        latest: that likelihoods of one simulation share; None where nothing is kept.
     """
 
     simulation: Simulation
     inflation: float = 0.0
     tester: float = 0.0
+    latest: Latest | None = None
 
     @property
     def measurement(self) -> Measurement:
@@ -123,6 +139,13 @@ class Likelihood:
 
     def _state(self, scores: Real) -> State:
         """Of both rigs for `scores` (unknowns,)."""
+        if self.latest is None:
+            return self._worked_out(scores)
+        if self.latest.state is None or not np.array_equal(scores, self.latest.scores):
+            self.latest.scores, self.latest.state = scores, self._worked_out(scores)
+        return self.latest.state
+
+    def _worked_out(self, scores: Real) -> State:
         shared, sets = len(self.simulation.shared), self.measurement.sets
         tolerances = self.measurement.tolerances
         gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
@@ -309,12 +332,9 @@ def fit(
     schedule: Sequence[Stage] = FROM_AFAR,
     tolerance: float = 1e-2,
     most_steps: int = 30,
-    hopeless: float = np.inf,
+    hopeless: Mapping[Stage, float] = MappingProxyType({}),
 ) -> Fit:
     """Search the most likely parameters.
-
-    What a stage leaves with its inflated noise can only grow as noise is taken back: where it exceeds `hopeless`
-    already, the search ends there.
 
     Args:
         simulation: the model.
@@ -322,24 +342,24 @@ def fit(
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each.
-        hopeless: cost of a model that is not worth to be searched for.
+        hopeless: cost at the end of a stage from which a model is not worth to be searched for any further.
     """
     found: Minimum | None = None
-    scores, likelihood = start, Likelihood(simulation)
+    scores, latest = start, Latest(start)
     for stage in schedule:
-        likelihood = Likelihood(_below(simulation, stage.highest), stage.inflation, stage.tester)
+        whole = stage.highest == np.inf
+        seen = simulation if whole else _below(simulation, stage.highest)
+        likelihood = Likelihood(seen, stage.inflation, stage.tester, latest if whole else None)
         found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
         scores = found.values
-        if stage != FINAL and found.at.cost > hopeless:
-            return evaluated(Likelihood(simulation), scores)
+        if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
+            return replace(evaluated(Likelihood(simulation, latest=latest), scores), likelihood=Likelihood(simulation))
     assert found is not None
-    return Fit(likelihood, found.values, found.at, found.converged)
+    return Fit(replace(likelihood, latest=None), found.values, found.at, found.converged)
 
 
 def _below(simulation: Simulation, highest: float) -> Simulation:
     """The simulation of what was measured up to `highest` Hz."""
     measurement = simulation.baseline.measurement
-    if not np.isfinite(highest):
-        return simulation
     sets = tuple(each.lines(each.frequency <= highest) for each in measurement.sets)
     return simulation.of(replace(measurement, sets=sets))

@@ -59,7 +59,7 @@ def _beside(search: Search, seed: Model, found: Sequence[Model]) -> list[Model]:
     others = [each for each in search.candidates if frozenset((*seed.ids, each.id)) not in known]
     ranked = search.screened(seed, [each for each in others if each.id not in seed.ids])
     clean = seed.clean or any(model.clean for model in found)
-    return search.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1)
+    return search.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1, known=found)
 
 
 def _leading(found: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
@@ -88,11 +88,11 @@ def _with_other_laws(search: Search, pair: Model, firsts: Sequence[Model], singl
     first, second = pair.effects
     (seed,) = (each for each in firsts if each.effects == (first,))
     laws = [each for each in search.candidates if each.id == second.id and each.law != second.law]
-    found = search.fitted(seed, search.screened(seed, laws), 1)
+    found = search.fitted(seed, search.screened(seed, laws), 1, known=[pair])
     if pair.clean:
         return found
     rivals = best_by_law([each for each in singles if each.ids == seed.ids and each.effects != seed.effects])
     for rival in rivals[:LAWS]:
         ranked = search.screened(rival, [each for each in search.candidates if each.id == second.id])
-        found += search.fitted(rival, ranked, 1)
+        found += search.fitted(rival, ranked, 1, known=[pair])
     return found

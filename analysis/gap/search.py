@@ -6,7 +6,7 @@ decides. The best are fitted in full, from several starts where a law has them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -16,7 +16,19 @@ from analysis.frequency_response import Real
 from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.effect import Effect, acts_on
-from analysis.gap.fit import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, Fit, Likelihood, Stage, evaluated, fit
+from analysis.gap.fit import (
+    CLOSE,
+    EARLY_GAIN,
+    FINAL,
+    FROM_AFAR,
+    FROM_TESTER,
+    Fit,
+    Latest,
+    Likelihood,
+    Stage,
+    evaluated,
+    fit,
+)
 from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
@@ -44,7 +56,7 @@ FITTED_SINGLES = 7
 AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model leaves next to nothing."""
 AT_ONCE = 2
-"""Effects that are fitted before the next are decided on."""
+"""Effects that are fitted before the next are decided on, but for the first: it often decides over all others."""
 LAWS = 3
 """Of an effect that are fitted: those that promise most."""
 FITTED_BY_TESTER = 3
@@ -54,7 +66,11 @@ SETTLING_STEPS = 30
 HOPELESS = 1000.0
 """Cost (twice the log evidence) by which a model may exceed one that leaves next to nothing, and still matter."""
 FAR_BEHIND = 3.0
-"""Times the cost of the best so far, beyond which a model does not matter where none leaves next to nothing."""
+"""Times the cost of the best so far, or of noise, beyond which a model does not matter where none is that good."""
+
+
+Hopeless = Mapping[Stage, float]
+"""By stage, the cost at its end from which a model is not searched for any further."""
 
 
 @dataclass(eq=False)
@@ -98,9 +114,9 @@ class Search:
         if both and none.fit.per_datum > CONTRADICTION and not any(model.clean for model in found):
             start = self.beam_alone(none)
             others = [each for each in self.candidates if not acts_on(each, "cylinders")]
-            found += self.fitted(start, self.screened(start, others), FITTED_SINGLES)
+            found += self.fitted(start, self.screened(start, others), FITTED_SINGLES, known=found)
         if both and not any(model.clean for model in (none, *found)):
-            found += self.fitted(start, self.shown_by_tester(self.candidates), FITTED_BY_TESTER)
+            found += self.fitted(start, self.shown_by_tester(self.candidates), FITTED_BY_TESTER, known=found)
         best = seeds(found)
         rest = [model for model in found if not any(model is each for each in best)]
         return sorted([*rest, *self.hands(settled, best)], key=lambda model: -model.log_evidence)
@@ -127,32 +143,55 @@ class Search:
         seen = [each for each in candidates if acts_on(each, "cylinders") or acts_on(each, "tester")]
         return by_gain(list(self.hands(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING)
 
-    def fitted(self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS) -> list[Model]:
-        """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws."""
+    def fitted(
+        self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS, known: Sequence[Model] = ()
+    ) -> list[Model]:
+        """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws.
+
+        Those that fall far behind the best, and behind those that are `known`, are left where they are.
+        """
         found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
         while remaining:
-            names, remaining = remaining[:AT_ONCE], remaining[AT_ONCE:]
+            at_once = AT_ONCE if found else 1
+            names, remaining = remaining[:at_once], remaining[at_once:]
             own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
-            models = self._fitted(on, [each for promises in own for each in promises], laws, _hopeless((on, *found)))
+            promises = [each for promises in own for each in promises]
+            models = self._fitted(on, promises, laws, _hopeless((on, *known, *found)))
             found += models
             if any(model.clean for model in models):
                 remaining = remaining[:AFTER_CLEAN]
         return sorted(found, key=lambda model: -model.log_evidence)
 
-    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: float) -> list[Model]:
-        """Each promise fitted from its best starts, and once more from the model itself where these lead astray."""
+    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
+        """Each law fitted from its best starts, and once more from the model itself where these lead astray.
+
+        All begin; of each law the one that has come closest while noise was inflated is fitted to the end.
+        """
         tasks = [task for promise in promises for task in self._tasks(on, promise, tries, hopeless)]
-        best = _best(tasks, self.hands(_carried_out, tasks))
+        ended = self._to_the_end(tasks)
         shared = len(on.fit.likelihood.simulation.shared)
         astray = [
             replace(task, start=inserted(on.fit.scores, shared, task.promise.starts[0]), schedule=CLOSE)
-            for task, found in best.values()
+            for task, found in ended
             if found.at.cost > on.fit.at.cost
         ]
-        best |= _best(astray, self.hands(_carried_out, astray))
-        return [Model((*on.effects, task.promise.effect), found) for task, found in best.values()]
+        best = dict[Effect, Fit]()
+        for task, found in (*ended, *self._to_the_end(astray)):
+            before = best.get(task.promise.effect)
+            if before is None or found.at.cost < before.at.cost:
+                best[task.promise.effect] = found
+        return [Model((*on.effects, effect), found) for effect, found in best.items()]
 
-    def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: float) -> list[_Task]:
+    def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
+        """The tasks that are worth it, with what came of them."""
+        begun = sorted(zip(tasks, self.hands(_begun, tasks), strict=True), key=lambda each: each[1].at.cost)
+        closest = dict[tuple[str, str], tuple[_Task, Fit]]()
+        for task, found in begun:
+            closest.setdefault((task.promise.effect.id, task.promise.effect.law), (task, found))
+        chosen = [task for task, _ in closest.values()]
+        return list(zip(chosen, self.hands(_ended, list(closest.values())), strict=True))
+
+    def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: Hopeless) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
         elastic = acts_on(promise.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
@@ -173,11 +212,20 @@ class _Task:
     simulation: Simulation
     start: Real
     schedule: tuple[Stage, ...]
-    hopeless: float
+    hopeless: Hopeless
 
 
-def _carried_out(task: _Task) -> Fit:
-    return fit(task.simulation, task.start, task.schedule, ENOUGH, MOST_STEPS, task.hopeless)
+def _begun(task: _Task) -> Fit:
+    """All stages but the last; the cost of what is hopeless is that of the whole."""
+    return fit(task.simulation, task.start, task.schedule[:-1], EARLY_GAIN, MOST_STEPS, task.hopeless)
+
+
+def _ended(begun: tuple[_Task, Fit]) -> Fit:
+    """The last stage, unless it is hopeless."""
+    task, found = begun
+    if found.likelihood.inflation == FINAL.inflation:
+        return found
+    return fit(task.simulation, found.scores, task.schedule[-1:], ENOUGH, MOST_STEPS)
 
 
 def settled(model: Model) -> Model:
@@ -194,20 +242,20 @@ def seeds(singles: Sequence[Model]) -> list[Model]:
     return best[:1] if best and best[0].clean else best
 
 
-def _hopeless(found: Sequence[Model]) -> float:
-    """Cost from which a model does not matter any more."""
+def _hopeless(found: Sequence[Model]) -> Hopeless:
+    """By stage, the cost from which a model does not matter any more.
+
+    The best is looked at as each stage looks: what a model is behind it by then only grows as noise is taken back.
+    """
     best = min(found, key=lambda model: model.fit.at.cost)
-    return best.fit.at.cost + HOPELESS if best.clean else FAR_BEHIND * best.fit.at.cost
+    likelihood, scores = best.fit.likelihood, best.fit.scores
+    latest = Latest(scores)
 
+    def bound(stage: Stage) -> float:
+        seen = replace(likelihood, inflation=stage.inflation, tester=stage.tester, latest=latest).at(scores).cost
+        return seen + HOPELESS if best.clean else FAR_BEHIND * max(seen, likelihood.data)
 
-def _best(tasks: Sequence[_Task], fits: Iterable[Fit]) -> dict[Effect, tuple[_Task, Fit]]:
-    """By effect, the task that ended lowest with what came of it."""
-    found = dict[Effect, tuple[_Task, Fit]]()
-    for task, ended in zip(tasks, fits, strict=True):
-        before = found.get(task.promise.effect)
-        if before is None or ended.at.cost < before[1].at.cost:
-            found[task.promise.effect] = task, ended
-    return found
+    return {stage: bound(stage) for stage in (*CLOSE, *FROM_TESTER)}
 
 
 def search_of(

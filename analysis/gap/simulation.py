@@ -274,13 +274,19 @@ class State:
 
     def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
         """What both rigs read, with derivatives in the shared parameters at some places; in all by default."""
-        simulation, wanted = self.simulation, range(self.scores.size) if derivatives is None else derivatives
+        return self._whole if derivatives is None else self._prediction(derivatives)
+
+    @cached_property
+    def _whole(self) -> Prediction:
+        return self._prediction(range(self.scores.size))
+
+    def _prediction(self, wanted: Sequence[int]) -> Prediction:
+        simulation = self.simulation
         moved = {place: simulation.values(beside(self.scores, place)) for place in wanted}
         own = simulation.baseline.measurement.tolerances.impact_position
         accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
         for group, answer in zip(simulation.groups, self.answers, strict=True):
-            slopes = [answer.derivative(simulation.change(group.setting, moved[n], n, answer.bench)) for n in wanted]
-            columns = np.array(slopes).reshape(len(slopes), *answer.accelerance.shape)
+            columns = answer.derivatives([simulation.change(group.setting, moved[n], n, answer.bench) for n in wanted])
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]

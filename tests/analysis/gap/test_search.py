@@ -53,6 +53,21 @@ def test_an_effect_is_named_with_its_size(
     assert abs(found.fit.scores[place] - score) < 4 * found.fit.deviations[place] + 1e-3
 
 
+def test_of_each_law_the_closest_start_is_fitted_to_the_end_and_what_falls_behind_is_left(made: Made) -> None:
+    measurement = made((FrameCompliance(),), (0.5,))
+    search = search_among(measurement, {"frame_compliance", "foundation_compliance", "joint_mass"})
+    none = search.without_effects()
+    found = search.singles(none)
+    laws = [(each.effects[0].id, each.effects[0].law) for each in found]
+    assert len(set(laws)) == len(laws)
+    best, *others = found
+    assert best.ids == ("frame_compliance",)
+    assert best.clean
+    beaten = [each for each in others if each.ids != best.ids]
+    assert beaten
+    assert not any(each.fit.converged for each in beaten), "a model far behind one that is clean is not searched for"
+
+
 def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     measurement = made()
     each = measurement.sets[0]

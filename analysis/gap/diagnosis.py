@@ -19,19 +19,19 @@ from analysis.gap.estimate import Estimate
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
-from analysis.gap.floor import carried_over, floor_percent, floor_percent_of
+from analysis.gap.gaps import measured_gaps, where_asked
 from analysis.gap.hands import Hands, one_by_one
-from analysis.gap.held_out import HOLDS, HeldOut, held_out
+from analysis.gap.held_out import HeldOut
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.lost import lost
-from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model, best_by_id, on, refined
 from analysis.gap.next_experiment import next_experiment
 from analysis.gap.pairs import pairs
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import HOPELESS, search_of
 from analysis.gap.twins import twins
-from analysis.gap.verdict import UNKNOWN, Weighed, doubted, weigh
+from analysis.gap.verdict import UNKNOWN, Weighed, doubted, listed, standing_for, weigh
 
 
 class Status(StrEnum):
@@ -121,17 +121,12 @@ Progress = Callable[[str, float], None]
 
 REFINED_SINGLES = 3
 REFINED_PAIRS = 2
-RANKED = 5
 FINE_LINES = 400
 """Of each hammer set, enough where the gap is large; a small gap is weighed on all."""
 LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model, for which some of the lines do."""
-COARSE_LINES = 128
-"""Of each hammer set, for the held-out gaps of models that do not hold, and of those that are not the verdict."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
-AT_THE_FLOOR = 1.2
-"""Times what measuring again would differ by, up to which it does: of a vast gap a twentieth is still much."""
 CERTAINTY = 0.99
 """That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
 LAW = 0.01
@@ -178,31 +173,20 @@ def diagnose(
     contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
-    coarse = _thinned(measurement, COARSE_LINES)
-    listed = _listed(weighed)
-    models = {id(each.model): on(each.model, coarse) for each in listed if each.effects != UNKNOWN}
-    models |= {id(each): _held(each, coarse) for each in (none, _after(weighed[0], none))}
-    measured_gaps = dict(zip(models, hands(_held_out, list(models.values())), strict=True))
-    gaps, floor = _where_asked(measured_gaps, _after(weighed[0], none).fit)
-
-    def failed(each: Weighed) -> bool:
-        known = bool(each.effects) and each.effects != UNKNOWN and id(each.model) in gaps
-        return known and gaps[id(each.model)].overall.percent > AT_THE_FLOOR * floor
-
-    weighed = doubted(weighed, failed)
-    verdict, after = weighed[0], _after(weighed[0], none)
-    gaps, floor = _where_asked(measured_gaps, after.fit)
-    found_maps, listed = maps(none.fit), _listed(weighed)
-    before_gap, after_gap = gaps[id(none)], gaps[id(after)]
-    status = _status(none, verdict, after_gap.overall.percent <= AT_THE_FLOOR * floor)
-    ranking = tuple(_ranked(each, none, gaps.get(id(each.model))) for each in listed)
+    measured = measured_gaps(none, weighed, measurement, hands)
+    gaps = where_asked(measured, standing_for(weighed[0], none))
+    weighed = doubted(weighed, lambda each: _named(each) and gaps.above_the_floor(each.model))
+    verdict, after = weighed[0], standing_for(weighed[0], none)
+    gaps, found_maps = where_asked(measured, after), maps(none.fit)
+    status = _status(none, verdict, not gaps.above_the_floor(after))
+    ranking = tuple(_ranked(each, none, gaps.of(each.model)) for each in listed(weighed))
     alike = twins(weighed)
     result = Diagnosis(
         status=status,
         effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
-        before=before_gap,
-        after=after_gap,
-        floor_percent=floor,
+        before=gaps.by_model[id(none)],
+        after=gaps.by_model[id(after)],
+        floor_percent=gaps.floor_percent,
         where=places(found_maps),
         maps=found_maps,
         ranking=_normalised(ranking),
@@ -226,7 +210,7 @@ def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, .
     """
     sound = examined(measurement)
     search = search_of(sound.measurement, ())
-    found = maps(refined(search.without_effects(), _thinned(sound.measurement, FINE_LINES)).fit)
+    found = maps(refined(search.without_effects(), sound.measurement.thinned(FINE_LINES)).fit)
     return places(found), found, sound.faults
 
 
@@ -287,9 +271,9 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
 
 
-def _after(verdict: Weighed, none: Model) -> Model:
-    """The model that a verdict stands for; of an unknown effect the paper's."""
-    return none if verdict.effects == UNKNOWN else verdict.model
+def _named(each: Weighed) -> bool:
+    """Whether an explanation has effects of the catalogue."""
+    return bool(each.effects) and each.effects != UNKNOWN
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
@@ -307,35 +291,10 @@ def _explained(model: Model, none: Model) -> float:
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
 
 
-def _held(model: Model, coarse: Measurement) -> Model:
-    """On all lines of the contest, or on fewer where the model does not hold and every fold is a fit of its own."""
-    return model if model.fit.per_datum < HOLDS else on(model, coarse)
-
-
-def _held_out(model: Model) -> HeldOut:
-    return held_out(model.fit)
-
-
-def _where_asked(gaps: dict[int, HeldOut], after: Fit) -> tuple[dict[int, HeldOut], float]:
-    """Gaps and their floor: for rows of which a prediction is asked and none was measured, else as they are."""
-    measurement = after.likelihood.measurement
-    measured = {point for each in measurement.sets for point in each.inputs}
-    unseen = [point for _, point in measurement.predict if point not in measured]
-    if not (unseen and measurement.sets):
-        return gaps, floor_percent(after)
-    unseen_floor = floor_percent_of(after, unseen)
-    return {model: carried_over(gap, unseen_floor) for model, gap in gaps.items()}, unseen_floor
-
-
 def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:
     """A model on the lines of the contest, fitted to them unless it is hopeless."""
     model, hopeless = chosen
     return on(model, fine) if hopeless else refined(model, fine)
-
-
-def _listed(weighed: Sequence[Weighed]) -> list[Weighed]:
-    """The first of a ranking, with no effect and the unknown one whatever their rank."""
-    return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
 
 
 def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:
@@ -384,14 +343,7 @@ def _contest(found: Sequence[Model], effects: int, count: int) -> list[Model]:
 
 
 def _fine(measurement: Measurement, none: Model) -> Measurement:
-    return measurement if none.fit.per_datum < LARGE_GAP else _thinned(measurement, FINE_LINES)
-
-
-def _thinned(measurement: Measurement, lines: int) -> Measurement:
-    def every(each: HammerSet) -> HammerSet:
-        return each.lines(np.arange(0, each.frequency.size, max(1, each.frequency.size // lines)))
-
-    return replace(measurement, sets=tuple(every(each) for each in measurement.sets))
+    return measurement if none.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
 
 
 def _silent(what: str, share: float) -> None:

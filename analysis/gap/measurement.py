@@ -112,6 +112,10 @@ class HammerSet:
             coherence=None if self.coherence is None else self.coherence[:, keep],
         )
 
+    def thinned(self, lines: int) -> HammerSet:
+        """The same at `lines` of its lines or somewhat more, evenly spread."""
+        return self.lines(np.arange(0, self.frequency.size, max(1, self.frequency.size // lines)))
+
     def elsewhere(self, inputs: tuple[Dof, ...], frequency: Real) -> HammerSet:
         """The same struck elsewhere, where nothing is known but the noise that its rows have on average."""
         noise = np.interp(frequency, self.frequency, np.sqrt(np.mean(self.deviation**2, axis=0)))
@@ -236,3 +240,7 @@ class Measurement:
     def __post_init__(self) -> None:
         if not self.sets and self.points is None:
             raise AnalysisError("there is neither a hammer set nor a point of the tester: nothing to diagnose")
+
+    def thinned(self, lines: int) -> Measurement:
+        """The same at about so many lines of each hammer set, evenly spread."""
+        return replace(self, sets=tuple(each.thinned(lines) for each in self.sets))

@@ -16,7 +16,7 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.gap.evidence import PATTERNS
 from analysis.gap.fit import Likelihood
-from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.verdict import UNKNOWN, Weighed
 from analysis.inverse.levenberg_marquardt import inverse
@@ -74,7 +74,7 @@ class Further:
 
     def separation(self, verdict: Model, rival: Model) -> float:
         """By how much the rival could not follow what the verdict expects."""
-        further = self.planned(_thinned(verdict.fit.likelihood.measurement))
+        further = self.planned(verdict.fit.likelihood.measurement.thinned(LINES))
         models = verdict, rival
         if further is None:
             return 0.0
@@ -169,13 +169,6 @@ def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
     smallest = points.only(points.amplitude <= SAME * np.min(points.amplitude))
     halved = replace(smallest, amplitude=smallest.amplitude / 2, deviation=2 * smallest.deviation)
     return replace(first, points=halved)
-
-
-def _thinned(measurement: Measurement) -> Measurement:
-    def every(each: HammerSet) -> HammerSet:
-        return each.lines(np.arange(0, each.frequency.size, max(1, each.frequency.size // LINES)))
-
-    return replace(measurement, sets=tuple(every(each) for each in measurement.sets))
 
 
 EXPERIMENTS: tuple[Check | Further, ...] = (

@@ -5,7 +5,7 @@ The paper's model with the tester's cylinders is good enough to recognise a row:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class RoughFit:
 
 def rough_fit(measurement: Measurement) -> RoughFit:
     """A fit in which relative errors count, and no row much."""
-    thin = replace(measurement, sets=tuple(_thin(each) for each in measurement.sets))
+    thin = measurement.thinned(LINES)
     simulation = Simulation(baseline_of(thin), bar_of(measurement.drawing))
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
     return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=False).accelerances)
@@ -73,10 +73,6 @@ def rough_fit(measurement: Measurement) -> RoughFit:
 def size_of(rows: Complex) -> Real:
     """(rows,) rms over lines."""
     return np.asarray(np.sqrt(np.mean(np.abs(rows) ** 2, axis=1)))
-
-
-def _thin(each: HammerSet) -> HammerSet:
-    return each.lines(np.arange(0, each.frequency.size, max(1, each.frequency.size // LINES)))
 
 
 def _unlikeness(measured: HammerSet, other: Complex) -> Real:

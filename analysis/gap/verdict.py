@@ -33,6 +33,8 @@ SECOND = 0.02
 One that leaves more mops up after a law that is not quite right.
 """
 
+RANKED = 5
+"""Explanations that are shown."""
 FAILS_THOUGH_RIGHT = 0.02
 """Chance that an explanation is right and leaves held-out data clearly above their floor: 3 of 253 in sealed trials."""
 
@@ -97,6 +99,16 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
         for ids, score in weighed.items()
     ]
     return tuple(sorted(result, key=lambda each: -each.score))
+
+
+def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
+    """The first of a ranking, with no effect and the unknown one whatever their rank."""
+    return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
+
+
+def standing_for(verdict: Weighed, none: Model) -> Model:
+    """The model that a verdict stands for; of an unknown effect the paper's."""
+    return none if verdict.effects == UNKNOWN else verdict.model
 
 
 def doubted(weighed: Sequence[Weighed], failed: Callable[[Weighed], bool]) -> tuple[Weighed, ...]:

@@ -138,7 +138,7 @@ def trial(
         Trial(cases, seed, seal, workers, through_instruments, honesty), on_terminal(progress_console)
     )  # fmt: skip
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
-    out.print(f"{seal / 'scores.json'}, {seal / 'scores.md'} and {seal / 'reliability.svg'} written")
+    out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:
         published = {name: scores[name] for name in ("format", "cases", "verdicts")}
         write_json(published | {"seed": seed}, publish)

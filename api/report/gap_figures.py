@@ -125,23 +125,3 @@ def _draw_curves(axes: Axes, drawn: Mapping[str, Any], name: str) -> None:
         else:
             axes.plot(frequency, values, line, linewidth=width, color=colour, label=moment)
     axes.set_ylabel(CURVE_AXES[name])
-
-
-def reliability(calibration: Mapping[str, Any]) -> str:
-    """Claimed probability against the share that was right; the size of a dot is the number of cases."""
-    picture, (axes,) = figure(width=4.6, height=4.0)
-    axes.plot([0, 1], [0, 1], "--", color=MEASURED, linewidth=0.8, label="as claimed")
-    bins = calibration["bins"]
-    axes.scatter(
-        [each["claimed"] for each in bins],
-        [each["right"] for each in bins],
-        [20 + 3 * each["cases"] for each in bins],
-        color=BLUE,
-        alpha=0.7,
-        label="verdicts",
-    )
-    error = calibration["error"]
-    axes.set_title("" if error is None else f"calibration error {error:.3f}", fontsize=9)
-    axes.set(xlabel="probability claimed", ylabel="share right", xlim=(0, 1.03), ylim=(0, 1.03))
-    axes.legend(frameon=False, loc="upper left", fontsize=8)
-    return as_svg(picture, "Reliability of verdicts")

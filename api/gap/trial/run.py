@@ -23,7 +23,7 @@ from api.gap.trial.scores import scores
 from api.gap.trial.tables import markdown
 from api.gap.trial.worker import answer
 from api.progress import Progress, silent
-from api.report.gap_figures import reliability
+from api.report.trial_figures import confusion, reliability
 from simlab.case.bundle import write_case
 from store.bundle import read_bundle
 
@@ -90,7 +90,9 @@ def carry_out(trial: Trial, progress: Progress = silent) -> dict[str, Any]:
     result = scores(found)
     write(trial.folder / "scores.json", result)
     (trial.folder / "scores.md").write_text(markdown(result), encoding="utf-8")
-    (trial.folder / "reliability.svg").write_text(reliability(result["calibration"]), encoding="utf-8")
+    pictures = {"reliability": reliability(result["calibration"]), "confusion": confusion(result["confusion"])}
+    for name, picture in pictures.items():
+        (trial.folder / f"{name}.svg").write_text(picture, encoding="utf-8")
     return result
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from api.gap.track_record import FORMAT, Verdict
-from api.gap.trial.judgement import Judgement
+from api.gap.trial.judgement import FALLBACK, Judgement
 from api.identification.document import plain
 
 DETECTABLE = 5.0
@@ -16,6 +16,7 @@ DETECTABLE = 5.0
 SIZES = ((0.0, 0.15), (0.15, 0.4), (0.4, 1.0))
 BINS = 10
 """Of probability, for calibration."""
+NONE, NOVEL, UNKNOWN, TWO = "none", "in no catalogue", "unknown", "two effects"
 NEAR_FLOOR = 1.2
 NEAR_TRUE = 0.1
 
@@ -67,6 +68,7 @@ def scores(judged: Sequence[Judgement]) -> dict[str, Any]:
             "without_truth": _share([e for e in judged if e.honest is not None], lambda each: bool(each.honest)),
             "seconds": {"median": np.median(seconds) if seconds else None, "worst": max(seconds, default=None)},
             "by_effect": _by_effect(singles),
+            "confusion": _confusion([*clean, *seen, *seen_novel]),
             "confusions": _confusions(judged),
             "verdicts": [_verdict(each).__dict__ for each in judged if not each.error],
         }
@@ -149,6 +151,24 @@ def _by_effect(singles: Sequence[Judgement]) -> dict[str, Any]:
         for effect in sorted({each.effects[0] for each in singles})
         for own in ([each for each in singles if each.effects == (effect,)],)
     }
+
+
+def _confusion(judged: Sequence[Judgement]) -> dict[str, Any]:
+    """How often what was named for what was there, of cases that could be told and have one effect at most."""
+    pairs = [(_there(each), _named(each)) for each in judged]
+    effects = sorted({name for pair in pairs for name in pair} - {NONE, NOVEL, UNKNOWN, TWO, FALLBACK})
+    there = [name for name in (*effects, NONE, NOVEL) if any(name == pair[0] for pair in pairs)]
+    named = [*effects, NONE, UNKNOWN, *(name for name in (TWO, FALLBACK) if any(name == pair[1] for pair in pairs))]
+    counts = [[pairs.count((row, column)) for column in named] for row in there]
+    return {"there": there, "named": named, "counts": counts}
+
+
+def _there(each: Judgement) -> str:
+    return {"none": NONE, "novel": NOVEL}.get(each.kind) or each.effects[0]
+
+
+def _named(each: Judgement) -> str:
+    return each.status if not each.named else each.named[0] if len(each.named) == 1 else TWO
 
 
 def _confusions(judged: Iterable[Judgement]) -> list[dict[str, Any]]:

@@ -14,6 +14,7 @@ from api.gap.track_record import record_from
 from api.gap.trial.judgement import Judgement, judged
 from api.gap.trial.scores import scores
 from api.gap.trial.tables import markdown
+from api.report.trial_figures import confusion
 from simlab.case.draw import Case, Kind, draw_case
 from simlab.case.simulate import simulate
 
@@ -137,6 +138,27 @@ def test_calibration_error_is_the_mean_distance_of_claim_and_truth(document: Mak
     assert found["error"] == pytest.approx(0.18)
 
 
-def test_a_trial_of_nothing_has_no_shares() -> None:
+def test_what_was_named_for_what_was_there_is_counted_where_it_could_be_told(document: Make) -> None:
+    """Pairs are left out, and effects of d below 5; a name that was never there has a column, and no row."""
+    there = truth(["joint_mass"])
+    every = [
+        judge(document(effects=("joint_mass",)), there),
+        judge(document(effects=("joint_mass",)), there),
+        judge(document(effects=("accelerometer_mass",)), there),
+        judge(document(effects=("joint_mass", "accelerometer_mass")), there),
+        judge(document(status=Status.NONE, effects=()), there, d=4.0),
+        judge(document(status=Status.NONE, effects=()), truth(["joint_mass", EFFECT])),
+        judge(document(status=Status.NONE, effects=()), truth([])),
+        judge(document(status=Status.UNKNOWN, effects=()), truth([], novel=["crack"])),
+    ]
+    found = scores(every)["confusion"]
+    assert found["there"] == ["joint_mass", "none", "in no catalogue"]
+    assert found["named"] == ["accelerometer_mass", "joint_mass", "none", "unknown", "two effects"]
+    assert found["counts"] == [[1, 2, 0, 0, 1], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0]]
+    assert confusion(found).startswith("<svg")
+
+
+def test_a_trial_of_nothing_has_no_shares_and_empty_pictures() -> None:
+    assert "<svg" in confusion(scores([])["confusion"])
     assert scores([])["top_1"]["all"]["share"] is None
     assert "none tried" in markdown(scores([]))

@@ -19,7 +19,8 @@ def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: P
     folder = TrialFolder(tmp_path / "trial")
     assert set(folder.commitments) == {"0001"}
     assert folder.open(plan(1, 3)[0])["kind"] == "single"
-    assert {file.name for file in folder.path.iterdir()} >= {"scores.json", "scores.md", "reliability.svg"}
+    written = {file.name for file in folder.path.iterdir()}
+    assert written >= {"scores.json", "scores.md", "reliability.svg", "confusion.svg"}
     published = json.loads((tmp_path / "scores.json").read_text(encoding="utf-8"))
     assert (published["cases"], len(published["verdicts"])) == (1, 1)
     # given again, nothing is left to do

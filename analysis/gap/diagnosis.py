@@ -31,7 +31,7 @@ from analysis.gap.pairs import pairs
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import HOPELESS, search_of
 from analysis.gap.twins import twins
-from analysis.gap.verdict import UNKNOWN, Weighed, doubted, listed, standing_for, weigh
+from analysis.gap.verdict import UNKNOWN, Weighed, listed, standing_for, weigh
 
 
 class Status(StrEnum):
@@ -173,11 +173,9 @@ def diagnose(
     contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
-    measured = measured_gaps(none, weighed, measurement, hands)
-    gaps = where_asked(measured, standing_for(weighed[0], none))
-    weighed = doubted(weighed, lambda each: _named(each) and gaps.above_the_floor(each.model))
     verdict, after = weighed[0], standing_for(weighed[0], none)
-    gaps, found_maps = where_asked(measured, after), maps(none.fit)
+    gaps = where_asked(measured_gaps(none, weighed, measurement, hands), after)
+    found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
     ranking = tuple(_ranked(each, none, gaps.of(each.model)) for each in listed(weighed))
     alike = twins(weighed)
@@ -269,11 +267,6 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
     whole = simulation.of(replace(measurement, sets=(asked,)))
     return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
-
-
-def _named(each: Weighed) -> bool:
-    """Whether an explanation has effects of the catalogue."""
-    return bool(each.effects) and each.effects != UNKNOWN
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:

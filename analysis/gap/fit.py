@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -179,7 +179,11 @@ class Likelihood:
                 total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
         if not np.isfinite(total):
             return NOWHERE
-        return Trial(total, lambda: together(self._blocks(values, state.prediction()), values))
+        return Trial(total, partial(self._linearised, values, state))
+
+    def _linearised(self, values: Real, state: State) -> Linearised:
+        with np.errstate(all="ignore"):
+            return together(self._blocks(values, state.prediction()), values)
 
     def blocks(self, values: Real) -> tuple[Block, ...]:
         """What each row and the tester say, about `values`."""

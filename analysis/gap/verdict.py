@@ -7,8 +7,8 @@ residual model that can take any smooth shape, explains all misfit beyond noise,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
@@ -35,8 +35,6 @@ One that leaves more mops up after a law that is not quite right.
 
 RANKED = 5
 """Explanations that are shown."""
-FAILS_THOUGH_RIGHT = 0.02
-"""Chance that an explanation is right and leaves held-out data clearly above their floor: 3 of 253 in sealed trials."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,24 +107,6 @@ def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
 def standing_for(verdict: Weighed, none: Model) -> Model:
     """The model that a verdict stands for; of an unknown effect the paper's."""
     return none if verdict.effects == UNKNOWN else verdict.model
-
-
-def doubted(weighed: Sequence[Weighed], failed: Callable[[Weighed], bool]) -> tuple[Weighed, ...]:
-    """Explanations by probability, after an absolute test that is no matter of comparison.
-
-    Args:
-        weighed: explanations.
-        failed: whether one leaves held-out data clearly above their floor. An unknown effect always does.
-    """
-    scores = [each.score + (float(np.log(FAILS_THOUGH_RIGHT)) if failed(each) else 0.0) for each in weighed]
-    total = logsumexp(scores)
-    probabilities = np.exp(scores - total).tolist()
-    found = map(_with_score, weighed, scores, probabilities)
-    return tuple(sorted(found, key=lambda each: -each.score))
-
-
-def _with_score(each: Weighed, score: float, probability: float) -> Weighed:
-    return replace(each, score=score, probability=probability)
 
 
 def _with_right_laws(every: Sequence[Model]) -> Model:

@@ -21,7 +21,7 @@ from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
 from analysis.gap.structure import Misfit
-from analysis.gap.verdict import FAILS_THOUGH_RIGHT, FREEDOM, UNKNOWN, Weighed, doubted, weigh
+from analysis.gap.verdict import FREEDOM, UNKNOWN, weigh
 from analysis.inverse.levenberg_marquardt import Linearised
 
 DATA = 1000
@@ -169,25 +169,3 @@ def test_each_effect_keeps_its_own_law_whichever_was_found_first() -> None:
         (): (),
         UNKNOWN: (),
     }
-
-
-def test_an_explanation_that_leaves_held_out_data_above_their_floor_loses_to_one_almost_as_good_that_does_not() -> None:
-    rivals = [model((FrameCompliance(),), 1000.0), model((JointMass(),), 1003.0)]
-    first, second, *_ = weighed = weigh(model((), 9000.0, 8000.0), rivals)
-    assert (first.effects, second.effects) == (("frame_compliance",), ("joint_mass",))
-    after = doubted(weighed, lambda each: each is first)
-    assert after[0].effects == second.effects
-    assert sum(each.probability for each in after) == pytest.approx(1.0)
-    odds, before = (each[0].probability / each[1].probability for each in ((after[1], after[0]), weighed))
-    assert odds == pytest.approx(FAILS_THOUGH_RIGHT * before)
-
-
-def test_explanations_that_all_reach_the_floor_keep_their_probabilities() -> None:
-    weighed = weigh(model((), 4000.0, 3000.0), [model((FrameCompliance(),), 1000.0)])
-
-    def nothing(each: Weighed) -> bool:
-        return False
-
-    after = doubted(weighed, nothing)
-    assert [each.effects for each in after] == [each.effects for each in weighed]
-    assert [each.probability for each in after] == pytest.approx([each.probability for each in weighed])

@@ -106,7 +106,8 @@ def test_a_bar_told_of_its_kinks_is_what_ever_longer_series_tend_to() -> None:
         return beam.accelerance(beam.lines(frequency), Load(0.7, y=1.0), BLOW_AMPLITUDE)
 
     exact = peak(24, kinks)
-    np.testing.assert_allclose(peak(16, kinks), exact, rtol=1e-6)
+    # series of 12 to 32 terms differ by rounding: 1e-7 on most processors, up to 2e-6 on others
+    np.testing.assert_allclose(peak(16, kinks), exact, rtol=1e-5)
     off = [np.abs(peak(terms) / exact - 1).max() for terms in (20, 40, 80)]
     assert off[0] > 1.5 * off[1] > 1.5**2 * off[2]
     assert off[2] < 1e-3

@@ -10,11 +10,11 @@ deformation, all modes together, of envelope
 
     x(t) = sqrt(sum_p |sum_r a_pr e^(lambda_r t)|^2).
 
-Its stiffness falls nearly linearly with ln x, and an accelerance weighs each moment by its energy. So the equivalent
-amplitude that mode r sees is the mean of ln x, weighted by the energy that mode r then has in the joint, over time and
-over all blows:
+Its stiffness falls nearly linearly with ln x, and an accelerance weighs each moment by its energy, and blows alike
+whatever their force F_b (root mean square of |F| at the modes). So the equivalent amplitude that mode r sees is the
+mean of ln x, weighted by the energy per squared force that mode r then has in the joint, over time and all blows:
 
-    ln x_r = sum_blows int e_r ln x dt / sum_blows int e_r dt,     e_r = sum_p |a_pr|^2 e^(2 Re(lambda_r) t).
+    ln x_r = sum_blows int e_r ln x dt / sum_blows int e_r dt,   e_r = sum_p |a_pr|^2 e^(2 Re(lambda_r) t) / F_b^2.
 
 A single mode alone has x_r = x(0) / sqrt(e): 0.61 of where it starts. It is a mean over the blows, weighted by their
 energies w_b = int e_r dt, and as one is known by how the means y_b of the single blows scatter about it,
@@ -153,8 +153,9 @@ def joint_amplitudes(
     # of unit energy at the start, in trapezia
     fading = np.abs(decay) ** 2 * (time[1] - time[0])
     fading[:, [0, -1]] /= 2
+    strength = np.array([max(float(np.mean(blow.impulse**2)), np.finfo(float).tiny) for blow in blows])
     return {
-        name: _amplitude(np.array([_started(modes, node, blow) for blow in blows]), decay, fading, source)
+        name: _amplitude(np.array([_started(modes, node, blow) for blow in blows]), strength, decay, fading, source)
         for name, node in joint_nodes.items()
     }
 
@@ -165,10 +166,18 @@ def _started(modes: Modes, node: int, blow: BlowForce) -> Complex:
     return np.asarray(at_joint * modes.at(blow.point) * blow.impulse / modes.poles)
 
 
-def _amplitude(started: Complex, decay: Complex, fading: Real, source: str) -> JointAmplitude:
-    """From `started` (blows, 2, modes), `decay` and the energy `fading` with it (modes, times)."""
+def _amplitude(started: Complex, strength: Real, decay: Complex, fading: Real, source: str) -> JointAmplitude:
+    """The amplitude of blows that began so.
+
+    Args:
+        started: (blows, 2, modes).
+        strength: (blows,) squared force.
+        decay: (modes, times).
+        fading: (modes, times) energy that goes with it.
+        source: see `JointAmplitude`.
+    """
     lasting = np.sum(fading, axis=1)
-    energy = np.sum(np.abs(started) ** 2, axis=1) * lasting  # (blows, modes)
+    energy = np.sum(np.abs(started) ** 2, axis=1) * lasting / strength[:, None]  # (blows, modes)
     # where all modes pass through zero at once there is no energy either
     smallest = np.finfo(float).tiny
     means = np.array(

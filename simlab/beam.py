@@ -3,9 +3,9 @@
 One series spans the whole bar, so a shape is known at every position and not only at nodes, and with forty terms a
 field the modes below 8 kHz are exact to seven digits.  Where a support acts on it the bar has a kink, of which a series
 leaves a share that falls with its number of terms: with forty, peaks of the paper's bench are off by up to
-0.02 (m/s^2)/N, with two hundred by a fifth of it.  A bar that is told of its kinks has a series from each to the next,
-and what acts or is read there is exact.  Directions: ``x`` along the bar, ``y`` across it in the plane of bending,
-``r`` the rotation of the section (positive from x to y).
+0.02 (m/s^2)/N, with two hundred by a fifth of it.  A bar that is told of its kinks, as that of an article is, has a
+series from each to the next, and what acts or is read there is exact.  Directions: ``x`` along the bar, ``y`` across it
+in the plane of bending, ``r`` the rotation of the section (positive from x to y).
 """
 
 from __future__ import annotations

@@ -30,12 +30,17 @@ class Gate:
     text: str
 
 
-def passivity(joint: IdentifiedJoint) -> Gate:
-    """Whether no motion draws energy from the joint: h has no eigenvalue that is negative beyond its uncertainty."""
+def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> Gate:
+    """Whether no motion draws energy from the joint: h has no eigenvalue that is negative beyond its uncertainty.
+
+    Args:
+        joint: as identified.
+        degrees_of_freedom: behind the covariance of its h.
+    """
     loss, motion = least_loss(joint.joint.dynamic_stiffness)
     weights = np.array([(1 if p == q else 2) * (motion[p].conjugate() * motion[q]).real for p, q in UPPER])
     deviation = float(np.sqrt(weights @ joint.covariance[HALF:, HALF:] @ weights))
-    half = quantile(np.inf) * deviation
+    half = float(quantile(degrees_of_freedom)) * deviation
     passed = loss + half >= 0
     verdict = "no motion draws energy from it" if passed else "a motion draws energy from it, which no elastomer can do"
     text = f"least loss factor of joint {joint.name} {loss:.2g} +-{half:.1g} (95 %): {verdict}"

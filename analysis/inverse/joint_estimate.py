@@ -94,7 +94,7 @@ class JointEstimate(IdentifiedJoint):
     @property
     def paper_k_ci95(self) -> Real:
         """(3, 3, 2) intervals as the paper makes them for Table 2: normal, from `covariance`."""
-        terms, half = self.regression.terms, quantile(np.inf) * np.sqrt(np.diag(self.covariance))
+        terms, half = self.regression.terms, NORMAL * np.sqrt(np.diag(self.covariance))
         return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
 
 
@@ -123,9 +123,10 @@ def estimate(
         propagated: (12, 12) covariance from that of the modes, or None.
         undetermined: (12,) why the modes do not determine a term whatever is assumed; empty where they do.
     """
-    covariances = [(regression.honest_covariance, quantile(regression.freedom))]
+    count = len(regression.terms)
+    covariances = [(regression.honest_covariance, quantile(np.full(count, regression.freedom)))]
     if propagated is not None:
-        covariances.append((propagated, quantile(np.inf)))
+        covariances.append((propagated, np.full(count, NORMAL)))
     common = identified(name, node, regression.terms, regression.covariance, covariances, undetermined)
     return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
 
@@ -135,7 +136,7 @@ def identified(
     node: int,
     terms: Real,
     covariance: Real,
-    widths: Sequence[tuple[Real, float]],
+    widths: Sequence[tuple[Real, Real]],
     undetermined: Reasons,
 ) -> IdentifiedJoint:
     """Matrices and intervals of one joint.
@@ -145,7 +146,7 @@ def identified(
         node: of the joint.
         terms: (12,) k's and h's upper triangle.
         covariance: (12, 12) to state.
-        widths: covariances (12, 12) and quantiles that intervals are made of; the widest counts.
+        widths: covariances (12, 12) and quantiles (12,) that intervals are made of; the widest counts.
         undetermined: (6,) or more: why the data do not determine a stiffness whatever is assumed; empty where they do.
     """
     half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
@@ -195,13 +196,14 @@ def ratio_interval(
     return float(middle - half), float(middle + half)
 
 
-def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, float]]) -> tuple[Real, Real]:
+def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, Real]]) -> tuple[Real, Real]:
     """(6,) h / k and (6, 2) the widest interval; nan where some interval of k includes zero."""
     ratio, limits = np.full(HALF, np.nan), np.full((HALF, 2), np.nan)
     for place in range(HALF):
         k, h = terms[place], terms[HALF + place]
         pair = np.ix_([HALF + place, place], [HALF + place, place])
-        intervals = [ratio_interval(h, k, covariance[pair], quantile) for covariance, quantile in covariances]
+        both = [place, HALF + place]
+        intervals = [ratio_interval(h, k, covariance[pair], float(np.max(t[both]))) for covariance, t in covariances]
         bounded = [interval for interval in intervals if interval is not None]
         if len(bounded) == len(intervals):
             ratio[place] = h / k
@@ -209,6 +211,9 @@ def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, float]]) -> tup
     return ratio, limits
 
 
-def quantile(freedom: float) -> float:
+def quantile(freedom: float | Real) -> Real:
     """Of the two-sided interval, for Student's distribution or, at infinite freedom, the normal one."""
-    return float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
+    return np.asarray(stdtrit(freedom, (1 + CONFIDENCE) / 2))
+
+
+NORMAL = float(quantile(np.inf))

@@ -11,7 +11,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
-from analysis.inverse.blow_scatter import information_from_scatter
+from analysis.inverse.blow_scatter import degrees_of_freedom, information_from_scatter
 from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
@@ -33,9 +33,12 @@ class LikelihoodEstimate(IdentifiedJoint):
     """A joint as identified from accelerances; `covariance` has noise, tolerances and misfit in it.
 
     Attributes:
+        degrees_of_freedom: (12,) behind the variance of each term, as in `covariance`; infinite where no single blows
+            were known.
         gates: passivity. Symmetry is no gate: the parameters cannot break it.
     """
 
+    degrees_of_freedom: Real
     gates: tuple[Gate, ...]
 
 
@@ -83,7 +86,8 @@ class JointFit:
     @cached_property
     def terms_covariance(self) -> Real:
         """(12 joints, 12 joints) of the terms of all joints, with what they have in common."""
-        return _terms_covariance(self.likelihood, self.values, self.covariance)
+        slope = _terms_slope(self.likelihood, self.values)
+        return np.asarray(slope @ self.covariance @ slope.T)
 
     @cached_property
     def prior_effect(self) -> PriorEffect:
@@ -148,9 +152,9 @@ class JointFit:
         if response != fit.model.response:
             kept[[0, COMMON.index("sensor position")]] = False
         known = np.where(kept, self.deviations.values, 0.0)[:count]
-        deviations = Deviations(np.concatenate([known, np.zeros(len(model.inputs))]), self.deviations.joints)
+        deviations = Deviations(np.concatenate([known, np.zeros(2 * len(model.inputs))]), self.deviations.joints)
         at = model.condensed(deviations).on(matrices(fit.upper(self.values)))
-        active = np.concatenate([(fit.active & kept)[:count], np.zeros(len(model.inputs), dtype=bool)])
+        active = np.concatenate([(fit.active & kept)[:count], np.zeros(2 * len(model.inputs), dtype=bool)])
         columns = np.concatenate([term_columns(at), deviation_columns(at, active)])
         terms = HALF * self.deviations.joints
         rows = np.concatenate([np.arange(terms), terms + np.flatnonzero(kept[fit.active])])
@@ -170,17 +174,20 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
     model, names = likelihood.model, likelihood.parameters.names
     response = likelihood.response(found.values)
     square = np.abs((likelihood.measured - response.accelerance) / likelihood.deviation) ** 2 / 2
-    freedom = 1 - len(found.values) / (2 * square.size)
-    scale = max(1.0, float(np.mean(square)) / freedom)
+    left = 1 - len(found.values) / (2 * square.size)
+    scale = max(1.0, float(np.mean(square)) / left)
 
     _, weight = likelihood.prior
     curvature = covariance = inverse((found.at.normal - weight) / scale + weight)
+    slope = _terms_slope(likelihood, found.values)
+    freedom = np.full(len(slope), np.inf)
     if scatter is not None:
-        of_blows = information_from_scatter(likelihood, found.values, response, scatter)
-        covariance = curvature @ (of_blows / scale + weight) @ curvature
+        of_blows = information_from_scatter(likelihood, found.values, response, scatter) / scale
+        covariance = curvature @ (np.sum(of_blows, axis=0) + weight) @ curvature
+        freedom = degrees_of_freedom(slope, curvature @ of_blows @ curvature, covariance, scatter)
     upper = likelihood.upper(found.values).reshape(len(names), HALF)
     terms = np.hstack([upper.real, upper.imag])
-    terms_covariance = _terms_covariance(likelihood, found.values, covariance)
+    terms_covariance = slope @ covariance @ slope.T
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
     bound = term_bound(information, likelihood.active_tolerance, unit)
@@ -191,9 +198,10 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
         at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
         own = terms_covariance[at, at]
         common = identified(
-            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(np.inf))], why_not[joint]
+            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
         )
-        joints[name] = LikelihoodEstimate(**vars(common), gates=(passivity(common),))
+        gate = passivity(common, float(np.min(freedom[at][HALF:])))
+        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], gates=(gate,))
 
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
@@ -217,12 +225,6 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
         ),
         likelihood=likelihood,
     )
-
-
-def _terms_covariance(likelihood: ResponseLikelihood, values: Real, covariance: Real) -> Real:
-    """(12 joints, 12 joints) of the terms of all joints, from that of the parameters."""
-    slope = _terms_slope(likelihood, values)
-    return np.asarray(slope @ covariance @ slope.T)
 
 
 def _terms_slope(likelihood: ResponseLikelihood, values: Real) -> Real:

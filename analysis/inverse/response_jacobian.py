@@ -43,7 +43,7 @@ def deviation_columns(response: SupportedResponse, active: NDArray[np.bool_]) ->
 
     Args:
         response: at the deviations of its condensed beam.
-        active: (4 + 2 joints + rows,) which of them are asked for, in the order of `tolerances.Deviations`.
+        active: (4 + 2 joints + 2 rows,) which of them are asked for, in the order of `tolerances.Deviations`.
     """
     if not np.any(active):
         return np.empty((0, *response.accelerance.shape), dtype=complex)
@@ -77,9 +77,10 @@ def _columns(response: SupportedResponse, active: NDArray[np.bool_]) -> Iterator
         at = slice(3 * joint, 3 * joint + 3)
         given = np.einsum("jl,jsl->sl", response.displacement[at, 0], response.force[at, 1:])
         yield -factor * beam.log_frequency * given
-    for row in np.flatnonzero(active[first_row:]):
+    moved = np.concatenate([beam.end_slopes[1:], beam.blow_turns])
+    for place in np.flatnonzero(active[first_row:]):
         column = np.zeros_like(response.accelerance)
-        column[row] = factor * times_fields(beam.end_slopes[1 + row][None], sensor)[0]
+        column[place % len(model.inputs)] = factor * times_fields(moved[place][None], sensor)[0]
         yield column
 
 

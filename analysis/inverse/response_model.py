@@ -63,15 +63,15 @@ class ResponseModel:
     def condensed(self, deviations: Deviations) -> CondensedBeam:
         """The free beam between joints, accelerometer and blows, for a bench with these deviations."""
         free = self.free_beam
-        blows = zip(self.inputs, deviations.blow_positions.tolist(), strict=True)
+        blows = zip(self.inputs, deviations.blow_positions.tolist(), deviations.blow_leans.tolist(), strict=True)
         sensor = modes_near(free, self.response, deviations.sensor_position)
-        ends = [sensor, *(modes_under_blow(free, dof, d) for dof, d in blows)]
+        struck = [modes_under_blow(free, dof, place, lean) for dof, place, lean in blows]
         joints = [
             modes_near(free, Dof(node, way), d)
             for node, d in zip(self.joint_nodes, deviations.joint_positions.tolist(), strict=True)
             for way in DIRECTIONS
         ]
-        at_joints, at_ends = (np.array([value for value, _ in places]) for places in (joints, ends))
+        at_joints, at_ends = (np.array([value for value, *_ in places]) for places in (joints, [sensor, *struck]))
         compliance = 1 / self.modal_stiffness(deviations)
         return CondensedBeam(
             model=self,
@@ -79,7 +79,8 @@ class ResponseModel:
             at_joints=at_joints,
             at_ends=at_ends,
             joint_slopes=np.array([slope for _, slope in joints]),
-            end_slopes=np.array([slope for _, slope in ends]),
+            end_slopes=np.array([sensor[1], *(slope for _, slope, _ in struck)]),
+            blow_turns=np.array([turn for *_, turn in struck]),
             compliance=compliance,
             joints=_by_line(_receptance(compliance, at_joints, at_joints)),
             ends=_by_line(_receptance(compliance, at_joints, at_ends)),
@@ -105,6 +106,7 @@ class CondensedBeam:
         at_joints: (3 joints, N) the free modes' motion at the joints.
         at_ends: (1 + rows, N) that at the accelerometer and at the blows.
         joint_slopes, end_slopes: the same shapes, derivatives in the position, 1/m.
+        blow_turns: (rows, N) derivatives in the lean of the blows, 1/rad.
         compliance: (N, lines) of the free modes.
         joints: (lines, 3 joints, 3 joints) free receptance between joints, m/N.
         ends: (lines, 3 joints, 1 + rows) free receptance between joints and ends.
@@ -118,6 +120,7 @@ class CondensedBeam:
     at_ends: Real
     joint_slopes: Real
     end_slopes: Real
+    blow_turns: Real
     compliance: Complex
     joints: Complex
     ends: Complex

@@ -20,8 +20,12 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 COMMON = ("gain", "Young's modulus", "density", "sensor position")
-"""Deviations of the bench as a whole; position and exponent of each joint, and each blow's position, follow."""
+"""Deviations of the bench as a whole; position and exponent of each joint, position and lean of each row's blows
+follow."""
 MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
+FREEHAND_LEAN = np.radians(2.0)
+"""How far the blows at a point may lean on average where a hammer is held in the hand, rad. A wide guess: the
+accelerances of a hammer test tell the lean to a tenth of it, and with 0.3 degrees intervals are the same."""
 REFERENCE_FREQUENCY = 100.0  # Hz, at which the terms of joints that follow frequency are stated
 
 
@@ -36,6 +40,7 @@ class Tolerances:
         sensor_position: of the accelerometer along the beam, m.
         joint_position: of each joint along the beam, m.
         blow_position: of each row's blows, m: along the beam, on an end face above or below its middle.
+        blow_lean: of each row's blows, rad: how far they point along the beam, on an end face across it.
         inclination: of each cylinder, rad; used by the cylinder parameters only.
         joint_exponent: of the power of frequency that each joint follows; rubber has 0.02 to 0.2. Zero says that joints
             are constant.
@@ -51,6 +56,7 @@ class Tolerances:
     inclination: float = 0.0
     joint_exponent: float = 0.0
     material_correlation: float = 0.0
+    blow_lean: float = 0.0
 
     def __post_init__(self) -> None:
         if not abs(self.material_correlation) < 1:
@@ -60,7 +66,7 @@ class Tolerances:
                 raise AnalysisError(f"the tolerance {name} is {value}; it must be zero or a positive number")
 
     def covariance(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
-        """(4 + 2 joints + rows, the same) covariance in the order of `Deviations`."""
+        """(4 + 2 joints + 2 rows, the same) covariance in the order of `Deviations`."""
         deviation = self.deviations(response, inputs, joints)
         found = np.diag(deviation**2)
         mutual = self.material_correlation * deviation[MODULUS] * deviation[DENSITY]
@@ -68,7 +74,7 @@ class Tolerances:
         return found
 
     def deviations(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
-        """(4 + 2 joints + rows,) standard deviations in the order of `Deviations`.
+        """(4 + 2 joints + 2 rows,) standard deviations in the order of `Deviations`.
 
         An accelerometer that measures along the beam has no position.
         """
@@ -78,6 +84,7 @@ class Tolerances:
             + joints * [self.joint_position]
             + joints * [self.joint_exponent]
             + len(inputs) * [self.blow_position]
+            + len(inputs) * [self.blow_lean]
         )
 
 
@@ -90,8 +97,8 @@ class Deviations:
     """How one bench and its measurement differ from the drawing.
 
     Attributes:
-        values: (4 + 2 joints + rows,) relative gain, Young's modulus and density; positions of the accelerometer and of
-            each joint, m; exponent of each joint; positions of each row's blows, m.
+        values: (4 + 2 joints + 2 rows,) relative gain, Young's modulus and density; positions of the accelerometer and
+            of each joint, m; exponent of each joint; positions of each row's blows, m, and their leans, rad.
         joints: number of joints.
     """
 
@@ -101,7 +108,7 @@ class Deviations:
     @classmethod
     def none(cls, joints: int, rows: int) -> Deviations:
         """A bench as drawn."""
-        return cls(np.zeros(len(COMMON) + 2 * joints + rows), joints)
+        return cls(np.zeros(len(COMMON) + 2 * joints + 2 * rows), joints)
 
     @property
     def gain(self) -> float:
@@ -136,11 +143,20 @@ class Deviations:
     @property
     def blow_positions(self) -> Real:
         """(rows,) m."""
+        return self._of_rows[: self._of_rows.size // 2]
+
+    @property
+    def blow_leans(self) -> Real:
+        """(rows,) rad."""
+        return self._of_rows[self._of_rows.size // 2 :]
+
+    @property
+    def _of_rows(self) -> Real:
         return self.values[len(COMMON) + 2 * self.joints :]
 
 
 def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]) -> tuple[str, ...]:
-    """(4 + 2 joints + rows,) names of the deviations, in the order of `Deviations`."""
+    """(4 + 2 joints + 2 rows,) names of the deviations, in the order of `Deviations`."""
     gain, modulus, density, sensor = COMMON
     return (
         f"{gain} of {response}",
@@ -150,4 +166,5 @@ def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence
         *(f"position of joint {name}" for name in joint_names),
         *(f"exponent of joint {name}" for name in joint_names),
         *(f"blow position of {point}" for point in inputs),
+        *(f"lean of the blows at {point}" for point in inputs),
     )

@@ -207,7 +207,8 @@ def assemble(
         beam: geometry and material.
         mesh: nodes; the first lies at 0 and the last at the beam's length.
         theory: Timoshenko, or Euler-Bernoulli (phi = 0 and no rotary inertia: this gives the paper's Table 1).
-        damping_ratios: zeta of the elastic free modes from the lowest up; modes not given are undamped.
+        damping_ratios: zeta of the elastic free modes from the lowest up; the last holds for those above, where
+            bars lose about alike. Where none is given, there is no damping.
         point_masses: known masses in kg by node, such as metal caps of a joint or an accelerometer.
 
     Raises:
@@ -227,8 +228,9 @@ def assemble(
     ratios = np.asarray(damping_ratios, dtype=float)
     if not np.all((ratios >= 0) & (ratios < 1)) or ratios.size > rate.size - RIGID_MODES:
         raise AnalysisError(f"damping ratios of the free beam must lie in 0..1, one a mode, not {ratios.tolist()}")
-    damped = slice(RIGID_MODES, RIGID_MODES + ratios.size)
-    rate[damped] = 2 * ratios * np.sqrt(squared_frequency[damped])
+    if ratios.size:
+        ratios = np.pad(ratios, (0, rate.size - RIGID_MODES - ratios.size), mode="edge")
+        rate[RIGID_MODES:] = 2 * ratios * np.sqrt(squared_frequency[RIGID_MODES:])
     weighted = mass @ shapes
     return FreeBeam(
         beam=beam,

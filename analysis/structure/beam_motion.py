@@ -30,20 +30,25 @@ def modes_near(free_beam: FreeBeam, dof: Dof, distance: float) -> tuple[Real, Re
     return value, slope
 
 
-def modes_under_blow(free_beam: FreeBeam, dof: Dof, distance: float) -> tuple[Real, Real]:
-    """(N,) what a unit force does to each free mode that is aimed at `dof`, and (N,) its derivative in `distance`, 1/m.
+def modes_under_blow(free_beam: FreeBeam, dof: Dof, distance: float, lean: float = 0.0) -> tuple[Real, Real, Real]:
+    """(N,) what a unit force does to each free mode that is aimed at `dof`, and its derivatives in `distance`, 1/m, and
+    in `lean`, 1/rad.
 
     Args:
         free_beam: the beam without joints.
         dof: the mark.
         distance: of the blow from it, m: to the right; on an end face, struck along the beam, above the middle, from
             where the force bends the beam as well.
+        lean: of a blow across the beam towards x, of one along it towards y, rad; small.
     """
-    if dof.direction is not Direction.X:
-        return modes_near(free_beam, dof, distance)
-    along, _ = modes_near(free_beam, dof, 0.0)
-    turning, _ = modes_near(free_beam, Dof(dof.node, Direction.ROTATION), 0.0)
-    return along - distance * turning, -turning
+    if dof.direction is Direction.X:
+        along, _ = modes_near(free_beam, dof, 0.0)
+        turning, _ = modes_near(free_beam, Dof(dof.node, Direction.ROTATION), 0.0)
+        across, _ = modes_near(free_beam, Dof(dof.node, Direction.Y), 0.0)
+        return along - distance * turning + lean * across, -turning, across
+    straight, slope = modes_near(free_beam, dof, distance)
+    along, along_slope = modes_near(free_beam, Dof(dof.node, Direction.X), distance)
+    return straight + lean * along, slope + lean * along_slope, along
 
 
 def _continued(free_beam: FreeBeam, number: int, along: float, dof: Dof) -> Real:

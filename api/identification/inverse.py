@@ -19,7 +19,7 @@ from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
 from analysis.inverse.joint_likelihood import identify_from_responses
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Tolerances
+from analysis.inverse.tolerances import FREEHAND_LEAN, REFERENCE_FREQUENCY, Tolerances
 from analysis.inverse.weak_directions import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
@@ -129,7 +129,8 @@ def inverse_of(
     tested = None if suspended is None else suspended.result
     beam = free_beam_of(article, tested, options.elements)
     tolerances = replace(
-        tolerances_of(article, None if tested is None else tested.material), joint_exponent=options.joint_exponent
+        tolerances_of(article, None if tested is None else tested.material, by_hand=measured.scatter is not None),
+        joint_exponent=options.joint_exponent,
     )
     nodes = {joint.name: joint.node for joint in article.joints}
     components = measured_components(measured, len(nodes))
@@ -210,12 +211,13 @@ def exponent_texts(fit: JointFit) -> list[str]:
     return found
 
 
-def tolerances_of(article: Article, material: Material | None = None) -> Tolerances:
+def tolerances_of(article: Article, material: Material | None = None, *, by_hand: bool) -> Tolerances:
     """What the laboratory admits not to know of the beam test, as analysis has it.
 
     Args:
         article: what is stated.
         material: what a suspended test left of E and rho, where there is one.
+        by_hand: whether blows may lean. Averages that come without their blows state all that is not known of them.
     """
     stated = article.tolerances
     modulus, density, correlation = stated.youngs_modulus, stated.density, 0.0
@@ -230,6 +232,7 @@ def tolerances_of(article: Article, material: Material | None = None) -> Toleran
         sensor_position=stated.node_position,
         joint_position=stated.node_position,
         blow_position=stated.impact_position,
+        blow_lean=FREEHAND_LEAN if by_hand else 0.0,
         inclination=math.radians(stated.inclination_deg),
     )
 

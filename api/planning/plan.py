@@ -89,7 +89,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elemen
     free_beam = free_beam_of(article, elements=elements)
     joints = _joints(article, cylinder)
     planned = _planned_set(article, step, noise)
-    experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article))
+    experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article, by_hand=True))
     design = bench_design(free_beam, joints, step.highest_frequency)
     supports = [
         Support(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.identification import identify_joints
 from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.tolerances import FREEHAND_LEAN
 from analysis.modal.blow_check import BlowLimits, check_blow
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.spectra import responses_from_blows
@@ -35,6 +37,7 @@ LOWEST = 20.0
 REPEATS = 5
 BEAM = Beam(0.914, 0.0254, 0.0507874, youngs_modulus=207e9, poisson_ratio=0.3, density=7850.0)  # as drawn
 DAMPING = (0.004, 0.001, 0.001)
+BY_HAND = replace(STATED, blow_lean=FREEHAND_LEAN)
 
 Result = TypeVar("Result")
 
@@ -62,7 +65,7 @@ def main() -> None:
     joints, joining = timed(lambda: identify_joints(free_beam, modal.modes, JOINT_NODES))
     fit, likelihood = timed(
         lambda: identify_from_responses(
-            converged, responses, [joint.joint for joint in joints.values()], tolerances=STATED
+            converged, responses, [joint.joint for joint in joints.values()], tolerances=BY_HAND
         )
     )
     print(f"{sum(accepted)} of {len(accepted)} blows accepted, {modal.modes.poles.size} modes")

@@ -39,7 +39,7 @@ def example(shared: Path, request: pytest.FixtureRequest) -> Example:
     """Bundles with nothing but tolerances between bench and drawing; what is wrong in `frame` concerns the tester."""
     bundle = read_bundle(shared / "examples" / request.param)
     setup, first = bundle.setup, bundle.inverse[0]
-    tolerances = tolerances_of(setup)
+    tolerances = tolerances_of(setup, by_hand=False)
     free = assemble(
         beam_of(setup),
         Mesh.through(setup.node_positions, elements_between=16),

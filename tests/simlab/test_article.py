@@ -48,9 +48,15 @@ def test_what_is_drawn_stays_within_the_tolerances_and_differs_by_seed() -> None
 
 def test_without_tolerances_the_article_is_the_drawing() -> None:
     article = draw_article(5, tolerances=0.0)
-    assert article.bar == Bar()
+    assert dataclasses.replace(article.bar, kinks=(), terms=Bar().terms) == Bar()
     assert article == draw_article(6, tolerances=0.0)
     assert dataclasses.asdict(article)["sensor_position"] == NODE_POSITIONS[2]
+
+
+def test_the_bar_is_told_of_its_kinks_where_joints_and_accelerometer_really_are() -> None:
+    article = draw_article(3)
+    places = [article.joints["I"].position, article.sensor_position, article.joints["II"].position]
+    assert article.bar.kinks == tuple(places)
 
 
 def test_the_tester_gets_the_cylinders_of_the_joints() -> None:

@@ -10,10 +10,11 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.blow_scatter import degrees_of_freedom
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.response_jacobian import deviation_columns
 from analysis.inverse.response_model import ResponseModel
-from analysis.inverse.tolerances import Deviations
+from analysis.inverse.tolerances import EXACT, FREEHAND_LEAN, Deviations, Tolerances
 from analysis.modal.response_variance import smoothed_variance
 
 if TYPE_CHECKING:
@@ -26,26 +27,28 @@ NOISE = 0.003  # of the average, (m/s^2)/N
 OBSERVABLE = [1, 3, 7, 9, 13, 15, 19, 21]  # k12, k22, h12, h22 of both joints
 
 
-def measured(bench: Bench, seed: int, place: float) -> FrequencyResponses:
-    """Averages of ten blows with noise, each blow `place` times a normal number off its mark, m."""
+def measured(bench: Bench, seed: int, place: float, lean: float = 0.0) -> FrequencyResponses:
+    """Averages of ten blows with noise, each normal numbers times `place` off its mark, m, and `lean` aslant, rad."""
     rng = np.random.default_rng(seed)
     model = ResponseModel(bench.free_beam, (2, 10), SENSOR, bench.inputs, LINES)
     on_joints = model.condensed(Deviations.none(2, len(bench.inputs)))
     response = on_joints.on(np.array([joint.dynamic_stiffness for joint in bench.joints]))
-    of_rows = np.arange(8 + len(bench.inputs)) >= 8
-    slopes = np.sum(deviation_columns(response, of_rows), axis=0)  # (m/s^2)/N a metre; each row moves alone
-    off = place * rng.standard_normal((len(bench.inputs), BLOWS, 1))
+    rows = len(bench.inputs)
+    of_rows = deviation_columns(response, np.arange(8 + 2 * rows) >= 8)
+    slopes = np.sum(of_rows.reshape(2, rows, rows, -1), axis=1)  # (m/s^2)/N a metre and a radian; each row moves alone
+    off = np.array([place, lean])[:, None, None] * rng.standard_normal((2, rows, BLOWS))
     noise = rng.standard_normal((2, len(bench.inputs), BLOWS, LINES.size)) * NOISE * np.sqrt(BLOWS)
-    single = response.accelerance[:, None] + off * slopes[:, None] + noise[0] + 1j * noise[1]
+    beside = np.einsum("drb,drl->rbl", off, slopes)
+    single = response.accelerance[:, None] + beside + noise[0] + 1j * noise[1]
     mean = np.mean(single, axis=1)
     scatter = (single - mean[:, None]) / BLOWS * np.sqrt(BLOWS / (BLOWS - 1))
     variance = smoothed_variance(np.sum(np.abs(scatter) ** 2, axis=1) / 2)
     return FrequencyResponses(LINES, mean, SENSOR, bench.inputs, variance=variance, scatter=scatter)
 
 
-def error(bench: Bench, responses: FrequencyResponses) -> Real:
+def error(bench: Bench, responses: FrequencyResponses, tolerances: Tolerances = EXACT) -> Real:
     """(8,) errors of the observable terms over their standard deviations."""
-    fit = identify_from_responses(bench.free_beam, responses, bench.joints)
+    fit = identify_from_responses(bench.free_beam, responses, bench.joints, tolerances=tolerances)
     true, found = (
         np.concatenate([np.concatenate([z.real, z.imag]) for z in upper])
         for upper in (
@@ -73,3 +76,40 @@ def test_lines_by_themselves_would_be_trusted_far_too_much(bench: Bench) -> None
         for one, two in zip(with_blows, without, strict=True)
     ]
     assert np.sqrt(np.median(ratio)) > 2  # of all stiffnesses but k11, of which only the sum is observable
+
+
+def test_blows_that_lean_are_found_out_and_joints_known_the_better_for_it(bench: Bench) -> None:
+    by_hand = Tolerances(blow_lean=FREEHAND_LEAN)
+    leaning = [measured(bench, seed, 0.0, np.radians(1.0)) for seed in range(15)]
+    found = [error(bench, each, by_hand) for each in leaning]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(1.06, abs=0.25)
+    upright, aslant = (
+        identify_from_responses(bench.free_beam, leaning[0], bench.joints, tolerances=tolerances).joints["I"]
+        for tolerances in (EXACT, by_hand)
+    )
+    k11, k12 = 0, 1
+    for term, gain in ((k11, 2.0), (k12, 1.2)):
+        assert upright.covariance[term, term] > gain**2 * aslant.covariance[term, term]
+
+
+def test_a_term_has_the_degrees_of_freedom_of_the_blows_that_it_hangs_on() -> None:
+    scatter = np.ones((2, 10, 3), complex)
+    scatter[1, 4:] = 0.0  # a point with four blows
+    of_rows = np.array([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
+    terms = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    found = degrees_of_freedom(terms, of_rows, np.sum(of_rows, axis=0), scatter)
+    np.testing.assert_allclose(found, [9, 3, 2**2 / (1 / 9 + 1 / 3)])
+    with_tolerances = degrees_of_freedom(terms, of_rows, np.sum(of_rows, axis=0) + 9 * np.eye(2), scatter)
+    np.testing.assert_allclose(with_tolerances[:2], [100 * 9, 100 * 3])
+    assert np.all(np.isinf(degrees_of_freedom(terms, 0 * of_rows, np.eye(2), scatter)))
+
+
+def test_joints_have_wider_intervals_the_fewer_blows_they_hang_on(bench: Bench) -> None:
+    responses = measured(bench, 1, 1e-3)
+    fit = identify_from_responses(bench.free_beam, responses, bench.joints)
+    for joint in fit.joints.values():
+        half = np.diff(joint.k_ci95[1, 1])[0] / 2
+        assert 9 < joint.degrees_of_freedom[3] < 110
+        assert half / np.sqrt(joint.covariance[3, 3]) > 1.96
+    lines = identify_from_responses(bench.free_beam, replace(responses, scatter=None), bench.joints)
+    assert np.all(np.isinf(lines.joints["I"].degrees_of_freedom))

@@ -41,6 +41,7 @@ STATED = Tolerances(
     sensor_position=0.001,
     joint_position=0.001,
     blow_position=0.0015,
+    blow_lean=np.radians(1.0),
     inclination=np.radians(0.5),
 )
 DOMINANT = {"k12": (0, 1), "k22": (1, 1)}
@@ -179,11 +180,13 @@ def deviating(laboratory: Laboratory, seed: int) -> FrequencyResponses:
     beam = replace(
         nominal, youngs_modulus=nominal.youngs_modulus * (1 + off[1]), density=nominal.density * (1 + off[2])
     )
-    off[8 + laboratory.inputs.index(Dof.parse("1y"))] = abs(off[8 + laboratory.inputs.index(Dof.parse("1y"))])
-    off[8 + laboratory.inputs.index(Dof.parse("11y"))] = -abs(off[8 + laboratory.inputs.index(Dof.parse("11y"))])
+    beside, leans = np.split(off[8:], 2)
+    for end, inward in (("1y", 1), ("11y", -1)):
+        at = laboratory.inputs.index(Dof.parse(end))
+        beside[at] = inward * abs(beside[at])
     across = [point.direction is Direction.Y for point in laboratory.inputs]
     blows = [
-        float(drawn[point.node - 1] + way * d) for point, way, d in zip(laboratory.inputs, across, off[8:], strict=True)
+        float(drawn[point.node - 1] + way * d) for point, way, d in zip(laboratory.inputs, across, beside, strict=True)
     ]
     sensor, supports = float(drawn[2] + off[3]), [float(drawn[1] + off[4]), float(drawn[9] + off[5])]
     places = sorted({0.0, length, sensor, *supports, *blows})
@@ -194,8 +197,10 @@ def deviating(laboratory: Laboratory, seed: int) -> FrequencyResponses:
     response = Dof(node[sensor], Direction.Y)
     exact = accelerance(free, joints, FREQUENCY, response, inputs).accelerance
     turning = [Dof(point.node, Direction.ROTATION) for point in inputs]
-    moment = np.where(across, 0.0, -off[8:])[:, None]  # of a unit force along the beam beside the middle of its end
+    moment = np.where(across, 0.0, -beside)[:, None]  # of a unit force along the beam beside the middle of its end
     exact += moment * accelerance(free, joints, FREQUENCY, response, turning).accelerance
+    sideways = [Dof(point.node, Direction.X if way else Direction.Y) for point, way in zip(inputs, across, strict=True)]
+    exact += leans[:, None] * accelerance(free, joints, FREQUENCY, response, sideways).accelerance
     return laboratory.measured(seed, exact * (1 + off[0]))
 
 

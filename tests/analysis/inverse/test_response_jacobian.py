@@ -60,7 +60,7 @@ def cases(draw: st.DrawFn) -> Case:
         stiffness.append(50 * BAR.stiffness_unit * np.outer(lever, lever) * (k + 0.15j * h))
     model = ResponseModel(free, nodes, Dof.parse("3y"), INPUTS, np.linspace(20.3, 1024.0, 40))
     joints = np.repeat([1e-3, 0.1], len(nodes))  # positions and exponents
-    sizes = np.concatenate([SIZES, joints, 1.5e-3 * np.ones(len(INPUTS))])
+    sizes = np.concatenate([SIZES, joints, np.repeat([1.5e-3, 0.02], len(INPUTS))])
     return Case(model, np.array(stiffness), Deviations(sizes * rng.uniform(-1, 1, sizes.size), len(nodes)))
 
 
@@ -149,7 +149,7 @@ def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
     def answer(at: NDArray[np.float64], joint_off: float) -> Complex:
         free = assemble(BAR, Mesh.through(at, 6), damping_ratios=(0.004, 0.001, 0.001))
         model = ResponseModel(free, (2, 10), Dof.parse("4y"), INPUTS, frequency)
-        values = np.zeros(4 + 2 * 2 + len(INPUTS))
+        values = np.zeros(4 + 2 * 2 + 2 * len(INPUTS))
         values[4] = joint_off
         return model.condensed(Deviations(values, 2)).on(z).accelerance
 

@@ -68,7 +68,7 @@ def test_a_blow_above_the_middle_of_an_end_face_bends_the_beam_too(bench: Bench)
     free, mark = bench.free_beam, Dof.parse("11x")
     at = [free.mesh.degree(Dof(11, direction)) for direction in (Direction.X, Direction.ROTATION)]
     force_and_moment = np.array([1.0, -2e-3])  # of 1 N along the beam, 2 mm above its axis
-    value, slope = modes_under_blow(free, mark, 2e-3)
+    value, slope, _ = modes_under_blow(free, mark, 2e-3)
     np.testing.assert_allclose(value, force_and_moment @ free.shapes[at], atol=1e-12)
     np.testing.assert_allclose(2e-3 * slope, value - modes_under_blow(free, mark, 0.0)[0], atol=1e-12)
 
@@ -76,5 +76,14 @@ def test_a_blow_above_the_middle_of_an_end_face_bends_the_beam_too(bench: Bench)
 def test_a_blow_across_the_beam_is_where_it_lands(bench: Bench) -> None:
     mark = Dof.parse("4y")
     np.testing.assert_array_equal(
-        modes_under_blow(bench.free_beam, mark, 2e-3), modes_near(bench.free_beam, mark, 2e-3)
+        modes_under_blow(bench.free_beam, mark, 2e-3)[:2], modes_near(bench.free_beam, mark, 2e-3)
     )
+
+
+@pytest.mark.parametrize(("mark", "beside"), [("4y", "4x"), ("11x", "11y")])
+def test_a_blow_that_leans_pushes_the_other_way_too(bench: Bench, mark: str, beside: str) -> None:
+    straight, _, _ = modes_under_blow(bench.free_beam, Dof.parse(mark), 1e-3)
+    other, _ = modes_near(bench.free_beam, Dof.parse(beside), 1e-3 if mark == "4y" else 0.0)
+    leaning, _, turn = modes_under_blow(bench.free_beam, Dof.parse(mark), 1e-3, 0.02)
+    np.testing.assert_allclose(leaning, straight + 0.02 * other, atol=1e-12)
+    np.testing.assert_array_equal(turn, other)

@@ -1,9 +1,13 @@
-"""The accelerances of one roving-hammer set in one UFF file: what belongs together, in the right units."""
+"""The accelerances of one set in one UFF file: what belongs together, in the right units.
+
+A shaker stays where it is and the accelerometer roves. Such a file is read, and written, with the two exchanged: by
+reciprocity it is that of a roving hammer with the accelerometer where the shaker is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +16,7 @@ from numpy.typing import NDArray
 
 from store.dof import Dof
 from store.errors import StoreError
+from store.excitation import HAMMER, SINE, Excitation
 from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff
 
 Real = NDArray[np.float64]
@@ -31,8 +36,8 @@ class Accelerances:
     """What a file holds.
 
     Attributes:
-        response: where the accelerometer sits.
-        inputs: (rows,) where the hammer struck.
+        response: where the accelerometer sits, or the shaker pushes.
+        inputs: (rows,) where the hammer struck, or the accelerometer went.
         frequency: (lines,) Hz, evenly spaced.
         accelerance: (rows, lines) complex128, (m/s^2)/N, along positive directions.
         coherence: (rows, lines), or None where the file has none.
@@ -47,20 +52,20 @@ class Accelerances:
     warnings: tuple[str, ...] = ()
 
 
-def read_accelerances(path: Path) -> Accelerances:
-    """Read one set: one accelerometer, every row on the same frequencies, coherence for all rows or none.
+def read_accelerances(path: Path, excitation: Excitation = HAMMER) -> Accelerances:
+    """Read one set: one accelerometer, or one shaker, every row on the same frequencies, coherence for all or none.
 
     Raises:
         StoreError: the file is not readable as UFF, the units are not (m/s^2)/N, the rows do not belong
             together, or it holds no frequency response.
     """
-    functions = read_uff(path)
+    functions = _as_hammer_set(read_uff(path), excitation)
     responses = [f for f in functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]
     coherences = [f for f in functions if f.kind == FunctionKind.COHERENCE]
     others = sorted({f.kind for f in functions} - {FunctionKind.FREQUENCY_RESPONSE, FunctionKind.COHERENCE})
     if not responses:
         raise StoreError(f"{path.name} holds no frequency response (function type 4)")
-    _check_axes(path.name, responses + coherences)
+    _check_axes(path.name, responses + coherences, "the shaker" if excitation == SINE else "response")
     for function in responses:
         _check_accelerance(f"{path.name}, {function.response} by {function.reference}", function)
     inputs = tuple(to_dof(f.reference, path.name) for f in responses)
@@ -78,16 +83,22 @@ def read_accelerances(path: Path) -> Accelerances:
 
 
 def accelerance_functions(
-    response: Dof, inputs: Sequence[Dof], frequency: Real, accelerance: NDArray[Any], coherence: Real | None = None
+    response: Dof,
+    inputs: Sequence[Dof],
+    frequency: Real,
+    accelerance: NDArray[Any],
+    coherence: Real | None = None,
+    excitation: Excitation = HAMMER,
 ) -> list[UffFunction]:
     """The functions to write for one set, accelerances first.
 
     Args:
-        response: where the accelerometer sits.
-        inputs: (rows,) where the hammer struck.
+        response: where the accelerometer sits, or the shaker pushes.
+        inputs: (rows,) where the hammer struck, or the accelerometer went.
         frequency: (lines,) Hz, evenly spaced.
         accelerance: (rows, lines) complex, (m/s^2)/N.
         coherence: (rows, lines), or None.
+        excitation: of the set.
 
     Raises:
         StoreError: the frequencies are not evenly spaced.
@@ -113,7 +124,14 @@ def accelerance_functions(
             UffFunction(kind=FunctionKind.COHERENCE, reference=to_uff(dof), values=row, name="coherence", **axis)
             for dof, row in zip(inputs, coherence, strict=True)
         ]
-    return functions
+    return _as_hammer_set(functions, excitation)
+
+
+def _as_hammer_set(functions: list[UffFunction], excitation: Excitation) -> list[UffFunction]:
+    """With response and reference exchanged where a shaker stayed; twice is as before."""
+    if excitation == HAMMER:
+        return functions
+    return [replace(each, response=each.reference, reference=each.response) for each in functions]
 
 
 def even_spacing(abscissa: Real) -> tuple[float, float]:
@@ -166,7 +184,7 @@ def _check_accelerance(where: str, function: UffFunction) -> None:
         raise StoreError(f"{where}: the frequency response is real, expected complex values")
 
 
-def _check_axes(name: str, functions: list[UffFunction]) -> None:
+def _check_axes(name: str, functions: list[UffFunction], fixed: str) -> None:
     first = functions[0]
     for function in functions:
         where = f"{name}, {function.response} by {function.reference}"
@@ -179,7 +197,7 @@ def _check_axes(name: str, functions: list[UffFunction]) -> None:
         if function.start < 0:
             raise StoreError(f"{where}: frequencies begin at {function.start} Hz")
         if to_dof(function.response, where) != to_dof(first.response, where):
-            raise StoreError(f"{where}: response is at {function.response}, the first function's at {first.response}")
+            raise StoreError(f"{where}: {fixed} is at {function.response}, the first function's at {first.response}")
 
 
 def _coherence(name: str, inputs: tuple[Dof, ...], functions: list[UffFunction]) -> Real | None:

@@ -20,6 +20,7 @@ from store.bundle_setup import BundleSetup, InverseSet, parse_setup
 from store.direct_table import DirectPoint, read_direct
 from store.dof import Dof
 from store.errors import StoreError
+from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet
 
 SETUP, BLOWS = "setup.json", "blows"
@@ -35,7 +36,7 @@ class Bundle:
 
     Attributes:
         setup: what was built and how it was measured; without checksums, which have been verified.
-        inverse: the roving-hammer sets, in the order of setup.json; the first is the reference set. None without beam.
+        inverse: the sets, in the order of setup.json; the first is the reference set. None without beam.
         direct: the rows of the tester's table, in the order of the file. None without tester.
         blows: single blows, by file name.
         warnings: unknown keys and columns, files that are not named, windows that nobody could correct for: ignored.
@@ -76,10 +77,11 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
     sets: list[FrequencyResponseSet] = []
     warnings: list[str] = []
     for number, entry in enumerate(setup.inverse, start=1):
-        measured = read_accelerances(_file(folder, entry.file))
+        measured = read_accelerances(_file(folder, entry.file), entry.excitation)
         for dof in (measured.response, *measured.inputs):
             setup.check_node(dof, entry.file)
-        _check_accelerometer(measured.response, setup, entry.file)
+        if entry.excitation == HAMMER:
+            _check_accelerometer(measured.response, setup, entry.file)
         if measured.frequency[-1] > entry.sample_rate / 2:
             raise StoreError(
                 f"{entry.file}: frequencies reach {measured.frequency[-1]:g} Hz, more than half the sample rate "

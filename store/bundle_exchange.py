@@ -23,6 +23,7 @@ from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffnes
 from store.dof import Dof
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
+from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
 from store.runs import Run, RunState, finish_run, get_run, start_run
 from store.uff import write_uff
@@ -159,7 +160,12 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         write_uff(
             folder / entry.file,
             accelerance_functions(
-                measured.response, measured.inputs, measured.frequency, measured.accelerance, measured.coherence
+                measured.response,
+                measured.inputs,
+                measured.frequency,
+                measured.accelerance,
+                measured.coherence,
+                measured.excitation,
             ),
         )
     if setup.direct is not None:
@@ -169,6 +175,9 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         if blow.accepted and blow.waveform is not None:
             write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
     document = setup.model_dump(mode="json")
+    for each in document["inverse"]:
+        if each["excitation"] == HAMMER:  # which goes without saying: the exchange format does not have the key
+            del each["excitation"]
     document["checksums"] = {
         file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.rglob("*"))
@@ -209,6 +218,7 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> Bund
             "window": measured.window,
             "sample_rate": measured.sample_rate,
             "block_seconds": measured.block_seconds,
+            "excitation": measured.excitation,
         }
         for number, measured in enumerate(sets, start=1)
     ]

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from store.dof import Dof
 from store.errors import StoreError
+from store.excitation import HAMMER, Excitation
 from store.quantity import quantity
 
 FORMAT: Literal["jointlab-bundle/1"] = "jointlab-bundle/1"
@@ -64,15 +65,16 @@ class Accelerometer(_Part):
 
 
 class InverseSet(_Part):
-    """One roving-hammer set and its file."""
+    """One set and its file: of a roving hammer, or of a shaker that stays while the accelerometer roves."""
 
     file: FileName
     averages: Annotated[int, Field(ge=1, le=1_000_000)]
-    peak_force: Annotated[Positive, quantity("N")]
+    peak_force: Annotated[Positive, quantity("N", "of the blows, or amplitude of the sine")]
     temperature_c: Annotated[float, quantity("degC", gt=-273.15, lt=1000)]
     window: str
     sample_rate: Annotated[Positive, quantity("Hz")]
     block_seconds: Annotated[Positive, quantity("s")]
+    excitation: Excitation = HAMMER
 
 
 class DirectTable(_Part):

@@ -1,9 +1,9 @@
-"""Accelerances of a roving-hammer set, measured or imported, with coherence and variance."""
+"""Accelerances of a set, by a roving hammer or a shaker, measured or imported, with coherence and variance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from store import models
 from store.arrays import decode_array, encode_array
 from store.dof import Dof
 from store.errors import NotFoundError, StoreError
+from store.excitation import HAMMER, Excitation
 from store.runs import get_run
 
 Real = NDArray[np.float64]
@@ -21,22 +22,25 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponseSet:
-    """One complete roving-hammer set.
+    """One complete set: of a roving hammer, or of a shaker that stays while the accelerometer roves.
+
+    By reciprocity the two are alike; a set is always written as that of a hammer.
 
     Attributes:
         number: from 1 within the run; the first is the reference set.
-        response: where the accelerometer sits.
-        inputs: (rows,) where the hammer struck.
+        response: where the accelerometer sits, or the shaker pushes.
+        inputs: (rows,) where the hammer struck, or the accelerometer went.
         frequency: (lines,) Hz, rising.
         accelerance: (rows, lines) complex64 or complex128, (m/s^2)/N.
         coherence: (rows, lines) in 0..1, or None where it was not measured.
         variance: (rows, lines) per real and imaginary part, ((m/s^2)/N)^2, or None where it is not known.
         averages: blows averaged at each point.
-        peak_force: typical peak of the blows, N.
+        peak_force: typical peak of the blows, or amplitude of the sine, N.
         window: of the records, as `blow_window` reads it; none for plain ones.
         sample_rate: Hz; block_seconds: length of a record, s.
         estimator: H1, ... or what an imported file leaves unsaid.
         source: the file it was imported from, or None.
+        excitation: hammer, or sine for a shaker's.
     """
 
     number: int
@@ -54,6 +58,7 @@ class FrequencyResponseSet:
     coherence: Real | None = None
     variance: Real | None = None
     source: str | None = None
+    excitation: Excitation = HAMMER
 
     def __post_init__(self) -> None:
         shape = (len(self.inputs), self.frequency.size)
@@ -95,6 +100,7 @@ def add_frequency_responses(session: Session, analysis_id: int, run_id: int, mea
         block_seconds=measured.block_seconds,
         estimator=measured.estimator,
         source=measured.source,
+        excitation=measured.excitation,
     )
     session.add(row)
     session.flush()
@@ -170,4 +176,5 @@ def _set(session: Session, row: models.FrequencyResponseSet) -> FrequencyRespons
         block_seconds=row.block_seconds,
         estimator=row.estimator,
         source=row.source,
+        excitation=cast("Excitation", row.excitation),
     )

@@ -60,6 +60,7 @@ def diagnosed(
         show = _by_share(advance)
         found = diagnose(asking_for_rows(subject.measurement), left_out, show, hands)
         show("done", 1.0)
+    found = replace(found, lost=(*found.lost, *subject.left_out))
     rows = None
     if found.predicted is not None:
         asked, rows = divided(found.predicted, len(subject.measurement.predict))

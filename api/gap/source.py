@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from store.bundle import Bundle
 from store.bundle_exchange import kept_blows
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
+from store.excitation import HAMMER
 from store.runs import get_run
 
 LOWEST_LINE = 5.0
@@ -37,10 +38,12 @@ class Subject:
     Attributes:
         title: of the bundle or the run.
         measurement: of both rigs, or of one.
+        left_out: what was measured and is no part of it, a sentence each.
     """
 
     title: str
     measurement: gap.Measurement
+    left_out: tuple[str, ...] = ()
 
 
 def subject_of_bundle(bundle: Bundle) -> Subject:
@@ -69,7 +72,16 @@ def _subject(measured: Measurement, setup: Mapping[str, Any], blows: tuple[Bundl
     """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
     asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
     preset_mm = (setup.get("direct") or {}).get("preset_mm", 0.0)
-    return Subject(measured.title, gap_measurement(measured, preset_mm, asked, tuple(map(_raw_blow, blows))))
+    struck = tuple(each for each in measured.sets if each.excitation == HAMMER)
+    return Subject(
+        measured.title,
+        gap_measurement(replace(measured, sets=struck), preset_mm, asked, tuple(map(_raw_blow, blows))),
+        tuple(
+            f"set {each.number} is of a shaker at {each.response}: a diagnosis takes hammer sets only"
+            for each in measured.sets
+            if each.excitation != HAMMER
+        ),
+    )
 
 
 def _raw_blow(blow: BundleBlow) -> gap.RawBlow:

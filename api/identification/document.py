@@ -190,12 +190,13 @@ def _cylinders(inverse: Inverse | None) -> dict[str, Any] | None:
 
 
 def _level(level: Level) -> dict[str, Any]:
-    """One hammer set by itself: joints at the amplitude that its blows caused."""
+    """One set by itself: joints at the amplitude that its blows or its sine caused."""
     joints = {
         name: _level_amplitude(level.amplitudes.get(name)) | _joint(joint) for name, joint in level.fit.joints.items()
     }
     return {
         "set": level.number,
+        "excitation": level.excitation,
         "peak_force": level.peak_force,
         "temperature_c": level.temperature_c,
         "passed": level.fit.passed,

@@ -12,6 +12,7 @@ from api.errors import ApiError
 from api.gap.source import gap_measurement
 from api.identification.measurement import Measurement, dof
 from store.blow_window import stated_window
+from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet
 
 
@@ -20,26 +21,35 @@ def put_right(measurement: Measurement) -> Measurement:
 
     Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A set that was changed has
     lost the scatter and the forces of its single blows, which are named by the wrong points; one in which nothing was
-    wrong is left as it is.
+    wrong is left as it is, and so is that of a shaker, in which nothing is looked for.
 
     Raises:
         AnalysisError: all rows are dead.
         ApiError: all rows of one of several sets are.
     """
-    before = gap_measurement(measurement)
-    after, faults = rows_put_right(before)
     windows = _unknown_windows(measurement)
+    as_it_is = replace(measurement, faults=windows) if windows else measurement
+    struck = tuple(each for each in measurement.sets if each.excitation == HAMMER)
+    if not struck:
+        return as_it_is
+    before = gap_measurement(replace(measurement, sets=struck))
+    after, faults = rows_put_right(before)
     if not faults:
-        return replace(measurement, faults=windows) if windows else measurement
+        return as_it_is
     if len(after.sets) < len(before.sets):
         raise ApiError(f"{'; '.join(faults)}; take the set without any signal out, or measure it again")
-    sets, scatter, forces = [], dict(measurement.scatter), dict(measurement.forces)
-    for stored, was, found in zip(measurement.sets, before.sets, after.sets, strict=True):
-        sets.append(stored if _same(was, found) else _stored(stored, found))
-        if sets[-1] is not stored:
-            scatter.pop(stored.number, None)
-            forces.pop(stored.number, None)
-    return replace(measurement, sets=tuple(sets), scatter=scatter, forces=forces, faults=(*windows, *faults))
+    changed = {
+        stored.number: _stored(stored, found)
+        for stored, was, found in zip(struck, before.sets, after.sets, strict=True)
+        if not _same(was, found)
+    }
+    return replace(
+        measurement,
+        sets=tuple(changed.get(each.number, each) for each in measurement.sets),
+        scatter={number: own for number, own in measurement.scatter.items() if number not in changed},
+        forces={number: own for number, own in measurement.forces.items() if number not in changed},
+        faults=(*windows, *faults),
+    )
 
 
 def _unknown_windows(measurement: Measurement) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Joints against amplitude: every roving-hammer set by itself, at the amplitude that its blows caused."""
+"""Joints against amplitude: every set by itself, at the amplitude that its blows or its sine caused."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from analysis.blow_amplitude import JointAmplitude
 from analysis.inverse.following_joints import modes_on
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
-from api.identification.blow_amplitudes import blow_amplitudes
 from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponents_of
+from api.identification.joint_amplitudes import amplitudes_of_set
 from api.identification.measurement import Measurement
+from store.excitation import Excitation
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +23,15 @@ class Level:
 
     Attributes:
         number: of the set.
-        peak_force: mean of its blows, N.
+        excitation: hammer or sine.
+        peak_force: mean of its blows, or amplitude of its sine, N.
         temperature_c: degrees Celsius.
         fit: joints by maximum likelihood, with their gates.
         amplitudes: by joint, one for all modes; empty where a mode does not decay on these joints.
     """
 
     number: int
+    excitation: Excitation
     peak_force: float
     temperature_c: float
     fit: JointFit
@@ -54,10 +57,11 @@ def levels_of(measurement: Measurement, inverse: Inverse) -> tuple[Level, ...]:
         held_by = [joint.joint for joint in fit.joints.values()]
         predicted = modes_on(inverse.free_beam, held_by, exponents_of(fit), highest)
         nodes = {name: joint.node for name, joint in fit.joints.items()}
-        amplitudes = blow_amplitudes(measurement, index, predicted, nodes) or {}
+        amplitudes = amplitudes_of_set(measurement, index, predicted, nodes) or {}
         found.append(
             Level(
                 number=measured.number,
+                excitation=measured.excitation,
                 peak_force=measured.peak_force,
                 temperature_c=measured.temperature_c,
                 fit=fit,

@@ -16,10 +16,10 @@ from analysis.interval import Estimate
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from api.errors import ApiError
-from api.identification.blow_amplitudes import blow_amplitudes
 from api.identification.direct import Direct, direct_of
 from api.identification.faults import put_right
 from api.identification.inverse import Inverse, inverse_of
+from api.identification.joint_amplitudes import amplitudes_of_set
 from api.identification.levels import Level, levels_of
 from api.identification.measurement import Measurement
 from api.identification.options import AS_MEASURED, Options
@@ -111,7 +111,7 @@ def _amplitudes(measurement: Measurement, inverse: Inverse, smallest: float) -> 
     nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
     source = "the smallest of the tester, as a mode on these joints does not decay"
     instead = JointAmplitude(np.full(predicted.poles.size, smallest), source=source)
-    return blow_amplitudes(measurement, 0, predicted, nodes) or dict.fromkeys(nodes, instead)
+    return amplitudes_of_set(measurement, 0, predicted, nodes) or dict.fromkeys(nodes, instead)
 
 
 def _sum_of_k11(fit: JointFit) -> Bounds:

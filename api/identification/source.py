@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -19,6 +17,7 @@ from analysis.interval import Estimate
 from analysis.modal.spectra import Windows, responses_from_blows
 from analysis.suspended.suspension import Suspension
 from api.errors import ApiError
+from api.identification.bundle_blows import forces_of_bundle, scatter_of_bundle
 from api.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of
 from api.identification.options import AS_MEASURED, Averaging
 from api.identification.sine_points import SinePoint, sine_point
@@ -29,7 +28,6 @@ from rig.point_blows import contradicted
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
 from rig.sequence import Sequence as RigSequence
 from store.analyses import AnalysisKind, latest_analysis
-from store.blow_file import BundleBlow
 from store.blows import Blow, list_blows
 from store.bundle import Bundle
 from store.bundle_exchange import kept_blows
@@ -53,8 +51,15 @@ def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.ave
     """
     _check_as_averaged(averaging, bundle.setup.title)
     points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
-    forces = _forces_of_bundle(bundle.inverse, bundle.blows)
-    return Measurement(bundle.setup.title, bundle.setup, bundle.inverse, points, raw=False, forces=forces)
+    return Measurement(
+        bundle.setup.title,
+        bundle.setup,
+        bundle.inverse,
+        points,
+        raw=False,
+        scatter=scatter_of_bundle(bundle.inverse, bundle.blows),
+        forces=forces_of_bundle(bundle.inverse, bundle.blows),
+    )
 
 
 def measurement_of_run(
@@ -85,8 +90,16 @@ def measurement_of_run(
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
         every_record = list_sine_records(session, run_id)
     if run.kind == "import":
-        forces = _forces_of_bundle(sets, kept_blows(catalogue, run_id))
-        return Measurement(run.title, article, sets, tuple(map(sine_point, stored)), raw=False, forces=forces)
+        kept = kept_blows(catalogue, run_id)
+        return Measurement(
+            run.title,
+            article,
+            sets,
+            tuple(map(sine_point, stored)),
+            raw=False,
+            scatter=scatter_of_bundle(sets, kept),
+            forces=forces_of_bundle(sets, kept),
+        )
     records = [record for record in every_record if record.configuration != BLANK]
     blanks = [record for record in every_record if record.configuration == BLANK]
     if not blows and not records:
@@ -231,24 +244,6 @@ def _accelerances(
     )
     records = tuple(PointForces(dof(point), force, rate) for point, force in zip(points, forces, strict=True))
     return _Struck(measured, records, computed.scatter, tuple(left_out))
-
-
-def _forces_of_bundle(
-    sets: Sequence[FrequencyResponseSet], blows: Sequence[BundleBlow]
-) -> dict[int, tuple[PointForces, ...]]:
-    """Of a bundle's only set, where it has a record at every point: a file does not say which set its blow is of."""
-    struck = defaultdict[StoredDof, list[BundleBlow]](list)
-    for blow in blows:
-        struck[blow.point].append(blow)
-    if len(sets) != 1 or not set(sets[0].inputs) <= set(struck):
-        return {}
-    return {
-        sets[0].number: tuple(
-            PointForces(dof(point), blow.force[None, :], blow.sample_rate)
-            for point in sets[0].inputs
-            for blow in struck[point]
-        )
-    }
 
 
 def _calibration(

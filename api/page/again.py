@@ -17,6 +17,7 @@ from store.analyses import get_analysis
 from store.bundle_setup import article_from
 from store.diagnoses import get_diagnosis
 from store.errors import NotFoundError
+from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.runs import Run, get_run
 
@@ -56,7 +57,8 @@ def _on_article_of(session: Session, run: Run) -> dict[str, Any]:
     document = sequence_named(session, BUILT_IN).model_dump(mode="json", exclude_none=True)
     hammer, sweep = document["steps"]
     try:
-        levels = [_at_level(hammer, each) for each in list_frequency_responses(session, run.id)]
+        sets = list_frequency_responses(session, run.id)
+        levels = [_at_level(hammer, each) for each in sets if each.excitation == HAMMER] or [hammer]
     except NotFoundError:
         levels = [hammer]
     sweep |= {"specimens": [joint.name for joint in article.joints]}

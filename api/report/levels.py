@@ -1,4 +1,4 @@
-"""The report's section on hammer levels: joints against amplitude."""
+"""The report's section on levels of excitation: joints against amplitude."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from api.report.section import Picture, Section, Table, ends, number
 
 
 def levels_section(levels: Sequence[Level]) -> Section:
-    """Each set's joints at the amplitude that its blows caused, as a table and a picture."""
+    """Each set's joints at the amplitude that its blows or its sine caused, as a table and a picture."""
     rows = tuple(_row(level, name) for level in levels for name in level.fit.joints)
     head = (
         "set",
@@ -26,7 +26,7 @@ def levels_section(levels: Sequence[Level]) -> Section:
         "gamma22",
     )
     content: list[str | Table | Picture] = [
-        "Every hammer set by itself. What sets have in common, such as gain, density and modulus, moves all alike: "
+        "Every set by itself. What sets have in common, such as gain, density and modulus, moves all alike: "
         "differences between sets are known better than each of them.",
         Table("Joints against amplitude", head, rows),
     ]
@@ -41,7 +41,7 @@ def levels_section(levels: Sequence[Level]) -> Section:
     ]
     failed = [level for level in levels if not level.fit.passed]
     content += [f"Set {level.number} fails a gate; do not rely on it." for level in failed]
-    return Section("Hammer levels", tuple(content))
+    return Section("Levels of excitation", tuple(content))
 
 
 def _row(level: Level, name: str) -> tuple[str, ...]:

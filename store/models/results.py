@@ -43,7 +43,7 @@ class AnalysisParent(Base):
 
 
 class FrequencyResponseSet(Recorded, Base):
-    """The accelerances of one roving-hammer set on one frequency axis, Hz (array column)."""
+    """The accelerances of one set, of hammer or sine, on one frequency axis, Hz (array column)."""
 
     __tablename__ = "frequency_response_sets"
     __table_args__ = (UniqueConstraint("analysis_id", "run_id", "set_number"), Index(None, "run_id"))
@@ -64,6 +64,7 @@ class FrequencyResponseSet(Recorded, Base):
     block_seconds: Mapped[float]
     estimator: Mapped[str]
     source: Mapped[str | None]
+    excitation: Mapped[str] = mapped_column(server_default="hammer")
     run: Mapped[Run] = relationship()
 
 

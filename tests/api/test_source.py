@@ -12,7 +12,9 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.modal.estimation import ModalEstimate, estimate_modes
+from api.identification.bundle_blows import scatter_of_bundle
 from api.identification.measurement import Measurement
+from api.identification.pipeline import identify
 from api.identification.source import measurement_of_bundle, measurement_of_run
 from api.simulated import SimulatedOperator
 from store.bundle import read_bundle
@@ -77,6 +79,42 @@ def test_forces_of_a_bundle_are_known_where_it_has_a_record_at_every_point(demo:
     assert measurement_of_bundle(replace(read, blows=tuple(lacking))).forces == {}
     two = (read.inverse[0], replace(read.inverse[0], number=2))
     assert measurement_of_bundle(replace(read, inverse=two)).forces == {}
+
+
+def test_joints_of_a_run_have_the_same_intervals_where_it_is_exported_and_imported_again(
+    demo: Path, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        export_bundle(catalogue, 1, tmp_path / "whole")
+        export_bundle(catalogue, 1, tmp_path / "averages", blows=False)
+        here = identify(replace(measurement_of_run(catalogue, 1), points=()))
+    there, averages = (
+        identify(replace(measurement_of_bundle(read_bundle(tmp_path / name)), points=()))
+        for name in ("whole", "averages")
+    )
+    for name in ("I", "II"):
+        own, same, lines = (each.inverse.likelihood.joints[name] for each in (here, there, averages) if each.inverse)
+        np.testing.assert_allclose(same.k_ci95[:2, :2], own.k_ci95[:2, :2], rtol=0.02)
+        assert np.trace(own.covariance) > 1.5 * np.trace(lines.covariance)
+
+
+def test_blows_that_were_not_averaged_say_nothing_of_the_average(demo: Path, tmp_path: Path) -> None:
+    with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
+        export_bundle(catalogue, 1, tmp_path / "whole")
+    read = read_bundle(tmp_path / "whole")
+    (measured,) = read.inverse
+    whole = scatter_of_bundle(read.inverse, read.blows)[1]
+    others = (replace(measured, accelerance=1.1 * measured.accelerance),)
+    assert scatter_of_bundle(others, read.blows) == {}
+    assert scatter_of_bundle((replace(measured, frequency=2 * measured.frequency),), read.blows) == {}
+    by_point = [[blow for blow in read.blows if blow.point == point] for point in measured.inputs]
+    three = tuple(blow for blows in by_point for blow in blows[:3])
+    assert scatter_of_bundle(read.inverse, three) == {}
+    half = tuple(blow for blows in by_point for blow in blows[:5])
+    ratio = np.linalg.norm(scatter_of_bundle(read.inverse, half)[1]) / np.linalg.norm(whole)
+    assert ratio == pytest.approx(1.0, rel=0.2)  # fewer blows, and each of them stands for two
+    longer = replace(read.blows[0], force=np.append(read.blows[0].force, 0.0))
+    assert scatter_of_bundle(read.inverse, (longer, *read.blows[1:])) == {}
 
 
 def test_a_blow_that_the_others_of_its_point_contradict_is_in_no_average(

@@ -13,6 +13,7 @@ import pytest
 from store.accelerance_file import accelerance_functions, even_spacing, read_accelerances
 from store.dof import Dof
 from store.errors import StoreError
+from store.excitation import SINE
 from store.uff import UffDof, UffFunction, write_uff
 
 FREQUENCY = np.arange(5) / 2.0
@@ -33,6 +34,25 @@ def test_a_set_comes_back(tmp_path: Path, functions: list[UffFunction]) -> None:
     np.testing.assert_array_equal(found.frequency, FREQUENCY)
     np.testing.assert_array_equal(found.accelerance, ROWS)
     np.testing.assert_array_equal(found.coherence, COHERENCE)
+
+
+def test_a_set_of_a_shaker_is_that_of_a_hammer_with_the_two_exchanged(tmp_path: Path) -> None:
+    shaken = accelerance_functions(Dof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE, SINE)
+    assert [str(function.reference) for function in shaken] == 4 * ["3+y"]
+    assert [str(function.response) for function in shaken[:2]] == ["1+y", "4+x"]
+    write_uff(tmp_path / "a.unv", shaken)
+    found = read_accelerances(tmp_path / "a.unv", SINE)
+    assert (found.response, found.inputs) == (Dof(3, "y"), INPUTS)
+    np.testing.assert_array_equal(found.accelerance, ROWS)
+    np.testing.assert_array_equal(found.coherence, COHERENCE)
+    with pytest.raises(StoreError, match=r"response is at 4\+x, the first function's at 1\+y"):
+        read_accelerances(tmp_path / "a.unv")
+
+
+def test_a_shaker_that_moved_is_refused(tmp_path: Path, functions: list[UffFunction]) -> None:
+    write_uff(tmp_path / "a.unv", functions)
+    with pytest.raises(StoreError, match=r"the shaker is at 4\+x, the first function's at 1\+y"):
+        read_accelerances(tmp_path / "a.unv", SINE)
 
 
 def test_coherence_is_sorted_to_its_rows(tmp_path: Path, functions: list[UffFunction]) -> None:

@@ -14,11 +14,15 @@ import numpy as np
 import pytest
 from sqlalchemy import text
 
+from store.accelerance_file import accelerance_functions, read_accelerances
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue
+from store.dof import Dof
 from store.errors import DamagedError, NotFoundError, StoreError
+from store.excitation import SINE
 from store.runs import RunState, get_run, list_runs
+from store.uff import write_uff
 
 Counts = Callable[[], dict[str, int]]
 EXAMPLES = (
@@ -54,6 +58,24 @@ def test_every_example_comes_out_as_it_went_in(catalogue: Catalogue, shared: Pat
 def test_a_bundle_goes_through_a_zip(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:
     export_bundle(catalogue, import_bundle(catalogue, bundle), tmp_path / "out.zip")
     assert_equal(read_bundle(tmp_path / "out.zip"), read_bundle(bundle))
+
+
+def test_sets_of_hammer_and_shaker_go_side_by_side(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:
+    setup = json.loads((bundle / "setup.json").read_text(encoding="utf-8"))
+    (struck,) = setup["inverse"]
+    assert "excitation" not in struck  # the exchange format does not know it
+    measured = read_accelerances(bundle / struck["file"])
+    shaken = accelerance_functions(
+        Dof(4, "y"), measured.inputs, measured.frequency, 2 * measured.accelerance, excitation=SINE
+    )
+    write_uff(bundle / "shaken.unv", shaken)
+    setup["inverse"].append(struck | {"file": "shaken.unv", "excitation": "sine", "peak_force": 0.1})
+    (bundle / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    original = read_bundle(bundle)
+    expected = [("hammer", Dof(3, "y")), ("sine", Dof(4, "y"))]
+    assert [(each.excitation, each.response) for each in original.inverse] == expected
+    export_bundle(catalogue, import_bundle(catalogue, bundle), tmp_path / "out")
+    assert_equal(read_bundle(tmp_path / "out"), original)
 
 
 def test_an_import_is_one_finished_run(catalogue: Catalogue, bundle: Path) -> None:

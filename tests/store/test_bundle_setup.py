@@ -125,6 +125,7 @@ def test_both_rigs_may_not_be_missing() -> None:
         ("accelerometer.direction", "z", "accelerometer.direction"),
         ("accelerometer.node", 6, "the accelerometer is at node 6"),
         ("inverse.0.averages", 0, "inverse.0.averages"),
+        ("inverse.0.excitation", "noise", "inverse.0.excitation"),
         ("inverse.0.averages", 10**30, "inverse.0.averages"),
         ("inverse.0.file", "../inverse_1.unv", "inverse.0.file: is not the plain name"),
         ("inverse.0.file", "/etc/passwd", "inverse.0.file: is not the plain name"),

@@ -16,6 +16,7 @@ from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from store.errors import NotFoundError
+from store.excitation import Excitation
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.quantity import quantity
 
@@ -25,15 +26,16 @@ UNIT = "(m/s^2)/N"
 
 
 class SetSummary(BaseModel):
-    """One roving-hammer set: where was struck, and how."""
+    """One set: where was struck or shaken, and how."""
 
     number: int
-    response: str = Field(description="where the accelerometer sat, such as 3y")
-    inputs: list[str] = Field(description="where the hammer struck")
+    excitation: Excitation = Field(description="by a roving hammer, or by a shaker that stays")
+    response: str = Field(description="where the accelerometer sat, such as 3y; of a sine, where the shaker pushed")
+    inputs: list[str] = Field(description="where the hammer struck; of a sine, where the accelerometer went")
     lines: int
     highest_frequency: Annotated[float, quantity("Hz")]
     averages: int
-    peak_force: Annotated[float, quantity("N")]
+    peak_force: Annotated[float, quantity("N", "of the blows, or amplitude of the sine")]
     temperature_c: Annotated[float, quantity("degC")]
     window: str
     sample_rate: Annotated[float, quantity("Hz")]
@@ -47,6 +49,7 @@ class SetSummary(BaseModel):
         return cls(
             **{name: getattr(found, name) for name in same},
             estimator=found.estimator,
+            excitation=found.excitation,
             response=str(found.response),
             inputs=[str(point) for point in found.inputs],
             lines=int(found.frequency.size),

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from analysis.blow_amplitude import JointAmplitude
-from api.identification.blow_amplitudes import blow_amplitudes
 from api.identification.document import identification_document
 from api.identification.faults import put_right
+from api.identification.joint_amplitudes import amplitudes_of_set
 from api.identification.measurement import Measurement
 from api.identification.pipeline import Identification, identify
 from api.identification.source import measurement_of_run
@@ -34,7 +34,7 @@ def identification(measurement: Measurement) -> Identification:
 def amplitudes(found: Identification, measurement: Measurement) -> dict[str, JointAmplitude]:
     assert found.inverse is not None
     nodes = {name: joint.node for name, joint in found.inverse.likelihood.joints.items()}
-    known = blow_amplitudes(measurement, 0, found.inverse.likelihood.predicted, nodes)
+    known = amplitudes_of_set(measurement, 0, found.inverse.likelihood.predicted, nodes)
     assert known is not None
     return known
 

@@ -1,0 +1,124 @@
+"""Joints against amplitude where a shaker is there: sets of steady sines beside one of a hammer, in one bundle."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from api.gap.source import subject_of_bundle
+from api.identification.document import identification_document
+from api.identification.pipeline import identify
+from api.identification.source import measurement_of_bundle
+from simlab.article import NODE_POSITIONS
+from simlab.bench import Bench, Conditions
+from simlab.clock import Clock
+from simlab.shaker import shake
+from simlab.truth import BLOW_BAND
+from store.accelerance_file import accelerance_functions
+from store.bundle import Bundle, read_bundle
+from store.dof import Dof
+from store.excitation import HAMMER, SINE, Excitation
+from store.uff import write_uff
+
+NOISE = 0.003  # (m/s^2)/N a line
+FREQUENCY = np.arange(20.0, 1025.0, 1.0)
+POINTS = tuple(map(Dof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]))
+SHAKER = Dof.parse("5y")
+FORCES = (0.02, 0.5)
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return Bench(1, Clock(), Conditions(tolerances=0.0, gain_error=0.0, cross_axis=0.0))
+
+
+@pytest.fixture(scope="module")
+def bundle(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bundle:
+    folder = tmp_path_factory.mktemp("shaken")
+    rng = np.random.default_rng(5)
+
+    def written(name: str, fixed: Dof, accelerance: Any, excitation: Excitation) -> None:
+        noise = NOISE * rng.standard_normal((2, *accelerance.shape))
+        noisy = accelerance + noise[0] + 1j * noise[1]
+        write_uff(folder / name, accelerance_functions(fixed, POINTS, FREQUENCY, noisy, excitation=excitation))
+
+    struck = np.array([bench.accelerance(FREQUENCY, point.node, point.direction) for point in POINTS])
+    written("inverse_1.unv", Dof.parse("3y"), struck, HAMMER)
+    entries = [{"file": "inverse_1.unv", "peak_force": 100.0}]
+    for number, force in enumerate(FORCES, start=2):
+        places = [(NODE_POSITIONS[point.node - 1], point.direction) for point in POINTS]
+        shaken = shake(bench.article, NODE_POSITIONS[SHAKER.node - 1], places, FREQUENCY, force)
+        written(f"inverse_{number}.unv", SHAKER, shaken.accelerance, SINE)
+        entries.append({"file": f"inverse_{number}.unv", "peak_force": force, "excitation": "sine"})
+    recorded = {"averages": 1, "temperature_c": 23.0, "window": "none", "sample_rate": 4096.0, "block_seconds": 1.0}
+    bar = bench.article.bar
+    setup = {
+        "format": "jointlab-bundle/1",
+        "title": "shaken",
+        "beam": {
+            "length": bar.length, "height": bar.height, "width": bar.width, "youngs_modulus": bar.youngs_modulus,
+            "poisson_ratio": bar.poisson_ratio, "density": bar.density,
+            "free_damping_ratios": list(bar.damping_ratios),
+        },
+        "node_positions": list(NODE_POSITIONS),
+        "joints": [
+            {"name": "I", "node": 2, "inclinations_deg": [-45, 135], "eccentricity": 0.006, "added_mass": 0.0},
+            {"name": "II", "node": 10, "inclinations_deg": [45, -135], "eccentricity": 0.006, "added_mass": 0.0},
+        ],
+        "accelerometer": {"node": 3, "direction": "y", "mass": 0.0},
+        "inverse": [entry | recorded for entry in entries],
+        "tolerances": {
+            "node_position": 0.0, "sensor_gain": 0.0, "youngs_modulus": 0.0, "density": 0.0,
+            "impact_position": 0.0, "inclination_deg": 0.0, "tester_gain": 0.0,
+        },
+    }  # fmt: skip
+    (folder / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    return read_bundle(folder)
+
+
+@pytest.fixture(scope="module")
+def levels(bundle: Bundle) -> list[dict[str, Any]]:
+    document = identification_document(identify(measurement_of_bundle(bundle)))
+    assert [level["excitation"] for level in document["levels"]] == ["hammer", "sine", "sine"]
+    return list(document["levels"])
+
+
+def test_a_faint_sine_finds_the_joints_as_they_are_at_rest(bench: Bench, levels: list[dict[str, Any]]) -> None:
+    for name, joint in levels[1]["joints"].items():
+        at_rest = bench.article.joints[name].dynamic_stiffness(1e-8, BLOW_BAND).mean(axis=0)
+        for at in ((0, 1), (1, 1)):
+            assert joint["k"][at[0]][at[1]] == pytest.approx(at_rest[at].real, rel=0.003)
+            assert joint["h"][at[0]][at[1]] == pytest.approx(at_rest[at].imag, rel=0.01)
+
+
+@pytest.mark.parametrize("joint", ["I", "II"])
+def test_the_louder_the_softer(levels: list[dict[str, Any]], joint: str) -> None:
+    struck, faint, loud = (level["joints"][joint] for level in levels)
+    assert struck["k"][1][1] < 0.99 * loud["k"][1][1] < 0.99 * faint["k"][1][1]
+    assert faint["amplitude_pp_mm"] < loud["amplitude_pp_mm"] < struck["amplitude_pp_mm"]
+    assert loud["amplitude_pp_mm"] / faint["amplitude_pp_mm"] == pytest.approx(FORCES[1] / FORCES[0], rel=0.1)
+    assert "a sine of 0.5 N at 5y" in loud["amplitude_source"]
+
+
+def test_amplitudes_at_the_modes_are_those_that_the_shaker_really_made(
+    bench: Bench, bundle: Bundle, levels: list[dict[str, Any]]
+) -> None:
+    found = identify(measurement_of_bundle(bundle))
+    assert found.inverse is not None
+    modes = found.inverse.modal.modes.frequency
+    places = [(NODE_POSITIONS[4], "y")]
+    shaken = shake(bench.article, NODE_POSITIONS[4], places, np.asarray(modes), FORCES[0])
+    for name, amplitude in shaken.amplitudes.items():
+        expected = 2e3 * float(np.exp(np.mean(np.log(amplitude))))
+        assert levels[1]["joints"][name]["amplitude_pp_mm"] == pytest.approx(expected, rel=0.15)
+
+
+def test_a_diagnosis_leaves_the_shaker_out_and_says_so(bundle: Bundle) -> None:
+    subject = subject_of_bundle(bundle)
+    assert len(subject.measurement.sets) == 1
+    assert subject.left_out == tuple(
+        f"set {number} is of a shaker at 5y: a diagnosis takes hammer sets only" for number in (2, 3)
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -102,13 +102,21 @@ class JointFit:
     @property
     def exponents(self) -> dict[str, Estimate]:
         """By joint, of the power of frequency that it follows; empty where joints were taken to be constant."""
+        return self._estimates({name: f"exponent of joint {name}" for name in self.joints})
+
+    @property
+    def leans(self) -> dict[str, Estimate]:
+        """By point, of its blows on average, rad: towards x of those across the beam, towards y of those along it.
+
+        Empty where blows were taken to be straight.
+        """
+        return self._estimates({str(point): f"lean of the blows at {point}" for point in self.likelihood.model.inputs})
+
+    def _estimates(self, labels: Mapping[str, str]) -> dict[str, Estimate]:
+        """Of the parameters that have these labels, by name; those that are none are left out."""
         deviation = np.sqrt(np.diag(self.covariance))
-        found = {}
-        for name in self.joints:
-            if (label := f"exponent of joint {name}") in self.labels:
-                place = self.labels.index(label)
-                found[name] = Estimate(float(self.values[place]), float(deviation[place]))
-        return found
+        places = {name: self.labels.index(label) for name, label in labels.items() if label in self.labels}
+        return {name: Estimate(float(self.values[at]), float(deviation[at])) for name, at in places.items()}
 
     def sum_of(self, p: int, q: int) -> tuple[complex, float, float]:
         """Sum over all joints of k + i h at row `p`, column `q`, and the standard deviations of its parts."""

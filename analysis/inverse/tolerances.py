@@ -24,8 +24,8 @@ COMMON = ("gain", "Young's modulus", "density", "sensor position")
 follow."""
 MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
 FREEHAND_LEAN = np.radians(2.0)
-"""How far the blows at a point may lean on average where a hammer is held in the hand, rad. A wide guess: the
-accelerances of a hammer test tell the lean to a tenth of it, and with 0.3 degrees intervals are the same."""
+"""How far the blows at a point may lean on average where a hammer is held in the hand, rad. A wide guess:
+accelerances tell the lean to some 0.2 degrees, and with a guess of 0.3 degrees intervals are the same."""
 REFERENCE_FREQUENCY = 100.0  # Hz, at which the terms of joints that follow frequency are stated
 
 

@@ -23,7 +23,7 @@ from api.commands.terminal import (
     write_json,
 )
 from api.identification.document import identification_document, modes_document, plain
-from api.identification.inverse import exponent_texts
+from api.identification.fit_texts import fit_texts
 from api.identification.measurement import dof
 from api.identification.options import AS_MEASURED, Options
 from api.identification.pipeline import Identification, identify
@@ -177,7 +177,7 @@ def show(found: Identification) -> None:
                     " .. ".join(f"{end / 1e6:.3f}" for end in paper.k_ci95[at]),
                 )
         out.print(table)
-        for text in exponent_texts(found.inverse.fit):
+        for text in fit_texts(found.inverse.fit):
             out.print(text)
         if found.inverse.regularised is not None:
             for text in regularisation_texts(found.inverse.fit, found.inverse.regularised):

@@ -136,7 +136,10 @@ def _averaging(inverse: Inverse, measurement: Measurement) -> dict[str, Any]:
 
 
 def _model(inverse: Inverse) -> dict[str, Any]:
-    """What the fit took the beam to be, and how joints follow frequency; constant ones have no exponent."""
+    """What the fit took the beam to be, how joints follow frequency, and how blows lean.
+
+    Constant joints have no exponent, averages without their blows no lean.
+    """
     beam, fit = inverse.free_beam, inverse.fit
     return {
         "youngs_modulus": beam.beam.youngs_modulus,
@@ -144,6 +147,10 @@ def _model(inverse: Inverse) -> dict[str, Any]:
         "elements": beam.mesh.positions.size - 1,
         "reference_hz": REFERENCE_FREQUENCY,
         "exponents": {name: {"value": found.value, "ci95": found.interval()} for name, found in fit.exponents.items()},
+        "lean_deg": {
+            point: {"value": math.degrees(found.value), "ci95": list(map(math.degrees, found.interval()))}
+            for point, found in fit.leans.items()
+        },
     }
 
 

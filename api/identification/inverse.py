@@ -19,7 +19,7 @@ from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
 from analysis.inverse.joint_likelihood import identify_from_responses
-from analysis.inverse.tolerances import FREEHAND_LEAN, REFERENCE_FREQUENCY, Tolerances
+from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
 from analysis.inverse.weak_directions import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
@@ -197,18 +197,6 @@ def measured_components(responses: FrequencyResponses, joints: int) -> tuple[Dof
 def exponents_of(fit: JointFit) -> dict[str, float]:
     """Of the power of frequency that each joint follows; empty where joints were taken to be constant."""
     return {name: found.value for name, found in fit.exponents.items()}
-
-
-def exponent_texts(fit: JointFit) -> list[str]:
-    """What the joints make of frequency, a sentence each; none where they were taken to be constant."""
-    found = []
-    for name, exponent in fit.exponents.items():
-        low, high = exponent.interval()
-        found.append(
-            f"Joint {name} follows the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency; its terms "
-            f"are those at {REFERENCE_FREQUENCY:g} Hz."
-        )
-    return found
 
 
 def tolerances_of(article: Article, material: Material | None = None, *, by_hand: bool) -> Tolerances:

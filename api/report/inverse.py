@@ -16,7 +16,8 @@ from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
-from api.identification.inverse import HIGHEST_PREDICTED, Inverse, exponent_texts
+from api.identification.fit_texts import fit_texts
+from api.identification.inverse import HIGHEST_PREDICTED, Inverse
 from api.identification.measurement import Measurement
 from api.identification.record import joint_matrix
 from api.identification.regularisation import by_joint, regularisation_texts
@@ -171,7 +172,7 @@ def _joints(inverse: Inverse) -> Section:
             "paper's method works on the modes.",
             Table("Table 2: stiffness", head, _side_by_side(*stiffness)),
             Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
-            *exponent_texts(inverse.fit),
+            *fit_texts(inverse.fit),
             *_regularised(inverse),
             *_gates(inverse),
             *_cylinders(inverse.cylinders),

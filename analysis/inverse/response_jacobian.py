@@ -60,12 +60,14 @@ def _columns(response: SupportedResponse, active: NDArray[np.bool_]) -> Iterator
     if active[0]:
         yield response.accelerance / (1 + deviations.gain)
     damping = np.outer(free.damping_rate, lam) / 2
+    of_kinks = (model.kink_slope(deviations) * model.kink_side(deviations))[1:, None] * factor
     if active[1]:
-        yield -factor * _along(response, sensor * (free.squared_frequency[:, None] + np.sqrt(r / e) * damping))
+        shape = sensor * (free.squared_frequency[:, None] + np.sqrt(r / e) * damping)
+        yield -factor * (_along(response, shape) + model.kinks(deviations)[1:, None] / e)
     if active[2]:
         yield -factor * _along(response, sensor * (lam**2 + np.sqrt(e / r) * damping))
     if active[3]:
-        yield factor * _along(response, np.broadcast_to(beam.end_slopes[0][:, None], sensor.shape))
+        yield factor * _along(response, np.broadcast_to(beam.end_slopes[0][:, None], sensor.shape)) + of_kinks
     first_exponent = len(COMMON) + len(model.joint_nodes)
     first_row = first_exponent + len(model.joint_nodes)
     for joint in np.flatnonzero(active[len(COMMON) : first_exponent]):
@@ -79,8 +81,10 @@ def _columns(response: SupportedResponse, active: NDArray[np.bool_]) -> Iterator
         yield -factor * beam.log_frequency * given
     moved = np.concatenate([beam.end_slopes[1:], beam.blow_turns])
     for place in np.flatnonzero(active[first_row:]):
-        column = np.zeros_like(response.accelerance)
-        column[place % len(model.inputs)] = factor * times_fields(moved[place][None], sensor)[0]
+        column, row = np.zeros_like(response.accelerance), place % len(model.inputs)
+        column[row] = factor * times_fields(moved[place][None], sensor)[0]
+        if place == row:
+            column[row] -= of_kinks[row]
         yield column
 
 

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
-from analysis.structure.beam import DIRECTIONS, FreeBeam
+from analysis.structure.beam import DIRECTIONS, FreeBeam, Theory
 from analysis.structure.beam_motion import modes_near, modes_under_blow
 
 
@@ -84,9 +84,32 @@ class ResponseModel:
             compliance=compliance,
             joints=_by_line(_receptance(compliance, at_joints, at_joints)),
             ends=_by_line(_receptance(compliance, at_joints, at_ends)),
-            direct=_receptance(compliance, at_ends[:1], at_ends)[0],
+            direct=_receptance(compliance, at_ends[:1], at_ends)[0] + self.kinks(deviations)[:, None],
             log_frequency=np.log(self.poles / (2j * np.pi * REFERENCE_FREQUENCY)),
         )
+
+    def kinks(self, deviations: Deviations) -> Real:
+        """(1 + rows,) m/N that shear takes off the motion at the accelerometer, for a blow beside it but at its node.
+
+        Under a force the bar has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node, smooth as
+        it is here, is that of the accelerometer right under the blow, and off it falls by half of that a metre.
+        """
+        return -self.kink_slope(deviations) * np.abs(self._beside(deviations))
+
+    def kink_slope(self, deviations: Deviations) -> Real:
+        """(1 + rows,) 1 / (2 kappa G A), 1/N, for blows at the node of an accelerometer that reads across, else nought."""
+        beam = self.free_beam.beam
+        across = self.free_beam.theory is Theory.TIMOSHENKO and self.response.direction is Direction.Y
+        slope = beam.shear_flexibility(1.0) / (24 * beam.flexural_rigidity) if across else 0.0
+        at_it = np.array([False, *(point == self.response for point in self.inputs)])
+        return np.where(at_it, slope / (1 + deviations.youngs_modulus), 0.0)
+
+    def kink_side(self, deviations: Deviations) -> Real:
+        """(1 + rows,) 1 where a blow is to the right of the accelerometer, -1 to the left."""
+        return np.sign(self._beside(deviations))
+
+    def _beside(self, deviations: Deviations) -> Real:
+        return np.array([0.0, *(deviations.blow_positions - deviations.sensor_position)])
 
     def modal_stiffness(self, deviations: Deviations) -> Complex:
         """(N, lines) the free modes' dynamic stiffness."""

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.inverse.regression import UPPER
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
@@ -92,6 +92,8 @@ def test_derivatives_in_joint_terms_are_exact(case: Case) -> None:
 @given(case=cases())
 def test_derivatives_in_all_deviations_of_the_bench_are_exact(case: Case) -> None:
     values, z = case.deviations.values, case.stiffness
+    beside = case.deviations.blow_positions[INPUTS.index(case.model.response)] - case.deviations.sensor_position
+    assume(abs(beside) > 5e-4)  # where they meet the bar has its kink, and no derivative
     active = np.ones(values.size, dtype=bool)
     columns = deviation_columns(case.model.condensed(case.deviations).on(z), active)
     for place, column in enumerate(columns):
@@ -158,6 +160,27 @@ def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
     expected, effect = answer(moved, 0.0), answer(positions, 0.0)
     found = answer(positions, 0.001)
     assert np.max(np.abs(found - expected)) < 0.01 * np.max(np.abs(effect - expected))
+
+
+@pytest.mark.parametrize("beside", [0.002, -0.002])
+def test_a_blow_beside_the_accelerometer_meets_the_kink_that_it_makes(beside: float) -> None:
+    positions = np.linspace(0.0, BAR.length, 11)
+    frequency = np.linspace(20.3, 2000.0, 40)
+    z = np.array([50 * BAR.stiffness_unit * np.diag([1.0, 1.0, 0.01]) * (1 + 0.1j)] * 2)
+    moved = np.sort(np.append(positions, positions[3] + beside))
+    here, there = (5, 4) if beside < 0 else (4, 5)  # of the accelerometer, and of a node where the blow falls
+    free = assemble(BAR, Mesh.through(moved, 32), damping_ratios=(0.004, 0.001, 0.001))
+    joints = [Joint("I", 2, z[0]), Joint("II", 11, z[1])]
+    exact = accelerance(free, joints, frequency, Dof(here, Direction.Y), [Dof(there, Direction.Y)]).accelerance
+
+    own = assemble(BAR, Mesh.through(positions, 32), damping_ratios=(0.004, 0.001, 0.001))
+    model = ResponseModel(own, (2, 10), Dof.parse("4y"), (Dof.parse("4y"),), frequency)
+    values = np.zeros(4 + 2 * 2 + 2)
+    values[8] = beside
+    deviations = Deviations(values, 2)
+    found = model.condensed(deviations).on(z).accelerance
+    kink = model.kinks(deviations)[1] * (2 * np.pi * frequency) ** 2
+    assert np.max(np.abs(found - exact)) < 0.1 * np.max(np.abs(kink))
 
 
 def test_lines_at_zero_and_joints_at_one_node_are_refused() -> None:

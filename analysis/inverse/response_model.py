@@ -97,7 +97,7 @@ class ResponseModel:
         return -self.kink_slope(deviations) * np.abs(self._beside(deviations))
 
     def kink_slope(self, deviations: Deviations) -> Real:
-        """(1 + rows,) 1 / (2 kappa G A), 1/N, for blows at the node of an accelerometer across the beam, else nought."""
+        """(1 + rows,) 1 / (2 kappa G A), 1/N, for blows at the node of an accelerometer across the beam; else 0."""
         beam = self.free_beam.beam
         across = self.free_beam.theory is Theory.TIMOSHENKO and self.response.direction is Direction.Y
         slope = beam.shear_flexibility(1.0) / (24 * beam.flexural_rigidity) if across else 0.0

@@ -3,6 +3,9 @@
 The elements' squared frequencies and shapes are off by an error that falls with the square of their length, for the
 strain of shear, and that of a rod, is constant in each. From one mesh to the next finer one it falls to a quarter, what
 extrapolation leaves of it to a sixteenth, and so on (W. Romberg, Det Kongelige Norske Videnskabers Selskab 28, 1955).
+
+Only the lower modes can be followed from mesh to mesh. Those above act by their static flexibility, and that of all
+modes together follows the same law: what the others leave of it is what they are given.
 """
 
 from __future__ import annotations
@@ -59,13 +62,13 @@ def converged(fine: FreeBeam, *coarser: FreeBeam) -> FreeBeam:
     if not coarser:
         return fine
     table = [_aligned(fine, beam, len(coarser) - level, 2**level) for level, beam in enumerate(beams)]
-    best = table[0]
-    for order in range(1, len(beams)):
-        table = [finer + (finer - other) / (4**order - 1) for finer, other in pairwise(table)]
-        best = np.where(np.isnan(table[0]), best, table[0])
+    best, resolved = _extrapolated(table), ~np.isnan(table[1][0])
     squared, moved = best[0], best[1:].reshape(-1, len(DIRECTIONS), fine.mesh.degrees)
     moved = moved - fine.shapes.reshape(-1, len(DIRECTIONS), fine.mesh.degrees)[:: 2 ** len(coarser)]
     shapes = fine.shapes + _between(moved, len(coarser)).reshape(fine.shapes.shape)
+    flexibility = _extrapolated([_flexibility(beam.mesh, beam.shapes, beam.squared_frequency) for beam in beams])
+    resolved[:RIGID_MODES] = True
+    shapes += _made_up(fine.mesh, shapes, squared, ~resolved, flexibility)
     rate = fine.damping_rate.copy()
     rate[RIGID_MODES:] *= np.sqrt(squared[RIGID_MODES:] / fine.squared_frequency[RIGID_MODES:])
     weighted = np.linalg.inv(shapes).T
@@ -78,6 +81,57 @@ def converged(fine: FreeBeam, *coarser: FreeBeam) -> FreeBeam:
         damping_rate=rate,
         shapes=shapes,
     )
+
+
+def _extrapolated(levels: Sequence[Real]) -> Real:
+    """What values on the finest mesh, the next one and so on tend to; as far as it goes where a coarser one has NaN."""
+    table, best = list(levels), levels[0]
+    for order in range(1, len(levels)):
+        table = [finer + (finer - other) / (4**order - 1) for finer, other in pairwise(table)]
+        best = np.where(np.isnan(table[0]), best, table[0])
+    return best
+
+
+def _flexibility(mesh: Mesh, shapes: Real, squared: Real) -> Real:
+    """(3 named nodes, the same) by how much elastic modes yield there to static forces, m/N and so on."""
+    elastic = shapes[_named(mesh), RIGID_MODES:]
+    return np.asarray(elastic / squared[RIGID_MODES:] @ elastic.T)
+
+
+def _made_up(mesh: Mesh, shapes: Real, squared: Real, unresolved: NDArray[np.bool_], flexibility: Real) -> Real:
+    """(N, modes) to add to the shapes of modes that no mesh resolves, for the static flexibility at named nodes.
+
+    So high a mode acts by its flexibility alone, and that of all of them together is known, as `flexibility` less what
+    the others have. Of the ways to bring them to it this changes them least (I. Olkin, F. Pukelsheim, Linear Algebra
+    Appl. 48, 1982), and nothing where what is left to them is no flexibility.
+    """
+    named = _named(mesh)
+    scale = np.sqrt(np.diag(flexibility))[:, None]
+    high = shapes[np.ix_(named, unresolved)] / scale
+    has = high / squared[unresolved] @ high.T
+    wanted = has + (flexibility - _flexibility(mesh, shapes, squared)) / (scale * scale.T)
+    change = np.zeros_like(shapes)
+    if min(np.linalg.eigvalsh(has)[0], np.linalg.eigvalsh(wanted)[0]) <= 0:
+        return change
+    root = _root(has)
+    inverse = np.linalg.inv(root)
+    brought = inverse @ _root(root @ wanted @ root) @ inverse
+    at_named = (scale * (brought @ high - high)).reshape(-1, len(DIRECTIONS) * high.shape[1])
+    places = mesh.positions[list(mesh.named)]
+    spread = np.array([np.interp(mesh.positions, places, column) for column in at_named.T]).T
+    change[:, unresolved] = spread.reshape(len(shapes), -1)
+    return change
+
+
+def _root(matrix: Real) -> Real:
+    """Symmetric square root of a symmetric positive matrix."""
+    values, vectors = np.linalg.eigh(matrix)
+    return np.asarray((vectors * np.sqrt(values)) @ vectors.T)
+
+
+def _named(mesh: Mesh) -> NDArray[np.intp]:
+    """Freedoms of the named nodes."""
+    return np.concatenate([mesh.node_degrees(node) for node in range(1, len(mesh.named) + 1)])
 
 
 def _aligned(fine: FreeBeam, beam: FreeBeam, halvings: int, stride: int) -> Real:

@@ -39,8 +39,7 @@ Elements = Annotated[
     typer.Option(
         min=1,
         max=MOST_ELEMENTS,
-        help="Of the beam between neighbouring nodes; 1 is the paper's mesh. By default 8, or 32 where the article "
-        "states no tolerance.",
+        help="Of the beam between neighbouring nodes, 8 by default; 1 is the paper's mesh.",
     ),
 ]
 JointExponent = Annotated[

@@ -10,9 +10,7 @@ from analysis.structure.converged import assemble_converged
 from analysis.suspended.characterisation import FreeBeamResult
 from store.bundle_setup import Article
 
-ELEMENTS_BETWEEN_NODES = 8  # four leave k12 by maximum likelihood 0.2 % low
-FOR_AN_EXACT_BENCH = 32
-"""Where no tolerance is stated, the error of eight elements is what is left, and intervals are too narrow for it."""
+ELEMENTS_BETWEEN_NODES = 8  # which `converged` carries on to those of no length
 PAPER_S = 1  # element between neighbouring nodes: ten in all
 
 
@@ -34,11 +32,9 @@ def mesh_of(article: Article, elements: int | None = None) -> Mesh:
 
     Args:
         article: whose nodes are in it.
-        elements: between neighbouring nodes; where None, as many as make their error small beside all others.
+        elements: between neighbouring nodes; where None, as many as leave no error that counts.
     """
-    if elements is None:
-        elements = ELEMENTS_BETWEEN_NODES if _is_uncertain(article) else FOR_AN_EXACT_BENCH
-    return Mesh.through(article.node_positions, elements)
+    return Mesh.through(article.node_positions, ELEMENTS_BETWEEN_NODES if elements is None else elements)
 
 
 def free_beam_of(article: Article, tested: FreeBeamResult | None = None, elements: int | None = None) -> FreeBeam:
@@ -63,9 +59,3 @@ def free_beam_with(article: Article, beam: Beam, ratios: Sequence[float], elemen
         masses[joint.node] += joint.added_mass
     masses[article.accelerometer.node] += article.accelerometer.mass
     return assemble_converged(beam, mesh_of(article, elements), ratios, masses)
-
-
-def _is_uncertain(article: Article) -> bool:
-    """Whether the laboratory admits not to know something of the beam test."""
-    stated = article.tolerances.model_dump(exclude={"tester_gain"})
-    return any(value > 0 for value in stated.values())

@@ -27,6 +27,7 @@ from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
 from analysis.structure.beam import RIGID_MODES, Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
+from api.identification.structure import ELEMENTS_BETWEEN_NODES
 from simlab.article import NODE_POSITIONS, Article
 from simlab.beam import Bar
 from simlab.supported_beam import Load, SupportedBeam
@@ -45,17 +46,16 @@ SHOWN = ("k12(I)", "k22(I)", "h12(I)", "h22(I)", "k12(II)", "k22(II)", "h12(II)"
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of bench: what it deviates by, and the elements of the model between nodes."""
+    """A kind of bench, and what it deviates by."""
 
     title: str
     tolerances: Tolerances
-    elements: int
 
 
 KINDS: Mapping[str, Kind] = {
-    "drawn": Kind("Bench as drawn", EXACT, 32),
-    "loose": Kind("All tolerances loose", STATED, 8),
-    "following": Kind("As drawn, joints follow a power of frequency", Tolerances(joint_exponent=0.1), 32),
+    "drawn": Kind("Bench as drawn", EXACT),
+    "loose": Kind("All tolerances loose", STATED),
+    "following": Kind("As drawn, joints follow a power of frequency", Tolerances(joint_exponent=0.1)),
 }
 
 
@@ -111,7 +111,7 @@ def joints() -> tuple[Joint, Joint]:
 
 def monte_carlo(runs: int, kind: Kind) -> Result:
     """Fit `runs` simulated measurements; with tolerances each bench deviates from the drawing by a draw of its own."""
-    mesh = Mesh.through(NODES, kind.elements)
+    mesh = Mesh.through(NODES, ELEMENTS_BETWEEN_NODES)
     ratios = np.full(mesh.degrees - RIGID_MODES, BAR.damping_ratios[-1])  # as the simulation has it
     ratios[: len(BAR.damping_ratios)] = BAR.damping_ratios
     model = assemble_converged(DRAWN, mesh, ratios.tolist())

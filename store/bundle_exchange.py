@@ -117,14 +117,16 @@ def kept_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
 
 
 def _store_results(session: Session, run_id: int, bundle: Bundle) -> None:
-    analyses = {
-        kind: add_analysis(session, kind=kind, method=IMPORTED, settings={}, runs=[run_id])
-        for kind in (AnalysisKind.FREQUENCY_RESPONSES, AnalysisKind.DYNAMIC_STIFFNESS)
-    }
-    for measured in bundle.inverse:
-        add_frequency_responses(session, analyses[AnalysisKind.FREQUENCY_RESPONSES], run_id, measured)
-    points = [to_dynamic_stiffness(point) for point in bundle.direct]
-    add_dynamic_stiffness(session, analyses[AnalysisKind.DYNAMIC_STIFFNESS], points)
+    def imported(kind: AnalysisKind) -> int:
+        return add_analysis(session, kind=kind, method=IMPORTED, settings={}, runs=[run_id])
+
+    if bundle.inverse:
+        analysis = imported(AnalysisKind.FREQUENCY_RESPONSES)
+        for measured in bundle.inverse:
+            add_frequency_responses(session, analysis, run_id, measured)
+    if bundle.direct:
+        points = [to_dynamic_stiffness(point) for point in bundle.direct]
+        add_dynamic_stiffness(session, imported(AnalysisKind.DYNAMIC_STIFFNESS), points)
 
 
 def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list[WaveformReference]) -> None:
@@ -202,9 +204,9 @@ def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
     for run in runs:
         try:
             analysis = latest_analysis(session, run, AnalysisKind.DYNAMIC_STIFFNESS)
+            points += map(to_direct_point, list_dynamic_stiffness(session, analysis.id))
         except NotFoundError:
             continue
-        points += [to_direct_point(point) for point in list_dynamic_stiffness(session, analysis.id)]
     return points
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
+from sqlalchemy.orm import Session
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
@@ -35,7 +36,7 @@ from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
 from store.direct_table import to_dynamic_stiffness
 from store.dof import Dof as StoredDof
-from store.dynamic_stiffness import list_dynamic_stiffness
+from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.runs import get_run
 from store.sine_records import BLANK, SineRecord, list_sine_records
@@ -83,9 +84,7 @@ def measurement_of_run(
         article = article_from(run.setup)
         if run.kind == "import":
             _check_as_averaged(averaging, f"run {run_id}")
-            stored = list_dynamic_stiffness(
-                session, latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
-            )
+            stored = _imported_points(session, run_id) if run.setup.get("direct") else []
             sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
         every_record = list_sine_records(session, run_id)
@@ -126,6 +125,11 @@ def measurement_of_run(
         suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
         left_out=tuple(text for _, each in every_set for text in each.left_out),
     )
+
+
+def _imported_points(session: Session, run_id: int) -> list[DynamicStiffness]:
+    newest = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
+    return list_dynamic_stiffness(session, newest.id)
 
 
 def with_free_beam(

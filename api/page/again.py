@@ -62,7 +62,7 @@ def _on_article_of(session: Session, run: Run) -> dict[str, Any]:
     except NotFoundError:
         levels = [hammer]
     sweep |= {"specimens": [joint.name for joint in article.joints]}
-    if (preset := run.setup.get("direct", {}).get("preset_mm")) is not None:
+    if (preset := (run.setup.get("direct") or {}).get("preset_mm")) is not None:
         sweep |= {"preset_mm": preset}
     own = {"title": run.title, "article_name": run.article, "article": article.model_dump(mode="json")}
     return document | own | {"steps": [*levels, sweep]}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 from api.gap.source import subject_of_bundle
 from api.identification.document import identification_document
 from api.identification.pipeline import identify
-from api.identification.source import measurement_of_bundle
+from api.identification.source import measurement_of_bundle, measurement_of_run
+from api.page.again import sequence_again
 from simlab.article import NODE_POSITIONS
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
@@ -19,6 +21,8 @@ from simlab.shaker import shake
 from simlab.truth import BLOW_BAND
 from store.accelerance_file import accelerance_functions
 from store.bundle import Bundle, read_bundle
+from store.bundle_exchange import import_bundle
+from store.catalogue import Catalogue
 from store.dof import Dof
 from store.excitation import HAMMER, SINE, Excitation
 from store.uff import write_uff
@@ -114,6 +118,18 @@ def test_amplitudes_at_the_modes_are_those_that_the_shaker_really_made(
     for name, amplitude in shaken.amplitudes.items():
         expected = 2e3 * float(np.exp(np.mean(np.log(amplitude))))
         assert levels[1]["joints"][name]["amplitude_pp_mm"] == pytest.approx(expected, rel=0.15)
+
+
+def test_the_hammer_levels_of_an_imported_run_are_struck_again_and_its_sines_are_not(
+    bundle: Bundle, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
+        run = import_bundle(catalogue, bundle)
+        found = measurement_of_run(catalogue, run)
+        assert [each.excitation for each in found.sets] == ["hammer", "sine", "sine"]
+        with catalogue.reading() as session:
+            again = sequence_again(session, run)
+    assert [step.peak_force for step in again.hammer_steps] == [100.0]
 
 
 def test_a_diagnosis_leaves_the_shaker_out_and_says_so(bundle: Bundle) -> None:

@@ -1,0 +1,44 @@
+"""A bundle of one rig alone goes into the store, is identified there and comes out, like one of both."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+from api.page.again import sequence_again
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+
+Command = Callable[..., CompletedProcess[str]]
+LACKING = {"beam": "inverse", "tester": "direct"}
+
+
+@pytest.fixture(params=list(LACKING))
+def missing(request: pytest.FixtureRequest, bundle: Path) -> str:
+    setup = json.loads((bundle / "setup.json").read_text(encoding="utf-8"))
+    del setup[LACKING[request.param]]
+    (bundle / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    return str(request.param)
+
+
+def test_what_one_rig_measured_is_identified_exported_and_measured_again(
+    missing: str, bundle: Path, jointlab: Command, tmp_path: Path
+) -> None:
+    assert jointlab("import", bundle).returncode == 0
+    found = jointlab("identify", 1, "--json", tmp_path / "found.json")
+    assert found.returncode == 0, found.stderr
+    document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    assert bool(document["inverse"]) == (missing != "beam")
+    assert bool(document["direct"]) == (missing != "tester")
+    report = jointlab("report", 1, "-o", tmp_path / "report.html")
+    assert report.returncode == 0, report.stderr
+    out = jointlab("export", 1, tmp_path / "out")
+    assert out.returncode == 0, out.stderr
+    again, before = read_bundle(tmp_path / "out"), read_bundle(bundle)
+    assert (len(again.inverse), len(again.direct)) == (len(before.inverse), len(before.direct))
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
+        assert sequence_again(session, 1).title == before.setup.title

@@ -1,58 +1,68 @@
-"""The command `jointlab`: what it offers, and how it says that something cannot be done."""
+"""The command `jointlab`: what it offers, and how it says that something cannot be done.
+
+All modules of commands together take seconds to import, so each is imported when it is asked for.
+"""
 
 from __future__ import annotations
 
 import sys
+from importlib import import_module
+from typing import Any
 
 import typer
 from rich.console import Console
 from threadpoolctl import threadpool_limits
-
-from api.commands import (
-    configuration,
-    demo,
-    exchange,
-    gap,
-    identification,
-    keys,
-    plan,
-    reporting,
-    sequences,
-    service,
-    simulate,
-    stiffness,
-    store,
-    worker,
-)
-from api.errors import EXPECTED, exit_code
+from typer.core import TyperGroup
 
 INTERRUPTED = 130
 
+# name: the module below api.commands that registers it, and what it does, in one line of a terminal
+COMMANDS = {
+    "demo": ("demo", "Both experiments of the paper on simulated instruments."),
+    "simulate": ("simulate", "Start the simulated instruments and print their addresses."),
+    "run": ("sequences", "Run a sequence on the instruments and store it."),
+    "resume": ("sequences", "Go on with a run that was stopped or failed."),
+    "plan": ("plan", "Say before a hammer test which intervals it will leave."),
+    "import": ("exchange", "Store a bundle as a run."),
+    "export": ("exchange", "Write a run as a bundle."),
+    "identify": ("identification", "Identify k, h and gamma by both methods and compare them."),
+    "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),
+    "stiffness": ("stiffness", "Say k, h and gamma at any amplitude and frequency."),
+    "gap": ("gap", "Say where simulation and measurement differ, and why."),
+    "report": ("reporting", "Identify and write a report with figures."),
+    "serve": ("service", "Serve runs, results and the rig over REST, with the page."),
+    "worker": ("worker", "Do jobs of the service for a dask scheduler."),
+    "key": ("keys", "Make, list and revoke keys of the service."),
+    "store": ("store", "Check, back up and restore what is stored."),
+    "config": ("configuration", "Show the configuration in force."),
+}
+
+
+class Commands(TyperGroup):
+    """What `--help` lists stands for the commands; the one that is asked for is imported in its place."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # typer keeps their types to itself
+        """Its name, the command and the arguments that are left for it."""
+        name, _, rest = super().resolve_command(ctx, args)
+        assert name is not None  # one that is not there has been refused
+        loaded = typer.Typer(rich_markup_mode=None)
+        import_module(f"api.commands.{COMMANDS[name][0]}").register(loaded)
+        # two BLAS threads on a busy machine cost more than they give; now that BLAS is loaded, it can be told so
+        ctx.with_resource(threadpool_limits(limits=1))
+        return name, typer.main.get_group(loaded).commands[name], rest
+
+
 app = typer.Typer(
     name="jointlab",
+    cls=Commands,
     help="Acquisition, rig control and identification for elastomeric joints.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for module in (
-    demo,
-    simulate,
-    sequences,
-    plan,
-    exchange,
-    identification,
-    stiffness,
-    gap,
-    reporting,
-    service,
-    worker,
-    keys,
-    store,
-    configuration,
-):
-    module.register(app)
+for command, (_, what_it_does) in COMMANDS.items():
+    app.command(command, help=what_it_does)(lambda: None)
 
 
 def main() -> None:
@@ -61,16 +71,18 @@ def main() -> None:
     0 done, 2 wrong usage, 3 bad input, 4 an instrument, 130 interrupted.
     """
     try:
-        # two BLAS threads on a busy machine cost more than they give
-        with threadpool_limits(limits=1):
-            app()
-    except EXPECTED as error:
-        Console(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red", markup=False, highlight=False)
-        sys.exit(exit_code(error))
+        app()
     except SystemExit as ended:
         if ended.code == INTERRUPTED:  # typer's code for Ctrl-C, of which it says nothing
             Console(stderr=True).print("jointlab: interrupted", style="red")
         raise
+    except Exception as error:
+        from api.errors import EXPECTED, exit_code  # imports the instruments' packages
+
+        if not isinstance(error, EXPECTED):
+            raise
+        Console(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red", markup=False, highlight=False)
+        sys.exit(exit_code(error))
 
 
 if __name__ == "__main__":

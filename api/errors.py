@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from analysis.errors import AnalysisError
 from daq.errors import ChannelError, DaqError
-from rig.errors import RigError
-from rig.hammer import HammerError
-from rig.measured import ResumeError
-from rig.sequence import SequenceError
-from rig.sweep import PlanError
-from rig.tester_limits import LimitExceededError
+from rig.errors import RequestError, RigError
 from store.errors import StoreError
 
 
@@ -33,13 +28,8 @@ EXIT_CODES: dict[type[Exception], int] = {
     ApiError: BAD_INPUT,
     AnalysisError: BAD_INPUT,
     StoreError: BAD_INPUT,
-    # what was asked for is wrong, whatever the instruments are like
     ChannelError: BAD_INPUT,
-    HammerError: BAD_INPUT,
-    LimitExceededError: BAD_INPUT,
-    PlanError: BAD_INPUT,
-    ResumeError: BAD_INPUT,
-    SequenceError: BAD_INPUT,
+    RequestError: BAD_INPUT,
     DaqError: INSTRUMENT,
     RigError: INSTRUMENT,
 }

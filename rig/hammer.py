@@ -17,7 +17,7 @@ from daq.device import Chassis
 from daq.errors import TriggerTimeoutError
 from daq.task import EdgeTrigger, TriggeredTask
 from rig.control import RunControl
-from rig.errors import RigError
+from rig.errors import RequestError, RigError
 from rig.operator import (
     BlowAccepted,
     BlowMissed,
@@ -39,7 +39,7 @@ PAPER_POINTS = (
 BLOW_LIMITS = BlowLimits(lowest_peak_force=30.0, highest_frequency=1024.0)
 
 
-class HammerError(RigError):
+class HammerError(RequestError):
     """The hammer session cannot begin as it was asked for."""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from analysis.dof import Dof
-from rig.errors import RigError
+from rig.errors import RequestError
 from rig.hammer import PointSoFar
 from rig.point_blows import PointBlows
 from rig.sequence import HammerStep, Sequence, SineStep, Step
@@ -19,7 +19,7 @@ from store.runs import Run
 from store.sine_records import SineRecord, list_sine_records
 
 
-class ResumeError(RigError):
+class ResumeError(RequestError):
     """The run cannot go on with this sequence or these instruments; nothing moved."""
 
 

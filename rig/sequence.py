@@ -14,7 +14,7 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.detectors import StepDetectors
 from rig.document import Document
-from rig.errors import RigError
+from rig.errors import RequestError
 from rig.sweep_order import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
@@ -31,7 +31,7 @@ _YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeErr
 Positive = Annotated[float, Field(gt=0)]
 
 
-class SequenceError(RigError):
+class SequenceError(RequestError):
     """A sequence document that cannot be run as it stands."""
 
 

@@ -25,7 +25,7 @@ from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
 from rig.detectors import TighterDetector
-from rig.errors import RigError
+from rig.errors import RequestError
 from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
 from rig.registers import Interlock
 from rig.sweep_order import Mounting, Order, Sine, in_order
@@ -39,7 +39,7 @@ RECORDS = 3  # of one point, before the amplitude that was reached is taken as i
 HARMONICS = 3
 
 
-class PlanError(RigError):
+class PlanError(RequestError):
     """The plan of a sweep asks for something that cannot be."""
 
 

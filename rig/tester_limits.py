@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rig.errors import RigError
+from rig.errors import RequestError, RigError
 from rig.registers import Interlock, name_of
 from rig.tester_status import TesterStatus
 
@@ -13,7 +13,7 @@ BEYOND_COMMAND = 1.05
 """So much of the largest amplitude may be measured: as far off as a point is accepted at."""
 
 
-class LimitExceededError(RigError):
+class LimitExceededError(RequestError):
     """What was asked of the actuator is beyond a limit of the rig; nothing was sent."""
 
 

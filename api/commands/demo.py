@@ -14,13 +14,14 @@ import typer
 from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
 from api.commands.sequences import named_sequence
-from api.commands.terminal import instruments_of, open_catalogue, out, progress_console, write_json
+from api.commands.terminal import open_catalogue, out, progress_console, write_json
 from api.errors import ApiError
 from api.gap.trial.demonstration import demonstrate, seal_section
 from api.identification.document import identification_document, plain
 from api.identification.pipeline import Identification, identify
 from api.identification.record import store_identification
 from api.identification.source import measurement_of_run
+from api.instruments import instruments_of
 from api.operator import SequenceProgress
 from api.progress import on_terminal
 from api.report.gap import gap_sections, write_gap_report

@@ -10,7 +10,8 @@ from typing import Annotated
 
 import typer
 
-from api.commands.terminal import LARGEST_RUN, instruments_of, open_catalogue, out, progress_console
+from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
+from api.instruments import instruments_of
 from api.interrupts import INTERRUPTED, steering_by_keys
 from api.operator import SequenceProgress, TerminalOperator
 from api.sequence_words import step_words, total_words

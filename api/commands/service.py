@@ -12,8 +12,9 @@ from typing import Annotated
 import typer
 import uvicorn
 
-from api.commands.terminal import instruments_of, open_catalogue, out
+from api.commands.terminal import open_catalogue, out
 from api.errors import ApiError
+from api.instruments import instruments_of
 from api.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager

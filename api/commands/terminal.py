@@ -1,4 +1,4 @@
-"""What the commands share: consoles, the catalogue and the instruments that the configuration names."""
+"""What the commands share: consoles, the catalogue that the configuration names, files that they write."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from rich.console import Console
 
 from api.errors import ApiError
 from api.settings import Settings, load_settings
-from daq.channels import Channel, ChannelKind
-from rig.instruments import Instruments
 from store.catalogue import Catalogue
 
 # names and paths may hold brackets, which are no markup
@@ -31,41 +29,6 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
     """
     settings = settings or load_settings()
     return Catalogue.open(settings.database_url, settings.waveform_folder)
-
-
-def instruments_of(settings: Settings) -> Instruments:
-    """The instruments that the configuration names.
-
-    Raises:
-        ApiError: the channel table is empty.
-        ChannelError: a row of it makes no sense.
-    """
-    if not settings.channels:
-        raise ApiError(
-            "the channel table is empty; write [[channels]] into jointlab.toml, or make one for simulated "
-            "instruments: jointlab simulate --config jointlab.toml"
-        )
-    return Instruments(
-        daq_address=settings.daq_address,
-        tester_url=settings.tester_url,
-        thermometer_url=settings.thermometer_url,
-        channels=tuple(
-            Channel(
-                name=row.name,
-                physical=row.physical,
-                kind=ChannelKind(row.kind),
-                sensitivity=row.sensitivity,
-                unit=row.unit,
-                minimum=row.minimum,
-                maximum=row.maximum,
-                excitation_current=row.excitation_current,
-                serial=row.serial,
-                calibrated_on=row.calibrated_on,
-            )
-            for row in settings.channels
-        ),
-        rig=settings.rig,
-    )
 
 
 def run_number(target: str) -> int | None:

@@ -17,12 +17,8 @@ from analysis.errors import AnalysisError
 from api.errors import ApiError, ConflictError
 from api.runs.lease import ForeignLeaseError
 from daq.errors import ChannelError, DaqError
-from rig.errors import RigError
-from rig.hammer import HammerError
+from rig.errors import RequestError, RigError
 from rig.measured import ResumeError
-from rig.sequence import SequenceError
-from rig.sweep import PlanError
-from rig.tester_limits import LimitExceededError
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.run_lock import RunBusyError
 
@@ -74,10 +70,7 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (DamagedError, 500),
     (StoreError, 503),
     (ChannelError, 422),
-    (HammerError, 422),
-    (LimitExceededError, 422),
-    (PlanError, 422),
-    (SequenceError, 422),
+    (RequestError, 422),
     (AnalysisError, 422),
     (ApiError, 422),
     (DaqError, 502),

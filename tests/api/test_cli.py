@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 import typer
 
+import api.commands
 from analysis.errors import AnalysisError
+from api.cli import COMMANDS as LISTED
 from api.cli import app
 from api.errors import EXIT_CODES, ApiError, SettingsError, exit_code
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
@@ -33,6 +37,23 @@ def test_help_lists_every_command_with_what_it_does(jointlab: Command) -> None:
     assert set(COMMANDS) >= set(PROMISED)
     for command in COMMANDS:
         assert re.search(rf"^\W*{command}\s+[A-Z][a-z ]+", answer.stdout, re.MULTILINE), command
+
+
+def test_every_command_of_every_module_is_listed() -> None:
+    registered: dict[str, str] = {}
+    for module in pkgutil.iter_modules(api.commands.__path__):
+        own = typer.Typer()
+        if hasattr(found := import_module(f"api.commands.{module.name}"), "register"):
+            found.register(own)
+            registered |= dict.fromkeys(typer.main.get_group(own).commands, module.name)
+    assert registered == {name: module for name, (module, _) in LISTED.items()}
+
+
+def test_help_needs_no_instrument_or_solver() -> None:
+    code = "import sys, api.cli; sys.argv = ['jointlab', '--help']\ntry: api.cli.main()\nfinally: print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert "Usage: jointlab" in done.stdout
+    assert {"numpy", "scipy", "nidaqmx", "pymodbus", "sqlalchemy"}.isdisjoint(done.stdout.split("\n")[-2].split())
 
 
 @pytest.mark.parametrize("command", COMMANDS)

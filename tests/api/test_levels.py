@@ -9,8 +9,8 @@ from subprocess import CompletedProcess
 import pytest
 import yaml
 
-from api.commands.terminal import instruments_of
 from api.identification.source import measurement_of_run
+from api.instruments import instruments_of
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.operator import Event, HammerStarted, told
 from rig.run import run_sequence

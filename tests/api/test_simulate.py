@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses

@@ -16,10 +16,10 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import named_sequence
-from api.commands.terminal import instruments_of
 from api.identification.inverse import Route
 from api.identification.pipeline import Identification, identify
 from api.identification.source import measurement_of_run
+from api.instruments import instruments_of
 from api.sequences import BUILT_IN
 from api.simulated import SimulatedOperator, simulated_settings
 from api.truth import SineTruth, by_amplitude, sine_truths

@@ -28,9 +28,9 @@ import numpy as np
 from sqlalchemy import text
 
 from api.commands.sequences import named_sequence
-from api.commands.terminal import instruments_of
 from api.identification.measurement import Measurement
 from api.identification.source import measurement_of_run
+from api.instruments import instruments_of
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.operator import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State

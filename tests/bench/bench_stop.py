@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.simulated import simulated_settings
 from rig.control import RunControl, RunStoppedError
 from rig.operator import Operator

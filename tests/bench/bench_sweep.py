@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from api.commands.sequences import named_sequence
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.sequences import BUILT_IN
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.run import run_sequence

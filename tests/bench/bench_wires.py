@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.simulated import simulated_settings
 from rig.thermometer import Thermometer
 from simlab.laboratory import LaboratoryProcess

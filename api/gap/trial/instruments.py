@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.dof import Dof
-from api.commands.terminal import instruments_of
 from api.gap.trial.worker import DATABASE
+from api.instruments import instruments_of
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.operator import Observer, unobserved
 from rig.run import run_sequence

@@ -15,7 +15,7 @@ from typing import Any
 import httpx
 import pytest
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.runs.manager import RunManager
 from api.runs.state import Phase
 from api.service.application import THREADS

@@ -17,7 +17,7 @@ import uvicorn
 from fastapi import FastAPI
 from sqlalchemy import update
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services

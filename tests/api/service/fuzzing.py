@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sqlalchemy import text
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.jobs.executors import ProcessExecutor
 from api.jobs.queue import JobQueue
 from api.runs.manager import RunManager

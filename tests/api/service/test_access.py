@@ -12,7 +12,7 @@ from typing import Any
 import httpx
 import pytest
 
-from api.commands.terminal import instruments_of
+from api.instruments import instruments_of
 from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services

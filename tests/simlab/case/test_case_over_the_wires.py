@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from api.commands.terminal import instruments_of
 from api.identification.source import measurement_of_run
+from api.instruments import instruments_of
 from api.simulated import SimulatedOperator, simulated_settings
 from rig.run import run_sequence
 from rig.sequence import sequence_from

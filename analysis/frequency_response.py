@@ -76,3 +76,8 @@ class FrequencyResponses:
             variance=None if self.variance is None else self.variance[:, keep],
             scatter=None if self.scatter is None else self.scatter[..., keep],
         )
+
+
+def blows_behind(scatter: Complex) -> Real:
+    """(rows,) how many blows each row of a scatter (rows, blows, lines) has; it is zero for those that a row lacks."""
+    return np.asarray(np.sum(np.any(scatter != 0, axis=2), axis=1), dtype=np.float64)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.frequency_response import Complex, Real
+from analysis.frequency_response import Complex, Real, blows_behind
 from analysis.interval import combined_degrees_of_freedom
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
@@ -50,10 +50,9 @@ def degrees_of_freedom(slope: Real, of_rows: Real, covariance: Real, scatter: Co
         covariance: (parameters, parameters) all of it; what is not from blows is known beforehand.
         scatter: (rows, blows, lines); blows that a row lacks are zero.
     """
-    blows = np.sum(np.any(scatter != 0, axis=2), axis=1)
     parts = np.einsum("tp,rpq,tq->tr", slope, of_rows, slope)
     beforehand = np.einsum("tp,pq,tq->t", slope, covariance, slope) - np.sum(parts, axis=1)
-    known = [*(blows - 1).tolist(), np.inf]
+    known = [*(blows_behind(scatter) - 1).tolist(), np.inf]
     return np.array(
         [combined_degrees_of_freedom([*rows, rest], known) for rows, rest in zip(parts, beforehand, strict=True)]
     )

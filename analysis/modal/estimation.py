@@ -12,7 +12,8 @@
 Covariances are what the scatter of single blows leads to, where that is known, and else that of noise independent from
 line to line. They are multiplied by chi-square per degree of freedom where that exceeds one, so a model that does not
 quite fit gets wider intervals. Where the noise is not stated, deviations may hang together from line to line, as
-leakage does, so a standard deviation is at least what the disagreement of the rows says.
+leakage does, so a standard deviation is at least what the disagreement of the rows says. Where single blows tell it,
+intervals are Student's, with the degrees of freedom of those that a mode hangs on.
 """
 
 from __future__ import annotations
@@ -26,9 +27,16 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modal.lscf import lscf_poles
 from analysis.modal.modal_model import DampingKind
-from analysis.modal.modal_refinement import ModalData, ModalFit, refine
-from analysis.modal.modal_scatter import covariance_from_scatter
-from analysis.modal.mode_selection import chi_square_per_line, evidence, grown, noise_scale, without_idle_modes
+from analysis.modal.modal_refinement import ModalData, ModalFit
+from analysis.modal.modal_scatter import modal_scatter
+from analysis.modal.mode_selection import (
+    chi_square_per_line,
+    evidence,
+    grown,
+    noise_scale,
+    resolved,
+    without_idle_modes,
+)
 from analysis.modal.pole_parameters import frequency_and_loss_factor_slope
 from analysis.modal.response_variance import variance_from_neighbours, variance_from_residual
 from analysis.modal.stabilisation import Stabilisation, read_chart
@@ -50,6 +58,7 @@ class ModalEstimate:
         residual_terms: (terms, rows) coefficients of what lies out of band (`modal_model`), in (m/s^2)/N.
         evidence: (modes,) chi-square that the mode explains over what its parameters cost; those kept exceed 1.
         chi_square_per_line: (lines,) mean over rows of squared deviations over their variance; 1 is noise alone.
+        degrees_of_freedom: (2 modes,) behind the variances of [f_1, eta_1, f_2, ...]; infinite without single blows.
         noise_scale: what the covariances were multiplied by; 1 where the stated noise explains the deviations.
         stabilisation: the chart.
         damping: where the mirror poles were assumed.
@@ -60,6 +69,7 @@ class ModalEstimate:
     residual_terms: Complex
     evidence: Real
     chi_square_per_line: Real
+    degrees_of_freedom: Real
     noise_scale: float
     stabilisation: Stabilisation
     damping: DampingKind
@@ -76,7 +86,8 @@ class ModalEstimate:
 
     def _interval(self, value: Real, offset: int) -> Real:
         assert self.modes.pole_covariance is not None
-        half = _NORMAL_97_5 * np.sqrt(np.diag(self.modes.pole_covariance)[offset::2])
+        deviation = np.sqrt(np.diag(self.modes.pole_covariance)[offset::2])
+        half = stdtrit(self.degrees_of_freedom[offset::2], 0.975) * deviation
         return np.stack([value - half, value + half], axis=1)
 
 
@@ -117,11 +128,11 @@ def estimate_modes(
             f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {highest_order}"
         )
     data = ModalData(lines.frequency, lines.accelerance, _deviation(lines), damping, lines.decay)
-    fit = refine(data, chart.candidates, _FIRST_TERMS)
+    fit = resolved(data, chart.candidates, _FIRST_TERMS)
     if lines.variance is None:
         for _ in range(3):
             data = replace(data, deviation=np.sqrt(variance_from_residual(lines.accelerance, fit.accelerance)))
-            fit = refine(data, fit.poles, _FIRST_TERMS)
+            fit = resolved(data, fit.poles, _FIRST_TERMS)
     poles_to_add = _MOST_MISSED if lines.variance is not None else 0
     fit = grown(data, without_idle_modes(data, fit), most_poles=poles_to_add)
     fit = without_idle_modes(data, fit)
@@ -142,13 +153,18 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     poles = fit.poles[rising]
     jacobian = frequency_and_loss_factor_slope(poles)
     pairs = np.stack([2 * rising, 2 * rising + 1], axis=1).ravel()
-    of_poles, of_constants = fit.pole_covariance, fit.constants_covariance
-    if lines.scatter is not None:
-        of_poles, of_constants = covariance_from_scatter(data, fit, lines.scatter)
-    covariance = scale * jacobian @ of_poles[np.ix_(pairs, pairs)] @ jacobian.T
-    shape_covariance = scale * of_constants[rising]
+    slope = np.empty_like(jacobian)
+    slope[:, pairs] = jacobian
+    if lines.scatter is None:
+        covariance, of_constants = slope @ fit.pole_covariance @ slope.T, fit.constants_covariance
+        freedom = np.full(2 * poles.size, np.inf)
+    else:
+        blows = modal_scatter(data, fit, lines.scatter)
+        covariance, of_constants = blows.covariance(slope), blows.constants_covariance
+        freedom = blows.degrees_of_freedom(slope)
+    covariance, shape_covariance = scale * covariance, scale * of_constants[rising]
     if lines.variance is None and len(lines.inputs) > 1:
-        between_rows = jacobian @ fit.pole_covariance_between_rows[np.ix_(pairs, pairs)] @ jacobian.T
+        between_rows = slope @ fit.pole_covariance_between_rows @ slope.T
         widening = _widening(covariance, between_rows, len(lines.inputs))
         covariance = covariance * widening * widening[:, None]
         shape_covariance = shape_covariance * np.max(widening.reshape(-1, 2), axis=1)[:, None, None] ** 2
@@ -165,6 +181,7 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
         residual_terms=fit.residual_terms,
         evidence=evidence(fit)[rising],
         chi_square_per_line=chi_square_per_line(data, fit),
+        degrees_of_freedom=freedom,
         noise_scale=scale,
         stabilisation=chart,
         damping=data.kind,

@@ -21,6 +21,10 @@ _MOST_STEPS = 60
 _NO_STEP_HELPS = 1e10  # damping at which steps have shrunk below rounding
 
 
+class UnresolvedModesError(AnalysisError):
+    """The lines do not tell the modes apart."""
+
+
 @dataclass(frozen=True)
 class ModalData:
     """What is fitted.
@@ -165,13 +169,13 @@ def refine(data: ModalData, start: Complex, terms: int) -> ModalFit:
     """Maximum-likelihood poles near `start` (modes,), with everything that is linear.
 
     Raises:
-        AnalysisError: no convergence, as when two starting poles coincide or one fits nothing in the data.
+        UnresolvedModesError: no convergence, as when two starting poles coincide or one fits nothing in the data.
     """
     try:
         return _iterated(data, fit_constants(data, start, terms))
     except np.linalg.LinAlgError as singular:
-        raise AnalysisError(
-            f"two of the {start.size} modes to start from cannot be told apart in these lines; give fewer"
+        raise UnresolvedModesError(
+            f"two of the {start.size} modes to start from cannot be told apart in these lines; narrow the band"
         ) from singular
 
 
@@ -192,9 +196,8 @@ def _iterated(data: ModalData, fit: ModalFit) -> ModalFit:
             if damping > _NO_STEP_HELPS:
                 return fit  # at the limit of floating point
         fit, damping = trial, damping / 10
-    raise AnalysisError(
-        f"the modal fit did not converge in {_MOST_STEPS} steps from {fit.poles.size} modes; "
-        "narrow the band or give fewer poles to start from"
+    raise UnresolvedModesError(
+        f"the modal fit did not converge in {_MOST_STEPS} steps from {fit.poles.size} modes; narrow the band"
     )
 
 

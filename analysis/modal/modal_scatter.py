@@ -7,34 +7,67 @@ fit, to first order, and the squares of what it does are added up: the covarianc
 for clusters (H. White, Econometrica 48, 1980; K.-Y. Liang, S. L. Zeger, Biometrika 73, 1986). It needs no model of the
 hand and includes the noise, which scatters from blow to blow like everything else.
 
+Some modes hang on the blows of few points, and ten blows tell their scatter to a quarter only. So the poles come with
+the degrees of freedom of the blows that their variance comes from, for Student's intervals.
+
 What all blows of a point share, a mark that is painted beside its place, no blow can tell.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from analysis.frequency_response import Complex, Real
+from analysis.frequency_response import Complex, Real, blows_behind
+from analysis.interval import combined_degrees_of_freedom
 from analysis.modal.modal_model import modal_basis
 from analysis.modal.modal_refinement import ModalData, ModalFit, stacked
 
 
-def covariance_from_scatter(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:
-    """Covariance of poles and of modal constants, as `ModalFit.pole_covariance` and `.constants_covariance` have it.
+@dataclass(frozen=True)
+class ModalScatter:
+    """What single blows do to the modes.
+
+    Attributes:
+        pole_changes: (rows, blows, 2 modes) by each blow, of [Re, Im, Re, Im, ...] of the poles in 1/s.
+        constants_covariance: (modes, 2 rows, 2 rows) of [real parts, imaginary parts] of the constants of each mode, in
+            1/kg^2.
+        blows: (rows,) struck at each point.
+    """
+
+    pole_changes: Real
+    constants_covariance: Real
+    blows: Real
+
+    def covariance(self, slope: Real) -> Real:
+        """(quantities, quantities) of what has `slope` (quantities, 2 modes) to the poles."""
+        changes = self.pole_changes.reshape(-1, slope.shape[1]) @ slope.T
+        return np.asarray(changes.T @ changes)
+
+    def degrees_of_freedom(self, slope: Real) -> Real:
+        """(quantities,) behind the variances of what has `slope` (quantities, 2 modes) to the poles."""
+        of_rows = np.sum((self.pole_changes @ slope.T) ** 2, axis=1)
+        freedom = (self.blows - 1).tolist()
+        return np.array([combined_degrees_of_freedom(parts, freedom) for parts in of_rows.T.tolist()])
+
+
+def modal_scatter(data: ModalData, fit: ModalFit, scatter: Complex) -> ModalScatter:
+    """Follow the share of each blow in the average through the fit.
 
     Args:
         data: what was fitted.
         fit: the best fit to it.
-        scatter: (rows, blows, lines) how far each blow moves the average of its row.
-
-    Returns:
-        (2 modes, 2 modes) of [Re, Im, Re, Im, ...] of the poles in 1/s^2, and (modes, 2 rows, 2 rows) of [real parts,
-        imaginary parts] of the constants of each mode.
+        scatter: (rows, blows, lines) how far each blow moves the average of its row; zero for blows that it lacks.
     """
     modes, rows = fit.constants.shape
     poles, constants = _changes(data, fit, scatter)
     constants = constants.reshape(-1, rows, modes, 2).transpose(2, 0, 3, 1).reshape(modes, -1, 2 * rows)
-    return poles.T @ poles, constants.transpose(0, 2, 1) @ constants
+    return ModalScatter(
+        pole_changes=poles.reshape(*scatter.shape[:2], 2 * modes),
+        constants_covariance=constants.transpose(0, 2, 1) @ constants,
+        blows=blows_behind(scatter),
+    )
 
 
 def _changes(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:

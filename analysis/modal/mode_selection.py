@@ -9,7 +9,8 @@ biases loss factors by a sixth of theirs. Both prices rise with the noise scale,
 not call for more modes.
 
 Two poles closer than a quarter of their half bandwidth are one mode that moved between the blows at different points,
-with temperature or load: one of them is dropped, and what it explained stays in the noise scale.
+with temperature or load: one of them is dropped, and what it explained stays in the noise scale. Where there is next
+to no noise such a pair has no best fit, as the two close in on each other: it is merged.
 """
 
 from __future__ import annotations
@@ -21,14 +22,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Real
-from analysis.modal.modal_refinement import ModalData, ModalFit, fit_constants, refine
+from analysis.frequency_response import Complex, Real
+from analysis.modal.modal_refinement import ModalData, ModalFit, UnresolvedModesError, fit_constants, refine
 from analysis.modes import poles_from
 
 _MOST_TERMS = 12
 _SUSPICIOUS = 6.0  # standard deviations of the mean chi-square of a run of lines
 _RUNS = (5, 15, 45, 135)  # lines
 _TWINS = 0.25  # of the smaller half bandwidth, between two poles
+_MERGED = 1.0  # of the same, where the two have no best fit
 _TRIAL_LOSS_FACTORS = (0.002, 0.01, 0.04, 0.1, 0.2)
 
 
@@ -37,6 +39,36 @@ def noise_scale(fit: ModalFit) -> float:
     rows, lines = fit.accelerance.shape
     parameters = 2 * fit.poles.size + 2 * rows * (fit.poles.size + fit.residual_terms.shape[0])
     return max(1.0, float(fit.chi_square / (2 * rows * lines - parameters)))
+
+
+def resolved(data: ModalData, start: Complex, terms: int) -> ModalFit:
+    """Maximum-likelihood poles near `start` (modes,), fewer where the lines do not tell all of them apart.
+
+    Raises:
+        UnresolvedModesError: no best fit, and no two of them close to each other.
+    """
+    while True:
+        try:
+            return refine(data, start, terms)
+        except UnresolvedModesError:
+            if np.min(_distances(start)) > _MERGED:
+                raise
+            start = _with_closest_merged(start)
+
+
+def _distances(poles: Complex) -> Real:
+    """(modes, modes) between poles, in units of the smaller half bandwidth; infinite from a pole to itself."""
+    half_bandwidth = -poles.real
+    distance = np.abs(poles[:, None] - poles) / np.minimum(half_bandwidth[:, None], half_bandwidth)
+    np.fill_diagonal(distance, np.inf)
+    return np.asarray(distance)
+
+
+def _with_closest_merged(poles: Complex) -> Complex:
+    """The poles (modes,) with one half-way between the two that lie closest in place of these."""
+    distance = _distances(poles)
+    pair = np.unravel_index(np.argmin(distance), distance.shape)
+    return np.append(np.delete(poles, pair), np.mean(poles[list(pair)]))
 
 
 def evidence(fit: ModalFit) -> Real:
@@ -65,16 +97,13 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
             raise AnalysisError(
                 f"no mode stands out from the noise between {data.frequency[0]:g} and {data.frequency[-1]:g} Hz"
             )
-        fit = refine(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
+        fit = resolved(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
 
 
 def _weaker_twins(fit: ModalFit) -> NDArray[np.bool_]:
     """(modes,) whether a mode has a stronger one too close to be another."""
-    half_bandwidth = -fit.poles.real
-    distance = np.abs(fit.poles[:, None] - fit.poles)
-    close = distance < _TWINS * np.minimum(half_bandwidth[:, None], half_bandwidth)
     strength = np.linalg.norm(fit.constants, axis=1)
-    return np.asarray(np.any(close & (strength[:, None] < strength), axis=1))
+    return np.asarray(np.any((_distances(fit.poles) < _TWINS) & (strength[:, None] < strength), axis=1))
 
 
 def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
@@ -103,7 +132,10 @@ def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
 
 def _with_enough_terms(data: ModalData, fit: ModalFit) -> ModalFit:
     while fit.residual_terms.shape[0] < _MOST_TERMS:
-        richer = refine(data, fit.poles, fit.residual_terms.shape[0] + 1)
+        try:
+            richer = refine(data, fit.poles, fit.residual_terms.shape[0] + 1)
+        except UnresolvedModesError:
+            return fit  # the terms imitate a mode
         if fit.chi_square - richer.chi_square < 2 * 2 * fit.accelerance.shape[0] * noise_scale(richer):
             return richer
         fit = richer

@@ -227,6 +227,20 @@ def test_a_mode_that_moves_between_rows_is_one_mode_with_a_wide_interval() -> No
     assert np.all(np.abs(moving.modes.frequency - BEAM.frequency[IN_BAND]) < 2 * half)
 
 
+@pytest.mark.parametrize("variance", [None, 1e-6])
+@pytest.mark.parametrize("between", ["points", "blows"])
+def test_modes_that_moved_stay_as_many_where_there_is_no_noise(between: str, variance: float | None) -> None:
+    """Without noise the chart shows each of them twice, and such pairs have no best fit."""
+    by = np.linspace(-0.02, 0.02, len(INPUTS))[:, None] * BEAM.loss_factor  # those that the joints damp move the most
+    moved = [replace(BEAM, frequency=frequency).accelerance() for frequency in BEAM.frequency * (1 + by)]
+    exact = np.mean(moved, axis=0) if between == "blows" else np.array([a[row] for row, a in enumerate(moved)])
+    stated = None if variance is None else np.full(exact.shape, variance)
+    estimate = estimate_modes(FrequencyResponses(LINES, exact, SENSOR, INPUTS, variance=stated))
+    assert estimate.modes.poles.size == 6
+    assert np.all(np.abs(estimate.modes.frequency / BEAM.frequency[IN_BAND] - 1) < by[-1, IN_BAND])
+    assert estimate.modes.loss_factor == pytest.approx(BEAM.loss_factor[IN_BAND], rel=0.03)
+
+
 def test_exact_responses_give_exact_modes() -> None:
     exact = FrequencyResponses(LINES, replace(BEAM, frequency=BEAM.frequency[:6], loss_factor=BEAM.loss_factor[:6],
                                               shapes=BEAM.shapes[:6]).accelerance(), SENSOR, INPUTS)  # fmt: skip

@@ -54,6 +54,7 @@ STARTS: tuple[Mapping[Parameter, float], ...] = (
 FIRST_MISFIT = 0.02  # of each point, relative
 SETTLED = 0.1  # of the logarithms of the discrepancy's size: a tenth of it
 MOST_ROUNDS = 10
+FINEST = 1e-6  # relative error that every point has at least: without any, alike points leave nothing to invert
 FEWEST_POINTS = 6
 _MEDIANS = np.log([PRIOR[parameter][0] for parameter in Parameter])
 _DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in Parameter])
@@ -112,7 +113,7 @@ class _Data:
         errors = np.zeros((2 * len(points), 2 * len(points)))
         for index, point in enumerate(points):
             own, turn = slice(2 * index, 2 * index + 2), complex_factor(1 / point.complex_stiffness)
-            errors[own, own] = turn @ error_covariance(point) @ turn.T
+            errors[own, own] = turn @ error_covariance(point) @ turn.T + FINEST**2 * np.eye(2)
         frequency = np.array([point.frequency for point in points])
         stiffness = np.array([point.complex_stiffness for point in points])
         return cls(

@@ -50,6 +50,11 @@ def test_points_that_follow_the_law_are_predicted_between_and_beyond_them(law: E
     assert 0.5 < law.chi_square / law.degrees_of_freedom < 2
 
 
+def test_points_that_state_no_error_have_a_law_as_well() -> None:
+    found = fit_elastomer_law(sweep(None, error=0.0)).at(7e-5, 50.0)
+    assert found.complex_stiffness == pytest.approx(truth(7e-5, 50.0), rel=2e-3)
+
+
 def test_parameters_lie_within_their_errors(law: ElastomerLaw) -> None:
     for parameter in Parameter:
         off = law.logarithms[parameter] - TRUE[parameter]

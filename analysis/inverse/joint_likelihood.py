@@ -35,7 +35,7 @@ LINES_ON_THE_WAY = 300
 ROUGHLY = 1.0  # chi-square that a step may still gain on the way
 FINALLY = 1e-3  # and at the end: parameters are then within 3 % of a standard deviation
 MOST_STEPS = 30
-MOST_AT_THE_END = 100  # along the valley of three k11 of which the sum alone is known it takes more than thirty
+MOST_AT_THE_END = 300  # along the valley of three k11 of which the sum alone is known it takes more than a hundred
 
 
 def identify_from_responses(

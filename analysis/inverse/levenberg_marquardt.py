@@ -16,7 +16,7 @@ from analysis.frequency_response import Real
 
 FIRST_DAMPING = 1e-3
 PUSH = 8.0  # and twice that at each further refusal of a step: damping that is far too small is soon enough
-RELIEF = 0.02  # directions a million times weaker than others need the damping gone before they move
+RELIEF = 0.1  # directions a million times weaker than others need the damping gone before they move
 LEAST_DAMPING = 1e-14
 MOST_DAMPING = 1e8
 
@@ -97,7 +97,7 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
     at = target.at(values).linearised()
     for steps in range(most_steps):
         step, expected = _step(at, 0.0)
-        if expected < tolerance * max(1.0, at.cost / target.data):
+        if 0 <= expected < tolerance * max(1.0, at.cost / target.data):
             return Minimum(values, at, expected, steps, converged=True)
         push = PUSH
         while True:
@@ -106,24 +106,27 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
             gain = (at.cost - trial.cost) / predicted
             if gain > 1e-3:
                 break
-            damping, push = max(push * damping, 1e-6), 2 * push
+            damping, push = push * damping, 2 * push
             if damping > MOST_DAMPING:
                 return Minimum(values, at, expected, steps, converged=False)
         values = values + step
         damping = max(damping * (RELIEF if gain > 0.7 else 1.0 if gain > 0.25 else 4.0), LEAST_DAMPING)
         at = trial.linearised()
     _, expected = _step(at, 0.0)
-    return Minimum(values, at, expected, most_steps, converged=expected < tolerance * max(1.0, at.cost / target.data))
+    converged = 0 <= expected < tolerance * max(1.0, at.cost / target.data)
+    return Minimum(values, at, expected, most_steps, converged)
 
 
 def inverse(normal: Real) -> Real:
     """Inverse of a symmetric positive matrix, its columns scaled to one first.
 
-    In SI units a normal matrix of joint terms has a condition number of 1e15, scaled of 1e9.
+    In SI units a normal matrix of joint terms has a condition number of 1e15, scaled of 1e9. What lies below rounding
+    counts as rounding: a direction that nothing determines has a large variance and not a negative one.
     """
     scale = 1 / np.sqrt(np.diag(normal))
-    found = np.linalg.inv(normal * np.outer(scale, scale))
-    return np.asarray((found + found.T) / 2 * np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+    values = np.maximum(values, values.size * np.finfo(float).eps)  # the largest is one or more
+    return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 
 def _step(at: Linearised, damping: float) -> tuple[Real, float]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
 import zipfile
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Any
@@ -250,8 +252,11 @@ def test_an_identification_is_not_stored_where_a_record_is_damaged(
     jointlab: Command, measured: int, contents: Contents, tmp_path: Path
 ) -> None:
     (file,) = (tmp_path / "jointlab-waveforms").glob("*.waveforms")
+    with closing(sqlite3.connect(file)) as connection:
+        records = [samples for (samples,) in connection.execute("SELECT samples FROM records")]
     content = bytearray(file.read_bytes())
-    content[len(content) // 2] ^= 0xFF
+    for samples in records:  # a blow that was refused is not read
+        content[content.index(samples[1000:1064])] ^= 0xFF
     file.write_bytes(content)
     before = contents()
     refused(jointlab("identify", measured), file.name)

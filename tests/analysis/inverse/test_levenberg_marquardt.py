@@ -43,6 +43,32 @@ def test_running_out_of_steps_is_told() -> None:
     assert found.expected > 1e-12
 
 
+class Narrow(Rosenbrock):
+    """A valley a hundred times as narrow, along which only steps that are hardly damped get on."""
+
+    def at(self, values: Real) -> Trial:
+        x, y = values
+        residual = np.array([1e3 * (x**2 - y), x - 1])
+        jacobian = np.array([[-2e3 * x, 1e3], [-1.0, 0.0]])
+        cost = float(residual @ residual)
+        return Trial(cost, lambda: Linearised(cost, jacobian.T @ residual, jacobian.T @ jacobian))
+
+
+def test_damping_that_was_a_little_too_small_is_raised_a_little() -> None:
+    found = minimise(Narrow(), np.array([0.5, 0.25]), tolerance=1e-6, most_steps=150)
+    assert found.converged
+
+
+def test_a_direction_below_rounding_is_no_minimum_and_has_a_variance() -> None:
+    class Flat(Rosenbrock):
+        def at(self, values: Real) -> Trial:
+            normal = np.array([[1.0, 1.0 + 1e-15], [1.0 + 1e-15, 1.0]])
+            return Trial(1.0, lambda: Linearised(1.0, np.array([1.0, -1.0]), normal))
+
+    assert not minimise(Flat(), np.zeros(2), most_steps=3).converged
+    assert np.all(np.diag(inverse(Flat().at(np.zeros(2)).linearised().normal)) > 1e10)
+
+
 class Fenced(Rosenbrock):
     """The same valley, of which the part left of a fence does not exist; derivatives are counted."""
 

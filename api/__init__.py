@@ -1,1 +1,1 @@
-"""The ways in: REST, command line and report."""
+"""The ways in: command line, REST service and the technician's page."""

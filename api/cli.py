@@ -77,7 +77,7 @@ def main() -> None:
             Console(stderr=True).print("jointlab: interrupted", style="red")
         raise
     except Exception as error:
-        from api.errors import EXPECTED, exit_code  # imports the instruments' packages
+        from jointlab.errors import EXPECTED, exit_code  # imports the instruments' packages
 
         if not isinstance(error, EXPECTED):
             raise

@@ -11,11 +11,11 @@ import nidaqmx
 from nidaqmx.constants import TaskMode
 from nidaqmx.system import System
 
-from daq.agreement import agreed
 from daq.channels import Channel, checked_table
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from daq.grpc_link import open_line
 from daq.nidaqmx_errors import translated
+from daq.readback import agreed
 from daq.session import forget, open_task
 from daq.task import EdgeTrigger, Recorder, TriggeredTask, add_channels
 

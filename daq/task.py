@@ -29,11 +29,11 @@ from nidaqmx.stream_readers import AnalogUnscaledReader
 from nidaqmx.task.channels import AIChannel
 from numpy.polynomial import polynomial
 
-from daq.agreement import agreed, check_channels, check_samples, check_trigger
 from daq.block import Block
 from daq.channels import Channel, ChannelKind, checked_table
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
 from daq.nidaqmx_errors import translated
+from daq.readback import agreed, check_channels, check_samples, check_trigger
 from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665

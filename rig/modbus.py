@@ -23,7 +23,7 @@ from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOEx
 from pymodbus.pdu import ModbusPDU
 
 from rig.errors import RigError
-from rig.turns import Turns
+from rig.fair_lock import FairLock
 
 DEFAULT_PORT = 502
 DEFAULT_BAUD_RATE = 19_200
@@ -88,7 +88,7 @@ class ModbusLink:
         self.timeout = timeout
         self._device_id = device_id
         self._client = _client(url, timeout)
-        self._turns = Turns()
+        self._turns = FairLock()
         # every failure is raised from here; pymodbus would log it a second time
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 

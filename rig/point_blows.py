@@ -15,7 +15,9 @@ from analysis.modal.point_check import check_point
 LOWEST_COMPARED = 20.0  # Hz; below, a record of two seconds holds more drift than response
 
 
-def contradicted(force: Real, acceleration: Real, sample_rate: float, highest: float) -> tuple[BlowReason | None, ...]:
+def inconsistent_blows(
+    force: Real, acceleration: Real, sample_rate: float, highest: float
+) -> tuple[BlowReason | None, ...]:
     """For each blow of a point the reason why the others contradict it, or None.
 
     Args:
@@ -84,5 +86,5 @@ class PointBlows:
         }
 
     def _judged(self, sample_rate: float) -> dict[int, BlowReason]:
-        reasons = contradicted(np.array(self._force), np.array(self._acceleration), sample_rate, self.highest)
+        reasons = inconsistent_blows(np.array(self._force), np.array(self._acceleration), sample_rate, self.highest)
         return {number: reason for number, reason in zip(self._numbers, reasons, strict=True) if reason is not None}

@@ -56,7 +56,7 @@ class BlowRecorder(BlowSink):
             RigError: the thermometer does not answer.
         """
         temperature = self._thermometer.celsius()
-        reference = keep_block(self._catalogue, self._run, block)
+        reference = save_block(self._catalogue, self._run, block)
         with self._catalogue.writing() as session:
             if point not in self._points:
                 stored = StoredDof(point.node, point.direction.value)
@@ -90,7 +90,7 @@ class SineRecorder:
         Raises:
             StoreError: it could not be stored.
         """
-        reference = keep_block(self._catalogue, self._run, point.block)
+        reference = save_block(self._catalogue, self._run, point.block)
         record = SineRecord(
             order_number=point.order_number,
             specimen=point.specimen,
@@ -107,7 +107,7 @@ class SineRecorder:
             add_sine_record(session, self._run.id, record)
 
 
-def keep_block(catalogue: Catalogue, run: Run, block: Block) -> WaveformReference:
+def save_block(catalogue: Catalogue, run: Run, block: Block) -> WaveformReference:
     """Append a block to the run's waveform file, counts as the converter gave them.
 
     Raises:

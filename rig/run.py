@@ -10,11 +10,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
+from rig.completed_points import Measured, ResumeError, measured_of
 from rig.control import RunControl, RunStoppedError
 from rig.errors import RigError
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
-from rig.measured import Measured, ResumeError, measured_of
 from rig.operator import (
     BEAM,
     HammerStarted,
@@ -53,9 +53,9 @@ from rig.tester_status import names_of
 from rig.waiting import soak, wait
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
+from store.deferred_run_end import defer_run_end, store_kept_end
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
-from store.kept_ends import keep_end, store_kept_end
 from store.provenance import who_is_here
 from store.run_lock import discard_lock, holding
 from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
@@ -298,7 +298,7 @@ def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
         # what stopped the run matters more than that the catalogue cannot say so
         told = f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
         try:
-            keep_end(work.catalogue, work.run, state, reason, who)
+            defer_run_end(work.catalogue, work.run, state, reason, who)
         except StoreError as other:
             raise StoreError(f"{told}; nor kept: {other}") from error
         raise StoreError(told) from error

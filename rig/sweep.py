@@ -24,6 +24,7 @@ from daq.block import Block
 from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
+from rig.detector_override import tightened
 from rig.detectors import TighterDetector
 from rig.errors import RequestError
 from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
@@ -31,9 +32,8 @@ from rig.registers import Interlock
 from rig.sweep_order import Mounting, Order, Sine, in_order
 from rig.tester import Tester
 from rig.tester_limits import TesterLimits
+from rig.tester_monitor import watched
 from rig.thermometer import Thermometer
-from rig.tightening import tightened
-from rig.watch import watched
 
 RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
 HARMONICS = 3

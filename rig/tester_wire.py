@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TypeVar, cast
 
+from rig.fair_lock import FairLock
 from rig.modbus import ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.registers import (
     COMMAND,
@@ -29,7 +30,6 @@ from rig.registers import (
     name_of,
 )
 from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedError, names_of, status_from
-from rig.turns import Turns
 
 ATTEMPTS = 3  # at the transactions of one call
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
@@ -66,7 +66,7 @@ class TesterWire:
     def __init__(self, link: ModbusLink) -> None:
         self.url = link.url
         self._link = link
-        self._turns = Turns()
+        self._turns = FairLock()
         self._sequence = 0
         self._in_force = {0}  # more than one after a command that failed: it may have been applied
 

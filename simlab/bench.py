@@ -13,7 +13,7 @@ from simlab.assembly import Complex
 from simlab.beam import Real
 from simlab.clock import Clock
 from simlab.elastomer import REFERENCE_TEMPERATURE
-from simlab.hand import Blow, BlowKind, Hand
+from simlab.hammer_operator import Blow, BlowKind, HammerOperator
 from simlab.sampling import Sampler, blow_amplitude, white_noise
 from simlab.supported_beam import Load, SupportedBeam
 from simlab.suspension import cords_for
@@ -80,7 +80,7 @@ class Bench:
         self.conditions = conditions or Conditions()
         self.article = draw_article(seed, self.conditions.tolerances)
         self.elastomer = self.article.elastomer
-        self.hand = Hand(seed, self.conditions.scatter, self.conditions.double_hits)
+        self.hand = HammerOperator(seed, self.conditions.scatter, self.conditions.double_hits)
         self.gains = self._draw_gains()
         self._weather = self._random(5).uniform([-0.2, 0, 0], [0.2, 2 * np.pi, 2 * np.pi])
         self._beam = SupportedBeam(self.article, self.conditions.cross_axis)

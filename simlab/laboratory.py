@@ -20,7 +20,7 @@ from simlab.case.bench import CaseBench
 from simlab.case.draw import Case
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
-from simlab.hand_server import Hand, HandServer
+from simlab.operator_server import OperatorClient, OperatorServer
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
 
@@ -78,7 +78,7 @@ class Laboratory:
             self._stack.callback(self.tester.stop)
             self.thermometer = start_thermometer_server(self.bench, port=ports.get("thermometer", 0))
             self._stack.callback(self.thermometer.stop)
-            self.hand = HandServer(self._deeds(), port=ports.get("hand", 0))
+            self.hand = OperatorServer(self._deeds(), port=ports.get("hand", 0))
             self._stack.callback(self.hand.stop)
         except BaseException:
             self._stack.close()
@@ -142,7 +142,7 @@ class LaboratoryProcess:
             with self._process:
                 raise RuntimeError(f"the simulated laboratory ended with exit code {self._process.wait()}")
         self.addresses = Addresses(**json.loads(line))
-        self.hand = Hand(self.addresses.hand)
+        self.hand = OperatorClient(self.addresses.hand)
 
     def stop(self) -> None:
         """Hang up and wait until the process has ended."""

@@ -17,7 +17,7 @@ import numpy as np
 from simlab.assembly import Complex
 from simlab.beam import Real
 from simlab.elastomer import BLOW_AMPLITUDE
-from simlab.hand import Blow
+from simlab.hammer_operator import Blow
 from simlab.supported_beam import Load
 
 MEMORY = 3.0

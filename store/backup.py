@@ -24,11 +24,11 @@ from store import postgresql_programs
 from store.backup_layout import CATALOGUES, MANIFEST, WAVEFORMS, Manifest, content_of
 from store.catalogue import Catalogue
 from store.check import Claim, Finding, check_file, claims
+from store.database_messages import in_words
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.migrate import current_revision
 from store.progress import Progress, silent
 from store.provenance import software_version
-from store.refusals import in_words
 from store.waveforms import WaveformFolder
 
 

@@ -100,7 +100,7 @@ def export_bundle(
             raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
-def kept_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
+def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
     """The single blows that came with an imported bundle; none for a run that was measured here.
 
     Raises:

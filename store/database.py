@@ -11,10 +11,10 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError, StatementError
 
-from store import write_ahead
+from store import sqlite_wal
+from store.database_messages import in_words
 from store.errors import DamagedError, StoreError
 from store.provenance import to_json
-from store.refusals import in_words
 
 SQLITE = "sqlite"
 
@@ -64,7 +64,7 @@ def waveform_folder_of(address: URL) -> Path:
 
 def make_engine(address: URL) -> Engine:
     """An engine whose commits survive a power cut, and whose writers wait `PATIENCE` seconds for each other."""
-    patience = write_ahead.PATIENCE
+    patience = sqlite_wal.PATIENCE
     if address.drivername == SQLITE:
         engine = create_engine(address, json_serializer=to_json, connect_args={"timeout": patience})
         event.listen(engine, "connect", _prepare_sqlite)
@@ -92,7 +92,7 @@ def explained(address: URL) -> Iterator[None]:
 def _prepare_sqlite(connection: SqliteConnection, _record: Any) -> None:
     # Python's driver would begin transactions by itself, too late and not for DDL: _begin_sqlite does it.
     connection.isolation_level = None
-    write_ahead.prepare(connection)
+    sqlite_wal.prepare(connection)
     connection.execute("PRAGMA foreign_keys = ON").close()
 
 

@@ -2,8 +2,8 @@
 
 A job is taken with a token and a lease, which its worker renews with every heartbeat. Where the worker dies, heartbeats
 stay away for longer than a lease, the job is queued again, and the token of the dead worker opens nothing: there is
-exactly one result. Whoever waits for heartbeats measures that by a clock of their own (`api.jobs.silence`): the times
-here are those of the worker's computer, which may be set, or go wrong.
+exactly one result. Whoever waits for heartbeats measures that by a clock of their own (`jointlab.jobs.stale_workers`):
+the times here are those of the worker's computer, which may be set, or go wrong.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+from store.database_messages import in_words
 from store.errors import StoreError
-from store.refusals import in_words
 
 
 class HeldElsewhereError(StoreError):

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from store import models
 
 
-def keep_rig_limits(session: Session, rig: str, limits: dict[str, Any], who: str) -> None:
+def save_rig_limits(session: Session, rig: str, limits: dict[str, Any], who: str) -> None:
     """Let `limits` be in force at `rig` from now on.
 
     Raises:

@@ -22,7 +22,7 @@ class SequenceDocument:
     changed_at: datetime
 
 
-def keep_sequence(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
+def save_sequence(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
     """Keep a document under a name, in place of the one that was there.
 
     Raises:

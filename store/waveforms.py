@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
-from store import write_ahead
+from store import sqlite_wal
+from store.database_messages import in_words
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.refusals import in_words
 from store.waveform import Waveform, WaveformReference
 from store.waveform_codec import check_storable, decode, encode
 
@@ -201,7 +201,7 @@ def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> Damaged
 
 
 def _connected(path: Path, mode: str) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=write_ahead.PATIENCE)
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=sqlite_wal.PATIENCE)
 
 
 def _take_back_half_a_change(path: Path) -> None:
@@ -213,9 +213,9 @@ def _take_back_half_a_change(path: Path) -> None:
 
 
 def _open_for_writing(path: Path) -> sqlite3.Connection:
-    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=write_ahead.PATIENCE)
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=sqlite_wal.PATIENCE)
     try:
-        write_ahead.prepare(writer)
+        sqlite_wal.prepare(writer)
         if writer.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
             writer.executescript(f"BEGIN IMMEDIATE;{_SCHEMA}COMMIT;")
     except sqlite3.Error:

@@ -9,7 +9,7 @@ Read in this order:
 - What is wrong with the measurement itself comes first: `faults`, by rows (`row_faults`, `rough_fit`, `swapped_rows`)
   and in records of blows (`record_faults`, `mains`, `leakage`; a `record_effect` with its `estimate`).
 - Which: `fit` finds the most likely parameters of one model, `screening` and `linear_step` say which effects promise
-  anything, `search` tries those, `evidence` weighs models, `verdict` says what follows; `hands` share the work.
+  anything, `search` tries those, `evidence` weighs models, `verdict` says what follows; `parallel_map` shares the work.
 - Where: `structure` counts misfit beyond noise, `location` maps it. How far: `held_out`, and the `floor` below it.
 - What cannot be told apart: `twins`; what would tell: `next_experiment`; for want of which measurement: `lost`.
 - All of it: `diagnosis`.

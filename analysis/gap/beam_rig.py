@@ -15,8 +15,8 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import Bar
 from analysis.gap.bench import BeamBench
+from analysis.gap.free_beam_modes import Bar
 
 JOINT_WAYS = (Direction.X, Direction.Y, Direction.ROTATION)
 BAR = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")

@@ -15,22 +15,22 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates
+from analysis.gap.confounded_effects import twins
 from analysis.gap.estimate import Estimate
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
 from analysis.gap.gaps import measured_gaps, where_asked
-from analysis.gap.hands import Hands, one_by_one
 from analysis.gap.held_out import HeldOut
 from analysis.gap.location import GapMap, Place, maps, places
-from analysis.gap.lost import lost
 from analysis.gap.measurement import Measurement
+from analysis.gap.missing_evidence import lost
 from analysis.gap.model import Model, best_by_id, on, refined
 from analysis.gap.next_experiment import next_experiment
-from analysis.gap.pairs import pairs
+from analysis.gap.parallel_work import ParallelMap, one_by_one
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import HOPELESS, search_of
-from analysis.gap.twins import twins
+from analysis.gap.two_effect_search import pairs
 from analysis.gap.verdict import UNKNOWN, Weighed, listed, standing_for, weigh
 
 
@@ -138,7 +138,7 @@ def diagnose(
     measurement: Measurement,
     without: frozenset[str] = frozenset(),
     progress: Progress | None = None,
-    hands: Hands = one_by_one,
+    parallel_map: ParallelMap = one_by_one,
 ) -> Diagnosis:
     """Diagnose the gap of a measurement.
 
@@ -146,7 +146,7 @@ def diagnose(
         measurement: of both rigs, or of one.
         without: ids of effects that the catalogue is to do without.
         progress: told how far the work is.
-        hands: that do what can be done side by side.
+        parallel_map: that does what can be done side by side.
 
     Raises:
         AnalysisError: the measurement cannot be simulated.
@@ -156,7 +156,7 @@ def diagnose(
     tell("looking for faults of the measurement", 0.0)
     given, sound = measurement, examined(measurement)
     measurement = sound.measurement
-    search = search_of(measurement, candidates(measurement, without), hands=hands)
+    search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map)
     tell("fitting the paper's model", 0.05)
     none = search.without_effects()
     tell("trying single effects", 0.15)
@@ -170,11 +170,11 @@ def diagnose(
     best = max((each.log_evidence for each in chosen), default=0.0)
     clean = any(each.clean for each in chosen)
     hopeless = [clean and each.log_evidence < best - HOPELESS / 2 for each in chosen]
-    contest = list(hands(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
+    contest = list(parallel_map(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
     verdict, after = weighed[0], standing_for(weighed[0], none)
-    gaps = where_asked(measured_gaps(none, weighed, measurement, hands), after)
+    gaps = where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
     ranking = tuple(_ranked(each, none, gaps.of(each.model)) for each in listed(weighed))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analysis.gap.mains import found_hum, mains_hum, without_tones
+from analysis.gap.mains_detection import found_hum, mains_hum, without_tones
 from analysis.gap.measurement import Measurement
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.record_faults import record_faults

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.gap.floor import carried_over, floor_percent, floor_percent_of
-from analysis.gap.hands import Hands
 from analysis.gap.held_out import HOLDS, HeldOut, held_out
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model, on
+from analysis.gap.parallel_work import ParallelMap
+from analysis.gap.repeatability import carried_over, floor_percent, floor_percent_of
 from analysis.gap.verdict import UNKNOWN, Weighed, listed, standing_for
 
 COARSE_LINES = 128
@@ -41,13 +41,13 @@ class Gaps:
 
 
 def measured_gaps(
-    none: Model, weighed: Sequence[Weighed], measurement: Measurement, hands: Hands
+    none: Model, weighed: Sequence[Weighed], measurement: Measurement, parallel_map: ParallelMap
 ) -> dict[int, HeldOut]:
     """Gaps of the explanations that are listed on rows and points that are left out in turn, by identity of model."""
     coarse = measurement.thinned(COARSE_LINES)
     models = {id(each.model): on(each.model, coarse) for each in listed(weighed) if each.effects != UNKNOWN}
     models |= {id(each): _held(each, coarse) for each in (none, standing_for(weighed[0], none))}
-    return dict(zip(models, hands(_held_out, list(models.values())), strict=True))
+    return dict(zip(models, parallel_map(_held_out, list(models.values())), strict=True))
 
 
 def where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:

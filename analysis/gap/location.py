@@ -14,7 +14,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fit import Fit
 from analysis.gap.measurement import Configuration, Drawing
-from analysis.gap.structure import energy_of, series
+from analysis.gap.residual_structure import energy_of, series
 
 BANDS = 20
 LOWEST_BAND = 20.0

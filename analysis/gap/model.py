@@ -10,7 +10,7 @@ from analysis.gap.effect import Effect
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.structure import Misfit, misfit
+from analysis.gap.residual_structure import Misfit, misfit
 
 CLEAN = 1.2
 """Chi-square per datum of a model that leaves next to nothing."""

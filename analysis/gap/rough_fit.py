@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import Likelihood, Stage, fit
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Simulation
 

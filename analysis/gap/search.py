@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.effect import Effect, acts_on
 from analysis.gap.fit import (
@@ -29,10 +28,11 @@ from analysis.gap.fit import (
     evaluated,
     fit,
 )
-from analysis.gap.hands import Hands, one_by_one
+from analysis.gap.free_beam_modes import Bar, bar_of
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.model import ENOUGH, Model, best_by_id
+from analysis.gap.parallel_work import ParallelMap, one_by_one
 from analysis.gap.screening import (
     Promise,
     best_laws,
@@ -81,13 +81,13 @@ class Search:
         measurement: at the lines that the search looks at.
         candidates: variants of laws that are tried.
         bar: of the drawing.
-        hands: that do what can be done side by side.
+        parallel_map: that does what can be done side by side.
     """
 
     measurement: Measurement
     candidates: tuple[Effect, ...]
     bar: Bar
-    hands: Hands = one_by_one
+    parallel_map: ParallelMap = one_by_one
     baseline: Baseline = field(init=False)
 
     def __post_init__(self) -> None:
@@ -119,7 +119,7 @@ class Search:
             found += self.fitted(start, self.shown_by_tester(self.candidates), FITTED_BY_TESTER, known=found)
         best = seeds(found)
         rest = [model for model in found if not any(model is each for each in best)]
-        return sorted([*rest, *self.hands(settled, best)], key=lambda model: -model.log_evidence)
+        return sorted([*rest, *self.parallel_map(settled, best)], key=lambda model: -model.log_evidence)
 
     def beam_alone(self, none: Model) -> Model:
         """The paper's model where the beam has it, with the tester hardly counting; looked at with all data."""
@@ -135,13 +135,15 @@ class Search:
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
-        tried = self.hands(partial(promised_by_a_step, likelihood, step), extended)
+        tried = self.parallel_map(partial(promised_by_a_step, likelihood, step), extended)
         return by_gain([each for each in tried if each is not None], PROMISING)
 
     def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that explain the tester by themselves, the best first."""
         seen = [each for each in candidates if acts_on(each, "cylinders") or acts_on(each, "tester")]
-        return by_gain(list(self.hands(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING)
+        return by_gain(
+            list(self.parallel_map(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING
+        )
 
     def fitted(
         self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS, known: Sequence[Model] = ()
@@ -184,12 +186,12 @@ class Search:
 
     def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
         """The tasks that are worth it, with what came of them."""
-        begun = sorted(zip(tasks, self.hands(_begun, tasks), strict=True), key=lambda each: each[1].at.cost)
+        begun = sorted(zip(tasks, self.parallel_map(_begun, tasks), strict=True), key=lambda each: each[1].at.cost)
         closest = dict[tuple[str, str], tuple[_Task, Fit]]()
         for task, found in begun:
             closest.setdefault((task.promise.effect.id, task.promise.effect.law), (task, found))
         chosen = [task for task, _ in closest.values()]
-        return list(zip(chosen, self.hands(_ended, list(closest.values())), strict=True))
+        return list(zip(chosen, self.parallel_map(_ended, list(closest.values())), strict=True))
 
     def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: Hopeless) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
@@ -259,12 +261,12 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
 
 
 def search_of(
-    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, hands: Hands = one_by_one
+    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, parallel_map: ParallelMap = one_by_one
 ) -> Search:
     """A search that looks at some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
-    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing), hands)
+    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing), parallel_map)
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

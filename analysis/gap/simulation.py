@@ -15,11 +15,11 @@ from itertools import pairwise
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import Bar
 from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import Answer, BeamRig
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
+from analysis.gap.free_beam_modes import Bar
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 

@@ -68,13 +68,13 @@ def _possible(rough: RoughFit) -> Iterator[Exchange]:
     sets = rough.measurement.sets
     for pair in dict.fromkeys(frozenset(two) for each in sets for two in combinations(each.inputs, 2)):
         places = {number: _places(each, pair) for number, each in enumerate(sets) if pair <= set(each.inputs)}
-        contradicted = {
+        inconsistent_blows = {
             number: sum(
                 _gain(_between(rough, places, number, other)) < DIFFERENT for other in places if other != number
             )
             for number in places
         }
-        accused = [number for number, sets_against in contradicted.items() if 2 * sets_against > len(places) - 1]
+        accused = [number for number, sets_against in inconsistent_blows.items() if 2 * sets_against > len(places) - 1]
         told = any(dof.direction is Direction.Y for dof in pair)
         if len(accused) == 1:
             yield Exchange({accused[0]: places[accused[0]]}, np.inf)

@@ -14,11 +14,11 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.inverse import regression
+from analysis.inverse.covariance_propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.expansion import joint_motion
 from analysis.inverse.joint_estimate import JointEstimate, estimate, joint_of
-from analysis.inverse.longitudinal import averaged
+from analysis.inverse.longitudinal_averaging import averaged
 from analysis.inverse.observability import modal_bound
-from analysis.inverse.propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.term_reasons import term_names, undetermined
 from analysis.inverse.weak_directions import WeakDirection, weak_directions
 from analysis.modes import Modes
@@ -111,7 +111,7 @@ def information_bound(
     return modal_bound(free_beam, joints, alike, measured, uncertainty)
 
 
-def what_is_weak(
+def weakest_directions(
     free_beam: FreeBeam,
     modes: Modes,
     estimates: Mapping[str, JointEstimate],

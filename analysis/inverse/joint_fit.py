@@ -12,7 +12,6 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
 from analysis.inverse.blow_scatter import degrees_of_freedom, information_from_scatter
-from analysis.inverse.gates import Gate, convergence, goodness_of_fit, passivity
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
@@ -25,6 +24,7 @@ from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.term_information import TermBound, term_bound
 from analysis.inverse.term_reasons import term_names
 from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
+from analysis.inverse.validity_checks import Gate, convergence, goodness_of_fit, passivity
 from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
 
 

@@ -16,8 +16,8 @@ from scipy.linalg import block_diag
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.inverse.covariance_propagation import ModalUncertainty, pole_change
 from analysis.inverse.expansion import JointMotion, joint_degrees, joint_motion, measured_degrees
-from analysis.inverse.propagation import ModalUncertainty, pole_change
 from analysis.inverse.regression import TERMS, UPPER
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam

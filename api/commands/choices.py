@@ -8,7 +8,7 @@ import typer
 
 from analysis.modal.spectra import Estimator
 from api.commands.terminal import LARGEST_RUN
-from api.identification.options import (
+from jointlab.identification.options import (
     LONGEST_WINDOW,
     LOOSEST,
     MOST_ELEMENTS,
@@ -18,7 +18,7 @@ from api.identification.options import (
     Averaging,
     Options,
 )
-from api.identification.tester_corrections import SWITCHES
+from jointlab.identification.tester_corrections import SWITCHES
 from store.blow_window import BlowWindow
 
 Without = Annotated[

@@ -9,8 +9,8 @@ from sqlalchemy import make_url
 from sqlalchemy.exc import ArgumentError
 
 from api.commands.terminal import out
-from api.errors import SettingsError
-from api.settings import config_path, load_settings
+from jointlab.errors import SettingsError
+from jointlab.settings import config_path, load_settings
 
 
 def register(app: typer.Typer) -> None:

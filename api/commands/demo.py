@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,25 +14,32 @@ import typer
 
 from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
+from api.commands.progress_bars import on_terminal
 from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_console, write_json
-from api.errors import ApiError
-from api.gap.trial.demonstration import demonstrate, seal_section
-from api.identification.document import identification_document, plain
-from api.identification.pipeline import Identification, identify
-from api.identification.record import store_identification
-from api.identification.source import measurement_of_run
-from api.instruments import instruments_of
-from api.operator import SequenceProgress
-from api.progress import on_terminal
-from api.report.gap import gap_sections, write_gap_report
-from api.report.page import write_report
-from api.sequences import BUILT_IN
-from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
-from api.truth import SineTruth, by_amplitude, joint_errors, sine_truths, truth_document, truth_section
+from api.commands.terminal_operator import SequenceProgress
+from jointlab.errors import JointlabError
+from jointlab.identification.document import identification_document, plain
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.save import store_identification
+from jointlab.instruments import instruments_of
+from jointlab.report.gap import gap_sections, write_gap_report
+from jointlab.report.page import write_report
+from jointlab.sequences import BUILT_IN
+from jointlab.trials.demonstration import demonstrate, seal_section
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_truth import (
+    SineTruth,
+    by_amplitude,
+    joint_errors,
+    sine_truths,
+    truth_document,
+    truth_section,
+)
 from rig.operator import told
 from rig.run import run_sequence
-from simlab.hand_server import Hand
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 
 FASTEST = 100.0  # at higher speeds the wires take the time, not the bench
@@ -72,7 +80,7 @@ def demo(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ApiError(f"{folder} cannot be made: {error.strerror or error}") from error
+        raise JointlabError(f"{folder} cannot be made: {error.strerror or error}") from error
     watch = Stopwatch()
     started = time.perf_counter()
     with watch.stage("start"):
@@ -90,7 +98,8 @@ def demo(
                 store_identification(catalogue, run, found)
         truth, sines = reveal(laboratory.hand, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
-        sealed = demonstrate(seed, speed, catalogue, progress_console)
+        observing = partial(SequenceProgress, console=progress_console)
+        sealed = demonstrate(seed, speed, catalogue, observing, on_terminal(progress_console))
     gap = (*gap_sections(sealed.diagnosed.document), seal_section(sealed))
     with watch.stage("report"):
         write_report(found, folder / "report.html", more=(truth_section(found, truth, sines), *gap))
@@ -114,16 +123,16 @@ def demo(
     out.print(f"{files} (run {run}), {folder / 'sealed.db'} (run {sealed.run})")
 
 
-def reveal(hand: Hand, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
+def reveal(hand: OperatorClient, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
     """Ask the bench what it really is, now that everything is identified.
 
     Raises:
-        ApiError: the bench is gone, or its log and the measurement do not fit together.
+        JointlabError: the bench is gone, or its log and the measurement do not fit together.
     """
     try:
         truth, dwells = hand.do("truth"), hand.do("dwells")
     except OSError as error:
-        raise ApiError(f"the simulated laboratory does not answer: {error}") from error
+        raise JointlabError(f"the simulated laboratory does not answer: {error}") from error
     return truth, sine_truths(found.measurement.points, dwells)
 
 

@@ -12,20 +12,20 @@ from rich.table import Column, Table
 from analysis.dof import Dof
 from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
+from api.commands.progress_bars import on_terminal
 from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
-from api.errors import ApiError
-from api.gap import words
-from api.gap.catalogue import Entry, blank_measurement, entries, range_of
-from api.gap.document import location_document
-from api.gap.pipeline import Diagnosed, diagnose_bundle, diagnosed
-from api.gap.predictions import write_predictions
-from api.gap.record import keep_diagnosis
-from api.gap.source import subject_of_bundle, subject_of_run
-from api.gap.trial.run import Trial, carry_out
-from api.progress import on_terminal
-from api.report.gap import write_gap_report
-from api.sequences import BUILT_IN
+from jointlab.diagnosis import wording
+from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
+from jointlab.diagnosis.document import location_document
+from jointlab.diagnosis.load import subject_of_bundle, subject_of_run
+from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
+from jointlab.diagnosis.predictions import write_predictions
+from jointlab.diagnosis.save import save_diagnosis
+from jointlab.errors import JointlabError
+from jointlab.report.gap import write_gap_report
+from jointlab.sequences import BUILT_IN
+from jointlab.trials.run import Trial, carry_out
 from store.bundle import read_bundle
 
 Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
@@ -71,7 +71,9 @@ def diagnose(
     if predictions is not None:
         asked = found.subject.measurement.predict
         if found.found.predicted is None or not asked:
-            raise ApiError(f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json")
+            raise JointlabError(
+                f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json"
+            )
         files = write_predictions(predictions, found.found.predicted, asked)
         out.print(" and ".join(map(str, files)) + " written")
     if report is not None:
@@ -89,7 +91,7 @@ def locate_(
     _show_faults(document)
     if document["where"]:
         out.print(places(document, len(document["where"])))
-        out.print(words.MAP_WARNING)
+        out.print(wording.MAP_WARNING)
     else:
         out.print("simulation and measurement differ nowhere beyond noise and stated tolerances")
     if json_file is not None:
@@ -177,7 +179,7 @@ def parameter_ranges(entry: Entry) -> list[tuple[str, str]]:
     alike = dict[str, list[str]]()
     for parameter in entry.parameters:
         low, high = range_of(parameter)
-        alike.setdefault(words.interval_with_unit((low, high), parameter.unit), []).append(parameter.name)
+        alike.setdefault(wording.interval_with_unit((low, high), parameter.unit), []).append(parameter.name)
     return [(_short(names), text) for text, names in alike.items()]
 
 
@@ -194,7 +196,7 @@ def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
     with open_catalogue() as store:
         found = diagnosed(subject_of_run(store, run, progress), without, progress)
         with store.writing() as session:
-            keep_diagnosis(session, run, found.document, without)
+            save_diagnosis(session, run, found.document, without)
     return found
 
 
@@ -202,11 +204,11 @@ def show(document: Mapping[str, Any]) -> None:
     """A diagnosis on one screen."""
     _show_faults(document)
     status = document["verdict"]["status"]
-    out.print(f"{status.upper()}: {words.verdict_sentence(document)}", style="bold")
-    out.print(words.probability_sentence(document))
-    for effect, name, value, interval in words.parameter_lines(document):
+    out.print(f"{status.upper()}: {wording.verdict_sentence(document)}", style="bold")
+    out.print(wording.probability_sentence(document))
+    for effect, name, value, interval in wording.parameter_lines(document):
         out.print(f"  {effect}: {name} = {value}, 90 % {interval}")
-    for sentence in (words.twins_sentence(document), document["verdict"]["next_experiment"]):
+    for sentence in (wording.twins_sentence(document), document["verdict"]["next_experiment"]):
         if sentence:
             out.print(sentence)
     out.print(places(document, SHOWN_PLACES))
@@ -218,8 +220,8 @@ def places(document: Mapping[str, Any], count: int) -> Table:
     table = Table(Column("where", no_wrap=True), "band", "mostly", "share", "sigma", box=None)
     for place in document["where"][:count]:
         table.add_row(
-            words.place_words(place),
-            words.band_words(place),
+            wording.place_words(place),
+            wording.band_words(place),
             place["part"],
             f"{100 * place['share']:.0f} %",
             f"{place['significance']:.1f}",
@@ -232,9 +234,9 @@ def ranking(document: Mapping[str, Any]) -> Table:
     table = Table("explanation", "probability", "gap with it", box=None)
     for each in document["ranking"][:SHOWN_RANKS]:
         table.add_row(
-            words.ranked_name(each["effects"]),
+            wording.ranked_name(each["effects"]),
             f"{100 * each['probability']:.1f} %",
-            words.percent(each["held_out_gap_percent"]),
+            wording.percent(each["held_out_gap_percent"]),
         )
     return table
 

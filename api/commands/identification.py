@@ -14,6 +14,7 @@ from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.spectra import Estimator
 from api.commands import choices
+from api.commands.progress_bars import on_terminal
 from api.commands.terminal import (
     check_writable,
     open_catalogue,
@@ -22,16 +23,15 @@ from api.commands.terminal import (
     run_number,
     write_json,
 )
-from api.identification.document import identification_document, modes_document, plain
-from api.identification.fit_texts import fit_texts
-from api.identification.measurement import dof
-from api.identification.options import AS_MEASURED, Options
-from api.identification.pipeline import Identification, identify
-from api.identification.record import store_identification
-from api.identification.regularisation import regularisation_texts
-from api.identification.source import measurement_of_bundle, measurement_of_run, with_free_beam
-from api.identification.suspended import SuspendedBeam
-from api.progress import on_terminal
+from jointlab.identification.document import identification_document, modes_document, plain
+from jointlab.identification.fit_texts import fit_texts
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run, with_free_beam
+from jointlab.identification.measurement import dof
+from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.regularisation import regularisation_texts
+from jointlab.identification.save import store_identification
+from jointlab.identification.suspended import SuspendedBeam
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
 
@@ -97,7 +97,7 @@ def identified(target: str, options: Options = AS_MEASURED, free_beam: int | Non
         free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
 
     Raises:
-        StoreError, AnalysisError, ApiError: there is no such thing, or nothing can be identified from it.
+        StoreError, AnalysisError, JointlabError: there is no such thing, or nothing can be identified from it.
     """
     run = run_number(target)
     if run is None:

@@ -12,10 +12,10 @@ from rich.table import Table
 from api.commands.choices import Elements
 from api.commands.sequences import named_sequence
 from api.commands.terminal import out, write_json
-from api.planning.plan import ExpectedCylinder, plan_of
-from api.planning.report import expected_rows, plan_document, plan_sections
-from api.report.page import write_page
-from api.sequences import BUILT_IN
+from jointlab.planning.plan import ExpectedCylinder, plan_of
+from jointlab.planning.report import expected_rows, plan_document, plan_sections
+from jointlab.report.page import write_page
+from jointlab.sequences import BUILT_IN
 
 
 def register(app: typer.Typer) -> None:

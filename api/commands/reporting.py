@@ -11,9 +11,9 @@ from analysis.modal.spectra import Estimator
 from api.commands import choices
 from api.commands.identification import identified
 from api.commands.terminal import open_catalogue, out, run_number
-from api.report.gap import stored_gap_sections
-from api.report.page import write_report
-from api.report.section import Section
+from jointlab.report.gap import stored_gap_sections
+from jointlab.report.page import write_report
+from jointlab.report.section import Section
 
 
 def register(app: typer.Typer) -> None:

@@ -10,19 +10,19 @@ from typing import Annotated
 
 import typer
 
+from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
-from api.instruments import instruments_of
-from api.interrupts import INTERRUPTED, steering_by_keys
-from api.operator import SequenceProgress, TerminalOperator
-from api.sequence_words import step_words, total_words
-from api.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
-from api.settings import Settings, load_settings
+from api.commands.terminal_operator import SequenceProgress, TerminalOperator
+from jointlab.instruments import instruments_of
+from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
+from jointlab.sequences.wording import step_words, total_words
+from jointlab.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
-from rig.kept_limits import kept_limits, with_kept_limits
 from rig.operator import Event, RunContinued, RunPaused, RunResumed, RunStarted, told
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
+from rig.stored_limits import kept_limits, with_stored_limits
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
@@ -78,7 +78,7 @@ def run(
         driving_alone(catalogue, settings.rig),
         SequenceProgress(document, progress_console) as progress,
     ):
-        instruments = with_kept_limits(instruments, catalogue)
+        instruments = with_stored_limits(instruments, catalogue)
         observer = told(progress, partial(_note, catalogue, progress))
         _watched(
             progress,
@@ -98,7 +98,7 @@ def resume(
     instruments = instruments_of(settings)
     operator = TerminalOperator(progress_console)
     with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
-        instruments = with_kept_limits(instruments, catalogue)
+        instruments = with_stored_limits(instruments, catalogue)
         with catalogue.reading() as session:
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None

@@ -13,18 +13,18 @@ import typer
 import uvicorn
 
 from api.commands.terminal import open_catalogue, out
-from api.errors import ApiError
-from api.instruments import instruments_of
-from api.jobs.executors import DaskExecutor, Executor, ProcessExecutor
-from api.jobs.queue import JobQueue
-from api.runs.manager import RunManager
-from api.runs.prompts import Hands
 from api.service.application import create_app
 from api.service.context import Services
-from api.settings import Settings, load_settings
-from api.simulated import SimulatedOperator, simulated_laboratory, simulated_settings
+from jointlab.errors import JointlabError
+from jointlab.instruments import instruments_of
+from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
+from jointlab.jobs.queue import JobQueue
+from jointlab.settings import Settings, load_settings
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.prompts import AutomaticOperator
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
-from store.kept_ends import store_kept_ends
+from store.deferred_run_end import store_kept_ends
 from store.keys import count_keys
 from store.rig_lock import driving_alone
 
@@ -47,7 +47,7 @@ def serve(
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Simulated bench time over wall time.")] = 1.0,
 ) -> None:
     """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
-    from api.page.mount import mount  # a second to import, which no other command is to wait for
+    from api.page.routes import mount  # a second to import, which no other command is to wait for
 
     with (
         _laboratory(load_settings(), simulated, seed, speed) as (settings, hands),
@@ -79,7 +79,7 @@ def is_loopback(host: str) -> bool:
 @contextmanager
 def _laboratory(
     settings: Settings, simulated: bool, seed: int, speed: float
-) -> Iterator[tuple[Settings, Hands | None]]:
+) -> Iterator[tuple[Settings, AutomaticOperator | None]]:
     """The settings to work with, and hands where the bench is simulated."""
     if not simulated:
         yield settings, None
@@ -91,7 +91,7 @@ def _laboratory(
 
 
 @contextmanager
-def _driving(catalogue: Catalogue, settings: Settings, hands: Hands | None) -> Iterator[RunManager | None]:
+def _driving(catalogue: Catalogue, settings: Settings, hands: AutomaticOperator | None) -> Iterator[RunManager | None]:
     """The run manager of the one service that drives the rig; none where no channel is configured, which only reads."""
     if not settings.channels:
         yield None
@@ -110,7 +110,7 @@ def _executor(settings: Settings) -> Executor:
 def _refuse_without_keys(catalogue: Catalogue, host: str) -> None:
     with catalogue.reading() as session:
         if count_keys(session) == 0:
-            raise ApiError(
+            raise JointlabError(
                 f"on {host} whoever reaches this computer could move the machine; make keys first "
                 "(jointlab key create), or serve on the loopback address"
             )
@@ -122,4 +122,6 @@ def _listening(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port), family=family)
     except OSError as error:
         why = error.strerror or str(error)
-        raise ApiError(f"port {port} of {host} cannot be used: {why}; name another with --port or --host") from error
+        raise JointlabError(
+            f"port {port} of {host} cannot be used: {why}; name another with --port or --host"
+        ) from error

@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from api.commands.terminal import out
-from api.errors import ApiError
-from api.simulated import as_toml
+from jointlab.errors import JointlabError
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
 from simlab.tester_frame import TesterFrame
@@ -54,12 +54,12 @@ def write_new(path: Path, text: str) -> None:
     """Write a file that is not there yet.
 
     Raises:
-        ApiError: it is, or cannot be written.
+        JointlabError: it is, or cannot be written.
     """
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
-        raise ApiError(f"{path} exists already; name a new file") from error
+        raise JointlabError(f"{path} exists already; name a new file") from error
     except OSError as error:
-        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error

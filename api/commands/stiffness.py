@@ -14,10 +14,10 @@ from analysis.direct.joint_law import JointLaw
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate
 from api.commands.terminal import check_writable, open_catalogue, out, run_number, write_json
-from api.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
-from api.identification.source import measurement_of_bundle
-from api.report.section import number
 from api.service.resources.stiffness_at import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE, StiffnessDocument
+from jointlab.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
+from jointlab.identification.load import measurement_of_bundle
+from jointlab.report.section import number
 from store.bundle import read_bundle
 
 KILO = 1e3

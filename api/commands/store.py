@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
+from api.commands.progress_bars import on_terminal
 from api.commands.terminal import open_catalogue, out, progress_console
-from api.errors import BAD_INPUT
-from api.progress import on_terminal
-from api.settings import load_settings
+from jointlab.errors import BAD_INPUT
+from jointlab.settings import load_settings
 from store.backup import back_up
 from store.check import Finding
 from store.check import check as check_catalogue

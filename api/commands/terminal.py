@@ -10,8 +10,8 @@ from typing import Any
 
 from rich.console import Console
 
-from api.errors import ApiError
-from api.settings import Settings, load_settings
+from jointlab.errors import JointlabError
+from jointlab.settings import Settings, load_settings
 from store.catalogue import Catalogue
 
 # names and paths may hold brackets, which are no markup
@@ -40,7 +40,7 @@ def check_writable(path: Path) -> None:
     """Let a path pass that a file can be written to, before work is done whose result it is to hold.
 
     Raises:
-        ApiError: it cannot.
+        JointlabError: it cannot.
     """
     scratch = path.with_name(path.name + ".part")
     try:
@@ -49,14 +49,14 @@ def check_writable(path: Path) -> None:
         scratch.touch()
         scratch.unlink()
     except OSError as error:
-        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def write_json(document: dict[str, Any], path: Path) -> None:
     """Write a document for other programs; a file is whole or not there.
 
     Raises:
-        ApiError: the file cannot be written.
+        JointlabError: the file cannot be written.
     """
     text = json.dumps(document, indent=1, allow_nan=False) + "\n"
     scratch = path.with_name(path.name + ".part")
@@ -64,4 +64,4 @@ def write_json(document: dict[str, Any], path: Path) -> None:
         scratch.write_text(text, encoding="utf-8")
         scratch.replace(path)
     except OSError as error:
-        raise ApiError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from api.commands.terminal import out
-from api.errors import ApiError
-from api.settings import load_settings
+from jointlab.errors import JointlabError
+from jointlab.settings import load_settings
 
 
 def register(app: typer.Typer) -> None:
@@ -28,15 +28,15 @@ def worker(
     """
     address = scheduler or load_settings().scheduler
     if address is None:
-        raise ApiError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
+        raise JointlabError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
     try:
         make_worker: Any = import_module("distributed").Worker
     except ModuleNotFoundError as error:
-        raise ApiError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
+        raise JointlabError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
     try:
         asyncio.run(_work(make_worker, address, jobs))
     except (OSError, ValueError) as error:
-        raise ApiError(f"no dask scheduler answers at {address}: {error}") from error
+        raise JointlabError(f"no dask scheduler answers at {address}: {error}") from error
 
 
 async def _work(make_worker: Any, address: str, jobs: int) -> None:

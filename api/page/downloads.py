@@ -11,12 +11,12 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, Response
 from sqlalchemy.orm import Session
 
-from api.identification.record import why_not_observable
-from api.jobs.kinds import exports_folder
-from api.page.visitor import visitor_of
+from api.page.login import visitor_of
 from api.service.access import check_scope
 from api.service.context import Services
 from api.service.resources.dynamic_stiffness import StiffnessPoint
+from jointlab.identification.save import why_not_observable
+from jointlab.jobs.kinds import exports_folder
 from store.analyses import AnalysisKind, latest_analysis
 from store.comparisons import list_comparisons
 from store.dynamic_stiffness import list_dynamic_stiffness

@@ -9,14 +9,14 @@ from typing import TypeVar
 
 from nicegui import run, ui
 
-from api.errors import EXPECTED
+from api.page.actions import Deeds, token_of
 from api.page.controls import button
-from api.page.deeds import Deeds, token_of
+from api.page.login import STOP, Visitor, file_text
 from api.page.markup import show, tabs
-from api.page.visitor import STOP, Visitor, file_text
-from api.runs.state import Phase, RigState
 from api.service.access import Caller
 from api.service.problems import AccessError
+from jointlab.errors import EXPECTED
+from jointlab.supervision.state import Phase, RigState
 from store.keys import Scope
 
 VIEWS = {

@@ -7,10 +7,10 @@ from typing import Any
 
 from nicegui import ui
 
-from api.gap import words
 from api.page.charts.gap import QUANTITIES, over_each_other
 from api.page.controls import chart, choice
 from api.page.markup import paragraph
+from jointlab.diagnosis import wording
 
 
 def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
@@ -18,8 +18,8 @@ def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
     if not curves:
         paragraph("This diagnosis has no curves with it; diagnose the run again to see them.", "quiet")
         return
-    paragraph(words.CURVES_NOTE, "quiet")
-    offered = {str(number): words.curve_words(curve) for number, curve in enumerate(curves)}
+    paragraph(wording.CURVES_NOTE, "quiet")
+    offered = {str(number): wording.curve_words(curve) for number, curve in enumerate(curves)}
     choice("Measured, before and after at", "curve", offered, lambda value: draw(int(value)))
     place = ui.element("div").classes("w-full")
 
@@ -32,7 +32,7 @@ def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _charts(curve: Mapping[str, Any]) -> None:
-    place = words.place_words(curve)
+    place = wording.place_words(curve)
     first, second = [name for name in QUANTITIES if name in curve]
     chart(f"{QUANTITIES[first].title}: {place}", over_each_other(curve, first), "gap-curves", height="24rem")
     with ui.element("div").classes("cards"):

@@ -11,7 +11,7 @@ from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
 from analysis.modal.spectra import responses_from_blows
 from api.page.charts.axes import Real
-from rig.point_blows import contradicted
+from rig.point_blows import inconsistent_blows
 from rig.sequence import HammerStep, sequence_from
 from rig.sequence import Sequence as SequenceDocument
 from store.blows import Blow, list_blows
@@ -126,7 +126,7 @@ def _record(catalogue: Catalogue, blow: Blow, step: HammerStep) -> Record:
 def _suspects(records: list[Record], step: HammerStep) -> list[str | None]:
     if not records:
         return []
-    reasons = contradicted(
+    reasons = inconsistent_blows(
         np.array([record.force for record in records]),
         np.array([record.acceleration for record in records]),
         records[0].sample_rate,

@@ -8,7 +8,7 @@ from html import escape
 
 from nicegui import ui
 
-from api.report.section import Unknown
+from jointlab.report.section import Unknown
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.current import current_run
+from api.page.current_run import current_run
 from api.page.frame import Frame
 from api.page.markup import show
-from api.runs.prompts import Prompt
-from api.runs.state import Phase, RigState
+from jointlab.supervision.prompts import Prompt
+from jointlab.supervision.state import Phase, RigState
 from store.runs import Run, RunState, get_run
 
 ENDED = {

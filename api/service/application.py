@@ -12,7 +12,6 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
-from api.runs.state import Phase
 from api.service.context import Services
 from api.service.documentation import DocumentationFromHere
 from api.service.problems import Problem, handle_problems
@@ -41,6 +40,7 @@ from api.service.resources import (
     stiffness_at,
     trials,
 )
+from jointlab.supervision.state import Phase
 from store.provenance import software_version
 
 RESOURCES: tuple[APIRouter, ...] = (

@@ -12,12 +12,12 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from api.errors import ConflictError
-from api.jobs.queue import JobQueue
-from api.runs.manager import RunManager
-from api.runs.state import RigState
-from api.service.deeds import Refusals
-from api.service.steady_time import SteadyTime
+from api.service.monotonic_clock import MonotonicClock
+from jointlab.audit import Refusals
+from jointlab.errors import ConflictError
+from jointlab.jobs.queue import JobQueue
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.state import RigState
 from store.catalogue import Catalogue
 
 
@@ -38,7 +38,7 @@ class Services:
     runs: RunManager | None = None
     loopback: bool = True
     jobs: JobQueue | None = None
-    now: Callable[[], datetime] = field(default_factory=SteadyTime)
+    now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     refusals: Refusals = field(default_factory=Refusals)
 
     @property

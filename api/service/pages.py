@@ -10,7 +10,7 @@ from typing import Annotated, Generic, TypeVar
 from fastapi import Query
 from pydantic import BaseModel, Field
 
-from api.errors import ApiError
+from jointlab.errors import JointlabError
 
 ItemT = TypeVar("ItemT")
 LARGEST = 2**31 - 1
@@ -35,27 +35,27 @@ def from_cursor(cursor: str | None) -> str | None:
     """The key that a cursor stands for; None for the first page.
 
     Raises:
-        ApiError: it is no cursor.
+        JointlabError: it is no cursor.
     """
     if cursor is None:
         return None
     try:
         return urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
     except (Base64Error, ValueError) as error:
-        raise ApiError(f"{cursor!r} is no cursor; give `next` of the page before") from error
+        raise JointlabError(f"{cursor!r} is no cursor; give `next` of the page before") from error
 
 
 def number_from(cursor: str | None) -> int | None:
     """The number that a cursor stands for; None for the first page.
 
     Raises:
-        ApiError: it is no cursor of a list that is in the order of numbers.
+        JointlabError: it is no cursor of a list that is in the order of numbers.
     """
     key = from_cursor(cursor)
     if key is None:
         return None
     if not (key.isascii() and key.isdecimal() and 0 <= int(key[:12]) <= LARGEST and len(key) <= 12):
-        raise ApiError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
+        raise JointlabError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
     return int(key)
 
 

@@ -14,11 +14,11 @@ from starlette.exceptions import HTTPException
 from starlette.routing import BaseRoute, Match, Mount
 
 from analysis.errors import AnalysisError
-from api.errors import ApiError, ConflictError
-from api.runs.lease import ForeignLeaseError
 from daq.errors import ChannelError, DaqError
+from jointlab.errors import ConflictError, JointlabError
+from jointlab.supervision.lease import ForeignLeaseError
+from rig.completed_points import ResumeError
 from rig.errors import RequestError, RigError
-from rig.measured import ResumeError
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.run_lock import RunBusyError
 
@@ -72,7 +72,7 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (ChannelError, 422),
     (RequestError, 422),
     (AnalysisError, 422),
-    (ApiError, 422),
+    (JointlabError, 422),
     (DaqError, 502),
     (RigError, 502),
 )

@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import BaseModel, Field, create_model
 
 from analysis.dof import Dof
-from api.runs import events
+from jointlab.supervision import events
 from rig import operator
 from rig.operator import Event
 

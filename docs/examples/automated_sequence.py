@@ -13,7 +13,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from api.client import Client, ProblemError
+from jointlab.client import Client, ProblemError
 from rig.sequence import load_sequence
 from store.jobs import JobState
 from store.runs import RunState

@@ -27,7 +27,7 @@ from simlab.case.seal import commitment, sealed
 from simlab.case.simulate import Stand, direct_stiffness, specimen_stiffness, stand_of
 from simlab.clock import Clock
 from simlab.elastomer import BLOW_AMPLITUDE, REFERENCE_TEMPERATURE
-from simlab.hand import Blow, BlowKind, Hand, Pulse
+from simlab.hammer_operator import Blow, BlowKind, HammerOperator, Pulse
 from simlab.sampling import Sampler
 from simlab.supported_beam import Load
 from simlab.tester_frame import BLANK
@@ -53,7 +53,7 @@ class Logging(Protocol):
         """Every stretch so far."""
 
 
-class CaseHand(Hand):
+class CaseHand(HammerOperator):
     """Strikes as the case's campaign says; `setup` is the number of the hammer set, from 0."""
 
     def __init__(self, case: Case, campaign: Campaign) -> None:
@@ -65,7 +65,7 @@ class CaseHand(Hand):
     def strike(
         self, number: int, node: int, direction: str, time: float, peak_force: float, kind: BlowKind | None = None
     ) -> Blow:
-        """A blow as `Hand` makes it, on the campaign's marks, with its width and with the case's bounces."""
+        """A blow as `HammerOperator` makes it, on the campaign's marks, with its width and with the case's bounces."""
         blow = super().strike(number, node, direction, time, peak_force, kind)
         rng = np.random.default_rng([self.seed, 8, number])
         beside = self._campaign.place_scatter * float(np.clip(rng.standard_normal(), -3, 3))

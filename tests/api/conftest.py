@@ -19,12 +19,12 @@ import pytest
 import yaml
 
 from api.cli import main
-from api.simulated import SimulatedOperator, as_toml
+from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml
 from rig import tester
 from rig.registers import State
 from simlab.bench import Conditions
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 
@@ -103,7 +103,7 @@ def laboratory(running_laboratory: Laboratory, tmp_path: Path) -> Iterator[Labor
 @pytest.fixture
 def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimulatedOperator]:
     """Somebody at the terminal who strikes and mounts."""
-    hand = Hand(laboratory.addresses.hand)
+    hand = OperatorClient(laboratory.addresses.hand)
     person = SimulatedOperator(hand)
     monkeypatch.setattr("api.commands.sequences.TerminalOperator", lambda console: person)
     yield person
@@ -111,7 +111,7 @@ def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterato
 
 
 def paper() -> dict[str, Any]:
-    document: dict[str, Any] = yaml.safe_load((resources.files("api.sequences") / "paper.yaml").read_text("utf-8"))
+    document: dict[str, Any] = yaml.safe_load((resources.files("jointlab.sequences") / "paper.yaml").read_text("utf-8"))
     return document
 
 

@@ -12,10 +12,10 @@ import pytest
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.spectra import Estimator
-from api.identification.inverse import LOWEST_LINE, Inverse, inverse_of
-from api.identification.measurement import Measurement
-from api.identification.options import Averaging, Options
-from api.identification.source import measurement_of_bundle, measurement_of_run
+from jointlab.identification.inverse import LOWEST_LINE, Inverse, inverse_of
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.options import Averaging, Options
 from store.blow_window import BlowWindow
 from store.bundle import read_bundle
 from store.catalogue import Catalogue

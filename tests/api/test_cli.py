@@ -16,8 +16,8 @@ import api.commands
 from analysis.errors import AnalysisError
 from api.cli import COMMANDS as LISTED
 from api.cli import app
-from api.errors import EXIT_CODES, ApiError, SettingsError, exit_code
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
+from jointlab.errors import EXIT_CODES, JointlabError, SettingsError, exit_code
 from rig.errors import RigError
 from rig.registers import Refusal
 from rig.sequence import SequenceError
@@ -80,7 +80,7 @@ def test_without_a_command_help_is_shown(jointlab: Command) -> None:
 @pytest.mark.parametrize(
     ("error", "code"),
     [
-        (ApiError(), 3),
+        (JointlabError(), 3),
         (SettingsError(), 3),
         (AnalysisError(), 3),
         (StoreError(), 3),

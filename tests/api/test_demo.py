@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.identification.inverse import LIKELIHOOD, PAPER
+from jointlab.identification.inverse import LIKELIHOOD, PAPER
 from tests.api.conftest import Command
 
 CONFIGURATIONS = ["angled", "compression", "shear"]

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.commands.terminal import write_json
-from api.errors import ApiError
-from api.identification.document import plain
+from jointlab.errors import JointlabError
+from jointlab.identification.document import plain
 
 numbers = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
 values = st.recursive(
@@ -50,5 +50,5 @@ def test_a_document_is_whole_or_not_there(tmp_path: Path) -> None:
 
 
 def test_a_document_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ApiError, match=r"found\.json cannot be written: No such file"):
+    with pytest.raises(JointlabError, match=r"found\.json cannot be written: No such file"):
         write_json({}, tmp_path / "no" / "found.json")

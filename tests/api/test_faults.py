@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Complex, Real
-from api.errors import ApiError
-from api.identification.faults import put_right
-from api.identification.measurement import Measurement
-from api.identification.source import measurement_of_bundle
+from jointlab.errors import JointlabError
+from jointlab.identification.fault_correction import correct_faults
+from jointlab.identification.load import measurement_of_bundle
+from jointlab.identification.measurement import Measurement
 from simlab.case.bundle import write_case
 from simlab.case.draw import Kind, draw_case
 from store.accelerance_file import accelerance_functions, read_accelerances
@@ -72,7 +72,7 @@ def as_mobility(rows: Complex, frequency: Real) -> None:
 
 
 def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
-    assert put_right(clean) is clean
+    assert correct_faults(clean) is clean
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
     ],
 )
 def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change: Change, fault: str) -> None:
-    found = put_right(spoilt(clean, change))
+    found = correct_faults(spoilt(clean, change))
     assert found.faults == (fault,)
     assert found.sets[1:] == clean.sets[1:]
     above = clean.sets[0].frequency >= found.sets[0].frequency[0]
@@ -99,14 +99,14 @@ def test_a_window_that_nobody_could_correct_for_is_named_and_taken_for_none(
 ) -> None:
     measured = clean if change is None else spoilt(clean, change)
     first = replace(measured.sets[0], window="hanning")
-    found = put_right(replace(measured, sets=(first, *measured.sets[1:])))
+    found = correct_faults(replace(measured, sets=(first, *measured.sets[1:])))
     assert "'hanning' is not a window that can be corrected for" in found.faults[0]
     assert len(found.faults) == (1 if change is None else 2)
     assert found.responses(0).decay == 0.0
 
 
 def test_a_dead_row_is_left_out(clean: Measurement) -> None:
-    found = put_right(spoilt(clean, kill))
+    found = correct_faults(spoilt(clean, kill))
     (fault,) = found.faults
     assert fault.startswith("hammer set 1: row 7y is dead")
     assert [str(point) for point in found.sets[0].inputs] == [
@@ -118,8 +118,8 @@ def test_a_set_without_any_signal_is_refused(clean: Measurement) -> None:
     def silence(rows: Complex, _frequency: Real) -> None:
         rows *= 0.0
 
-    with pytest.raises(ApiError, match="take the set without any signal out"):
-        put_right(spoilt(clean, silence))
+    with pytest.raises(JointlabError, match="take the set without any signal out"):
+        correct_faults(spoilt(clean, silence))
 
 
 def test_identify_says_what_was_wrong_and_finds_the_same_joints(jointlab: Command, case: Path, tmp_path: Path) -> None:

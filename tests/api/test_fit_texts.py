@@ -15,7 +15,7 @@ from analysis.modal.spectra import responses_from_blows
 from analysis.structure.beam import Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Joint
-from api.identification.fit_texts import fit_texts
+from jointlab.identification.fit_texts import fit_texts
 from simlab.article import JOINT_NODES, NODE_POSITIONS
 from simlab.bench import Bench
 from simlab.clock import Clock

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.modal.spectra import Estimator
-from api.identification.again import identified_as_stored
-from api.identification.options import Averaging, Options
-from api.identification.pipeline import identify
-from api.identification.record import store_identification
-from api.identification.source import measurement_of_run
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.options import Averaging, Options
+from jointlab.identification.pipeline import identify
+from jointlab.identification.recompute import identified_as_stored
+from jointlab.identification.save import store_identification
 from store.blow_window import BlowWindow
 from store.blows import list_blows, withdraw_blow
 from store.catalogue import Catalogue

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from analysis.blow_amplitude import JointAmplitude
-from api.identification.document import identification_document
-from api.identification.faults import put_right
-from api.identification.joint_amplitudes import amplitudes_of_set
-from api.identification.measurement import Measurement
-from api.identification.pipeline import Identification, identify
-from api.identification.source import measurement_of_run
+from jointlab.identification.document import identification_document
+from jointlab.identification.fault_correction import correct_faults
+from jointlab.identification.joint_amplitudes import amplitudes_of_set
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.pipeline import Identification, identify
 from store.catalogue import Catalogue
 
 PEAK = "from the mean peak force of "
@@ -90,6 +90,6 @@ def test_a_set_whose_rows_were_swapped_has_no_forces_by_point(measurement: Measu
     (struck,) = measurement.sets
     swapped = struck.accelerance.copy()
     swapped[[2, 5]] = swapped[[5, 2]]
-    mended = put_right(replace(measurement, sets=(replace(struck, accelerance=swapped),)))
+    mended = correct_faults(replace(measurement, sets=(replace(struck, accelerance=swapped),)))
     assert mended.faults
     assert mended.forces == {}

@@ -17,8 +17,8 @@ import pytest
 import yaml
 from rich.console import Console
 
-from api.interrupts import raising_on_interrupt, steering_by_keys
-from api.simulated import SimulatedOperator
+from api.commands.interrupts import raising_on_interrupt, steering_by_keys
+from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.registers import State

@@ -9,14 +9,14 @@ from subprocess import CompletedProcess
 import pytest
 import yaml
 
-from api.identification.source import measurement_of_run
-from api.instruments import instruments_of
-from api.simulated import SimulatedOperator, simulated_settings
+from jointlab.identification.load import measurement_of_run
+from jointlab.instruments import instruments_of
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.operator import Event, HammerStarted, told
 from rig.run import run_sequence
 from rig.sequence import load_sequence
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
 
@@ -27,7 +27,7 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
     document["steps"] = [light, light | {"peak_force": 300.0}]
     (tmp_path / "levels.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
     settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{tmp_path / 'levels.db'}")
-    hand, events = Hand(laboratory.addresses.hand), list[Event]()
+    hand, events = OperatorClient(laboratory.addresses.hand), list[Event]()
     person = SimulatedOperator(hand)
     with Catalogue.open(settings.database_url) as catalogue:
         run = run_sequence(

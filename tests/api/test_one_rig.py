@@ -9,7 +9,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
-from api.page.again import sequence_again
+from api.page.sequence_of_run import sequence_again
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 

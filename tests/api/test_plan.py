@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from api.errors import BAD_INPUT
+from jointlab.errors import BAD_INPUT
 from tests.api.conftest import Command, paper
 
 

@@ -13,13 +13,13 @@ from analysis.structure.bench_design import HIGHEST_STIFFNESS_RATIO, joint_desig
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from api.commands.sequences import named_sequence
-from api.identification.inverse import Inverse, inverse_of
-from api.identification.measurement import Measurement
-from api.identification.options import Options
-from api.identification.regularisation import MOSTLY, regularisation_texts
-from api.identification.structure import free_beam_of
-from api.report.inverse import inverse_sections
-from api.report.section import Table
+from jointlab.identification.inverse import Inverse, inverse_of
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.options import Options
+from jointlab.identification.regularisation import MOSTLY, regularisation_texts
+from jointlab.identification.structure import free_beam_of
+from jointlab.report.inverse import inverse_sections
+from jointlab.report.section import Table
 from store.blow_window import NO_WINDOW, BlowWindow
 from store.bundle_setup import Article
 from store.dof import Dof as StoredDof

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from analysis.dof import Dof
-from api.identification.source import measurement_of_run
-from api.simulated import SimulatedOperator
+from jointlab.identification.load import measurement_of_run
+from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue

@@ -14,16 +14,16 @@ import pytest
 from rich.console import Console
 
 from analysis.dof import Dof
-from api.errors import ApiError
-from api.operator import TerminalOperator
-from api.simulated import SimulatedOperator
+from api.commands.terminal_operator import TerminalOperator
+from jointlab.errors import JointlabError
+from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.tester_limits import TesterLimits
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 from store.frequency_responses import list_frequency_responses
-from store.rig_limits import keep_rig_limits
+from store.rig_limits import save_rig_limits
 from tests.api.conftest import Command, Contents, Query, Write
 
 BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
@@ -95,8 +95,8 @@ def test_a_dry_run_checks_against_the_limits_that_somebody_has_set_for_this_rig(
     jointlab: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.writing() as session:
-        keep_rig_limits(session, "rig", asdict(TesterLimits(amplitude_pp=2e-5)), "an engineer")
-        keep_rig_limits(session, "other rig", asdict(TesterLimits(force=900.0)), "an engineer")
+        save_rig_limits(session, "rig", asdict(TesterLimits(amplitude_pp=2e-5)), "an engineer")
+        save_rig_limits(session, "other rig", asdict(TesterLimits(force=900.0)), "an engineer")
     refused = jointlab("run", "paper", "--dry-run")
     assert refused.returncode == BAD_INPUT
     one_line(refused, "amplitude 0.0001 m is outside the rig's limits of 0 to 2e-05 m")
@@ -261,19 +261,19 @@ def test_ctrl_c_is_130_and_the_run_is_stopped(
 
 def test_where_nobody_can_confirm_nothing_is_mounted() -> None:
     operator = TerminalOperator(Console(stderr=True))
-    with pytest.raises(ApiError, match="mount the cylinders of joint I in shear: there is no terminal to confirm"):
+    with pytest.raises(JointlabError, match="mount the cylinders of joint I in shear: there is no terminal to confirm"):
         operator.mount("I", "shear")
 
 
 def test_a_point_that_no_hammer_reaches_is_said_in_the_bench_s_words(operator: SimulatedOperator) -> None:
-    with pytest.raises(ApiError, match="the simulated bench refuses: "):
+    with pytest.raises(JointlabError, match="the simulated bench refuses: "):
         operator.strike(Dof.parse("2y"), 1)
 
 
 def test_a_laboratory_that_has_gone_is_said() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        hand = Hand(f"127.0.0.1:{listener.getsockname()[1]}")
+        hand = OperatorClient(f"127.0.0.1:{listener.getsockname()[1]}")
         connection, _ = listener.accept()
         connection.close()
-    with closing(hand), pytest.raises(ApiError, match="the simulated laboratory does not answer"):
+    with closing(hand), pytest.raises(JointlabError, match="the simulated laboratory does not answer"):
         SimulatedOperator(hand).strike(Dof.parse("3y"), 1)

@@ -16,10 +16,10 @@ import pytest
 
 from api.commands.service import is_loopback
 from rig.instruments import Instruments
-from rig.kept_limits import keep_limits
+from rig.stored_limits import save_limits
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
-from store.kept_ends import keep_end
+from store.deferred_run_end import defer_run_end
 from store.rig_lock import driving_alone
 from store.runs import RunState, list_runs, start_run
 from tests.api.conftest import Command
@@ -75,7 +75,7 @@ def test_a_service_that_is_started_anew_says_how_a_run_ended_that_its_database_c
         catalogue.waveforms.folder.mkdir()
         with catalogue.writing() as session:
             run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
-        keep_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
+        defer_run_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
     with serving(tmp_path, "--simulated") as address:
         found = httpx.get(f"{address}/api/runs/{run.id}", timeout=30).json()
     assert (found["state"], found["reason"]) == ("failed", "the database is locked")
@@ -105,7 +105,7 @@ def test_limits_that_were_set_bind_the_command_line_too(
 ) -> None:
     ordinary = Instruments("local", "tcp://127.0.0.1:9", "", ())
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        keep_limits(ordinary, catalogue, TesterLimits(amplitude_pp=5e-5), "an engineer")
+        save_limits(ordinary, catalogue, TesterLimits(amplitude_pp=5e-5), "an engineer")
     refused = jointlab("run", sequence())
     assert refused.returncode != 0
     assert "is outside the rig's limits of 0 to 5e-05 m" in refused.stderr

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from api.instruments import instruments_of
-from api.settings import load_settings
+from jointlab.instruments import instruments_of
+from jointlab.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses
 from tests.api.conftest import Command

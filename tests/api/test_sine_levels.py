@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.gap.source import subject_of_bundle
-from api.identification.document import identification_document
-from api.identification.pipeline import identify
-from api.identification.source import measurement_of_bundle, measurement_of_run
-from api.page.again import sequence_again
+from api.page.sequence_of_run import sequence_again
+from jointlab.diagnosis.load import subject_of_bundle
+from jointlab.identification.document import identification_document
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run
+from jointlab.identification.pipeline import identify
 from simlab.article import NODE_POSITIONS
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock

@@ -11,7 +11,7 @@ import pytest
 from analysis.direct.corrections import Effect, RigCorrections, correct
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, from_polar
 from analysis.interval import Estimate
-from api.identification.sine_points import SinePoint, sine_point, stored_point
+from jointlab.identification.sine_points import SinePoint, sine_point, stored_point
 
 RATE = 2560.0
 

@@ -12,11 +12,11 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.modal.estimation import ModalEstimate, estimate_modes
-from api.identification.bundle_blows import scatter_of_bundle
-from api.identification.measurement import Measurement
-from api.identification.pipeline import identify
-from api.identification.source import measurement_of_bundle, measurement_of_run
-from api.simulated import SimulatedOperator
+from jointlab.identification.bundle_blows import scatter_of_bundle
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.pipeline import identify
+from jointlab.trials.simulated_laboratory import SimulatedOperator
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from api.identification.pipeline import Identification, identify
-from api.identification.record import joint_matrix, store_identification
-from api.identification.source import measurement_of_run
-from api.identification.stored import METHODS, newest_joints, stored_direct
-from api.identification.stored_inverse import stored_inverse
-from api.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.read import METHODS, newest_joints, stored_direct
+from jointlab.identification.read_inverse import stored_inverse
+from jointlab.identification.save import joint_matrix, store_identification
+from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.runs import Run, get_run

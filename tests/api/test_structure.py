@@ -13,8 +13,8 @@ from analysis.interval import Estimate
 from analysis.modes import Modes, poles_from
 from analysis.structure.beam import assemble
 from analysis.suspended.characterisation import characterise_free_beam
-from api.identification.inverse import tolerances_of
-from api.identification.structure import beam_of, free_beam_of, mesh_of
+from jointlab.identification.inverse import tolerances_of
+from jointlab.identification.structure import beam_of, free_beam_of, mesh_of
 from store.bundle_setup import Article, article_from
 from tests.api.conftest import paper
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
-from api.errors import BAD_INPUT
-from api.identification.source import measurement_of_run
+from jointlab.errors import BAD_INPUT
+from jointlab.identification.load import measurement_of_run
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import Command, paper

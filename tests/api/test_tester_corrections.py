@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import yaml
 
-from api.errors import BAD_INPUT
-from api.identification.options import Options, options_of
-from api.identification.pipeline import Identification, identify
-from api.identification.source import measurement_of_run
-from api.identification.tester_corrections import SWITCHES
-from api.truth import SineTruth, sine_truths
+from jointlab.errors import BAD_INPUT
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.options import Options, options_of
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.tester_corrections import SWITCHES
+from jointlab.trials.simulated_truth import SineTruth, sine_truths
 from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
 from simlab.tester_frame import TesterFrame

@@ -10,10 +10,10 @@ import pytest
 from analysis.dof import Dof
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
-from api.identification.inverse import inverse_of
-from api.identification.measurement import Measurement
-from api.identification.source import measurement_of_bundle
-from api.identification.structure import free_beam_of
+from jointlab.identification.inverse import inverse_of
+from jointlab.identification.load import measurement_of_bundle
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.structure import free_beam_of
 from simlab.case.bundle import write_case
 from simlab.case.draw import Kind, draw_case
 from store.bundle import read_bundle

@@ -16,13 +16,13 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import named_sequence
-from api.identification.inverse import Route
-from api.identification.pipeline import Identification, identify
-from api.identification.source import measurement_of_run
-from api.instruments import instruments_of
-from api.sequences import BUILT_IN
-from api.simulated import SimulatedOperator, simulated_settings
-from api.truth import SineTruth, by_amplitude, sine_truths
+from jointlab.identification.inverse import Route
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.instruments import instruments_of
+from jointlab.sequences import BUILT_IN
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_truth import SineTruth, by_amplitude, sine_truths
 from rig.run import run_sequence
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue

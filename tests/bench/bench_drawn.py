@@ -18,10 +18,10 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.inverse.gates import MISFIT
 from analysis.inverse.identification import identify_joints
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.validity_checks import MISFIT
 from analysis.modal.estimation import estimate_modes
 from analysis.structure.beam import Beam, FreeBeam, Mesh
 from analysis.structure.converged import assemble_converged

@@ -12,9 +12,9 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from api.gap.trial.run import Trial, carry_out
-from api.gap.trial.tables import markdown
-from api.progress import on_terminal
+from api.commands.progress_bars import on_terminal
+from jointlab.trials.run import Trial, carry_out
+from jointlab.trials.tables import markdown
 
 
 def main() -> None:

@@ -27,7 +27,7 @@ from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
 from analysis.structure.beam import RIGID_MODES, Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
-from api.identification.structure import ELEMENTS_BETWEEN_NODES
+from jointlab.identification.structure import ELEMENTS_BETWEEN_NODES
 from simlab.article import NODE_POSITIONS, Article
 from simlab.beam import Bar
 from simlab.supported_beam import Load, SupportedBeam

@@ -28,10 +28,10 @@ import numpy as np
 from sqlalchemy import text
 
 from api.commands.sequences import named_sequence
-from api.identification.measurement import Measurement
-from api.identification.source import measurement_of_run
-from api.instruments import instruments_of
-from api.simulated import SimulatedOperator, simulated_settings
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.measurement import Measurement
+from jointlab.instruments import instruments_of
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.operator import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
 from rig.run import resume_run, run_sequence
@@ -40,8 +40,8 @@ from rig.sequence import sequence_from
 from simlab.actuator import Dwell, Servo
 from simlab.bench import Bench, Conditions
 from simlab.elastomer import REFERENCE_TEMPERATURE
-from simlab.hand_server import Hand
 from simlab.laboratory import Addresses, Laboratory
+from simlab.operator_server import OperatorClient
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.run_lock import holding
@@ -96,7 +96,7 @@ def measure(job: Job) -> None:
             case SinePointMeasured(index=index):
                 os.write(acknowledged, f"sine {index}\n".encode())
 
-    operator = SimulatedOperator(Hand(job.addresses.hand))
+    operator = SimulatedOperator(OperatorClient(job.addresses.hand))
     instruments = instruments_of(simulated_settings(job.addresses))
     with Catalogue.open(job.database) as catalogue:
         if job.run_id is None:

@@ -26,8 +26,8 @@ from store.calibrations import list_known_instruments
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.joint_matrices import list_joint_matrices
+from store.result_queries import find_comparisons, find_elements, find_sine_points
 from store.runs import RunState, count_runs, list_runs
-from store.searches import find_comparisons, find_elements, find_sine_points
 from store.sine_records import list_sine_records
 from store.specimens import list_specimens
 from tests.postgresql_server import NotInstalledError, running_server

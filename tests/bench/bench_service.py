@@ -17,8 +17,8 @@ from typing import Any
 import httpx
 import numpy as np
 
-from api.client import Client, Driver
-from api.simulated import as_toml
+from jointlab.client import Client, Driver
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.keys import Scope, add_key

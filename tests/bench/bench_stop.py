@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from api.instruments import instruments_of
-from api.simulated import simulated_settings
+from jointlab.instruments import instruments_of
+from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.control import RunControl, RunStoppedError
 from rig.operator import Operator
 from rig.sweep import SinePoint, SweepPlan, run_sweep

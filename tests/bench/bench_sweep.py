@@ -9,9 +9,9 @@ import time
 from pathlib import Path
 
 from api.commands.sequences import named_sequence
-from api.instruments import instruments_of
-from api.sequences import BUILT_IN
-from api.simulated import SimulatedOperator, simulated_settings
+from jointlab.instruments import instruments_of
+from jointlab.sequences import BUILT_IN
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.run import run_sequence
 from rig.sequence import SweepStep
 from simlab.laboratory import LaboratoryProcess

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from api.instruments import instruments_of
-from api.simulated import simulated_settings
+from jointlab.instruments import instruments_of
+from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.thermometer import Thermometer
 from simlab.laboratory import LaboratoryProcess
 

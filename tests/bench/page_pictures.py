@@ -17,14 +17,14 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwright
 
-from api.gap.pipeline import diagnose_bundle
-from api.gap.record import keep_diagnosis
-from api.simulated import as_toml
+from jointlab.diagnosis.pipeline import diagnose_bundle
+from jointlab.diagnosis.save import save_diagnosis
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.bench import Conditions
 from simlab.case.bundle import write_case
 from simlab.case.draw import Kind, draw_case
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 from tests.api.page.technician import Service, Tab, serving
 
@@ -50,7 +50,7 @@ def _session(browser: Browser, folder: Path, scratch: Path) -> None:
     """What is live: a hammer session with a refused blow, a sweep, an interlock."""
     with Laboratory(1, SPEED, Conditions(double_hits=0.0)) as laboratory:
         (scratch / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
-        hand = Hand(laboratory.addresses.hand)
+        hand = OperatorClient(laboratory.addresses.hand)
         with serving(scratch) as service, _tab(browser, service, SIZE) as tab:
             page = tab.go("/page/")
             _take(page, folder, "log-in")
@@ -67,7 +67,7 @@ def _session(browser: Browser, folder: Path, scratch: Path) -> None:
         hand.close()
 
 
-def _hammer(tab: Tab, folder: Path, hand: Hand) -> None:
+def _hammer(tab: Tab, folder: Path, hand: OperatorClient) -> None:
     wanted = {"parts": "hammer", "blows": "4", "title": "Beam 3 after new cylinders"}
     page = tab.go(f"/page/measure?{urlencode(wanted)}")
     _take(page, folder, "measure")
@@ -88,7 +88,7 @@ def _hammer(tab: Tab, folder: Path, hand: Hand) -> None:
     expect(page.locator("#prompt")).to_contain_text("is stopped")
 
 
-def _sweep(tab: Tab, folder: Path, hand: Hand) -> None:
+def _sweep(tab: Tab, folder: Path, hand: OperatorClient) -> None:
     wanted = {"parts": "sweep", "configurations": "shear", "specimens": "I", "frequencies": "5 200 5"}
     page = tab.go(f"/page/measure?{urlencode(wanted)}")
     page.get_by_role("button", name="Start").click()
@@ -147,7 +147,7 @@ def _diagnosis(catalogue: Catalogue, run_id: int) -> int:
         write_case(draw_case(5, Kind.SINGLE, ["joint_mass"], size=0.6), Path(bundle))
         document = diagnose_bundle(Path(bundle)).document
     with catalogue.writing() as session:
-        return keep_diagnosis(session, run_id, document)
+        return save_diagnosis(session, run_id, document)
 
 
 @contextmanager

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import Bar
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
 from analysis.gap.effects.cylinder_angle import CylinderAngle
 from analysis.gap.effects.density import Density
@@ -20,6 +19,7 @@ from analysis.gap.effects.support_position import SupportPosition
 from analysis.gap.effects.temperature_shift import SOFTENING, TemperatureShift
 from analysis.gap.effects.vertical_offset import VerticalOffset
 from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.free_beam_modes import Bar
 from analysis.gap.parameter import Parameter
 from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from api.identification.document import identification_document
-from api.identification.pipeline import Identification, identify
-from api.identification.source import measurement_of_bundle
+from jointlab.identification.document import identification_document
+from jointlab.identification.load import measurement_of_bundle
+from jointlab.identification.pipeline import Identification, identify
 from store.bundle import read_bundle
 
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.identification.document import identification_document
-from api.identification.measurement import Measurement, responses_of
-from api.identification.pipeline import identify
-from api.identification.record import store_identification
-from api.identification.source import measurement_of_bundle, measurement_of_run
+from jointlab.identification.document import identification_document
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run
+from jointlab.identification.measurement import Measurement, responses_of
+from jointlab.identification.pipeline import identify
+from jointlab.identification.save import store_identification
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.bundle_setup import Article

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from api.gap.pipeline import diagnose_bundle
+from jointlab.diagnosis.pipeline import diagnose_bundle
 
 EXAMPLES = ("sensor_mass", "delay")
 

@@ -21,8 +21,8 @@ from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from analysis.structure.beam import Mesh, assemble
-from api.identification.inverse import tolerances_of
-from api.identification.structure import beam_of
+from jointlab.identification.inverse import tolerances_of
+from jointlab.identification.structure import beam_of
 from store.bundle import read_bundle
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from api.identification.document import identification_document
-from api.identification.pipeline import Identification, identify
-from api.identification.source import measurement_of_bundle
-from api.report.page import write_report
+from jointlab.identification.document import identification_document
+from jointlab.identification.load import measurement_of_bundle
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.report.page import write_report
 from store.bundle import read_bundle
 
 

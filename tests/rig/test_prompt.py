@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from analysis.dof import Dof
+from rig.completed_points import Measured
 from rig.control import RunControl, RunStoppedError
 from rig.hammer import PointSoFar
 from rig.instruments import Instruments
-from rig.measured import Measured
 from rig.operator import Event, PromptStarted
 from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from

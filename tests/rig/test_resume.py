@@ -15,10 +15,10 @@ from sqlalchemy import text
 from analysis.dof import Dof
 from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
+from rig.completed_points import Measured, ResumeError, measured_of
 from rig.control import RunControl, RunStoppedError
 from rig.hammer import PointSoFar
 from rig.instruments import Instruments
-from rig.measured import Measured, ResumeError, measured_of
 from rig.operator import (
     BlowAccepted,
     BlowRefused,

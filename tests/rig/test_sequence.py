@@ -21,7 +21,7 @@ from rig.steps import check_plan, hammer_settings, sweep_plan
 from rig.sweep import PlanError
 from rig.tester_limits import LimitExceededError, TesterLimits
 
-PAPER = (resources.files("api.sequences") / "paper.yaml").read_text(encoding="utf-8")
+PAPER = (resources.files("jointlab.sequences") / "paper.yaml").read_text(encoding="utf-8")
 PLAIN: dict[str, Any] = yaml.safe_load(PAPER)
 
 

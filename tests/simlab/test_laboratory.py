@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simlab.hand_server import Hand
 from simlab.laboratory import Addresses, Laboratory, LaboratoryProcess
+from simlab.operator_server import OperatorClient
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -71,7 +71,7 @@ def test_the_hand_strikes_mounts_and_reveals(process: LaboratoryProcess) -> None
 
 def test_one_seed_is_one_bench(process: LaboratoryProcess) -> None:
     with Laboratory(seed=2) as same, Laboratory(seed=3) as other:
-        hands = [Hand(laboratory.addresses.hand) for laboratory in (same, other)]
+        hands = [OperatorClient(laboratory.addresses.hand) for laboratory in (same, other)]
         ours, theirs = (hand.do("truth")["inverse"]["I"]["k"] for hand in hands)
         for hand in hands:
             hand.close()

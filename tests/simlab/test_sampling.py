@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simlab.article import draw_article
-from simlab.hand import Blow, BlowKind, Hand
+from simlab.hammer_operator import Blow, BlowKind, HammerOperator
 from simlab.sampling import MEMORY, Sampler, blow_amplitude, white_noise
 from simlab.supported_beam import SupportedBeam
 
@@ -15,7 +15,7 @@ SAMPLER = Sampler(BEAM, lambda _: 23.0)
 
 
 def blow(number: int = 0, time: float = 1.0, kind: BlowKind = BlowKind.CLEAN, node: int = 5) -> Blow:
-    return Hand(seed=1).strike(number, node, "y", time, 100.0, kind)
+    return HammerOperator(seed=1).strike(number, node, "y", time, 100.0, kind)
 
 
 @pytest.mark.parametrize("kind", [BlowKind.CLEAN, BlowKind.DOUBLE, BlowKind.SOFT])

@@ -35,9 +35,9 @@ from store.keys import Scope, add_key
 from store.models import Base
 from store.modes import ModeSet, add_modes
 from store.requests import begin_request
-from store.rig_limits import keep_rig_limits
+from store.rig_limits import save_rig_limits
 from store.runs import RunState, finish_run, start_run
-from store.sequence_documents import keep_sequence
+from store.sequence_documents import save_sequence
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel
 from tests.postgresql_server import NotInstalledError, Server, running_server
@@ -348,6 +348,6 @@ def _add_requests(session: Session) -> None:
     add_key(session, "bench", [Scope.READ])
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
-    keep_sequence(session, "short", {"format": "jointlab-sequence/1"})
-    keep_rig_limits(session, "rig", {"force": 2e3}, "bench")
+    save_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    save_rig_limits(session, "rig", {"force": 2e3}, "bench")
     add_job(session, "identify", {"run": 1}, "bench")

@@ -111,7 +111,7 @@ def test_a_reader_sees_one_state_while_a_writer_commits(catalogue: Catalogue) ->
 
 
 def test_a_database_locked_by_another_program_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("store.write_ahead.PATIENCE", 0.05)
+    monkeypatch.setattr("store.sqlite_wal.PATIENCE", 0.05)
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
         other = sqlite3.connect(tmp_path / "lab.db", isolation_level=None)
         other.execute("BEGIN IMMEDIATE")

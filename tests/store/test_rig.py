@@ -7,7 +7,7 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.rig_limits import keep_rig_limits, rig_limits
+from store.rig_limits import rig_limits, save_rig_limits
 from store.rig_lock import RigBusyError, driving_alone
 from tests.store.another_process import another_process
 
@@ -15,9 +15,9 @@ from tests.store.another_process import another_process
 def test_the_limits_that_were_set_last_are_in_force_at_their_own_rig(catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
         assert rig_limits(session, "rig") is None
-        keep_rig_limits(session, "rig", {"force": 2e3}, "ann")
-        keep_rig_limits(session, "rig", {"force": 1e3}, "bob")
-        keep_rig_limits(session, "other", {"force": 3e3}, "bob")
+        save_rig_limits(session, "rig", {"force": 2e3}, "ann")
+        save_rig_limits(session, "rig", {"force": 1e3}, "bob")
+        save_rig_limits(session, "other", {"force": 3e3}, "bob")
     with catalogue.reading() as session:
         assert rig_limits(session, "rig") == {"force": 1e3}
         assert rig_limits(session, "none") is None

@@ -1,8 +1,8 @@
 """The mains and its multiples on the accelerometer.
 
-Shows in the records of blows, or in dips of coherence at single lines (`analysis.gap.mains`), where it is found before
-anything is fitted; in accelerances it is noise at lines that are then left out. Ground loops of a hundredth to a tenth
-of a metre per square second are usual on a bench with an unshielded cable.
+Shows in the records of blows, or in dips of coherence at single lines (`analysis.gap.mains_detection`), where it
+is found before anything is fitted; in accelerances it is noise at lines that are then left out. Ground loops of a
+hundredth to a tenth of a metre per square second are usual on a bench with an unshielded cable.
 """
 
 from __future__ import annotations

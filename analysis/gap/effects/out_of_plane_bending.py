@@ -13,9 +13,9 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import Bar, bar_of
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given
+from analysis.gap.free_beam_modes import Bar, bar_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
 

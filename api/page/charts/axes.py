@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from api.report.plots import COLOURS, stroke
+from jointlab.report.plots import COLOURS, stroke
 
 Options = dict[str, Any]
 Real = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from api.page.charts.axes import Options, Real, axis, frequency_axis, line, plot, thinned
-from api.report.plots import BLACK, BLUE, ORANGE
+from jointlab.report.plots import BLACK, BLUE, ORANGE
 
 FORCE_SHOWN = (-0.005, 0.1)  # s around the trigger: a bounce of the hammer comes within
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from api.page.charts.axes import Options, axis, plot
-from api.report.plots import BLUE, ORANGE
+from jointlab.report.plots import BLUE, ORANGE
 from store.comparisons import Comparison
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from api.gap.words import RIGS
 from api.page.charts.axes import INK, Options, axis, dots, line, phase_axis, plot
-from api.report.plots import BLACK, BLUE, ORANGE
+from jointlab.diagnosis.wording import RIGS
+from jointlab.report.plots import BLACK, BLUE, ORANGE
 
 SIGNIFICANT = 3.0
 """Standard deviations below which a cell stays white: noise alone would colour it now and then."""

@@ -21,7 +21,7 @@ from api.page.charts.axes import (
     phase_axis,
     plot,
 )
-from api.report.plots import AMPLITUDE_COLOURS, CURVE_STYLES
+from jointlab.report.plots import AMPLITUDE_COLOURS, CURVE_STYLES
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> Options:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from analysis.modal.stabilisation import Stabilisation
 from api.page.charts.axes import Options, Real, axis, dots, frequency_axis, line, phase_axis, plot, told_apart
-from api.report.plots import BLACK, BLUE, ORANGE
-from api.report.section import number
+from jointlab.report.plots import BLACK, BLUE, ORANGE
+from jointlab.report.section import number
 
 Complex = NDArray[np.complex128]
 SHOWN = 1  # accelerances that are shown at once; the legend shows the others

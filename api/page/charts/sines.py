@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, inked, line, pairs, plot, thinned
-from api.report.curves import Curve, Panel
-from api.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
+from jointlab.report.curves import Curve, Panel
+from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
 
 Values = tuple[Real, Real]
 """Frequency in Hz and value, each (points,)."""

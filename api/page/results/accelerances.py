@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from api.identification.stored_inverse import StoredInverse
 from api.page.charts import inverse as charts
 from api.page.charts import modal
 from api.page.controls import chart
 from api.page.results.section import Section, analyses_of, inverse_where_known, show_origin
-from api.report.curves import FIGURED_POINTS
+from jointlab.identification.read_inverse import StoredInverse
+from jointlab.report.curves import FIGURED_POINTS
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from api.identification.stored import METHODS, newest_joints
 from api.page.charts import comparison as charts
 from api.page.charts.sines import panel
 from api.page.controls import chart
+from api.page.formatting import interval
 from api.page.markup import Cell, show, table
 from api.page.results.section import Section, direct_where_known, newest_of, show_origin
-from api.page.words import interval
-from api.report.curves import Panel, loss_factor_panels, stiffness_panels
+from jointlab.identification.read import METHODS, newest_joints
+from jointlab.report.curves import Panel, loss_factor_panels, stiffness_panels
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, list_comparisons

@@ -9,9 +9,9 @@ from nicegui import ui
 
 from api.page.controls import button
 from api.page.downloads import TABLES
+from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
-from api.page.words import moment
 from api.service.access import Caller
 from api.service.context import queue
 from store.jobs import Job, JobState, list_jobs

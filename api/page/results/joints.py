@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from api.identification.record import why_not_observable
-from api.identification.stored import newest_joints
-from api.identification.stored_inverse import StoredInverse
 from api.page.charts import inverse as charts
 from api.page.controls import chart
 from api.page.markup import paragraph, show, table
 from api.page.results.section import Section, inverse_where_known, show_origin
-from api.report.joint_matrices import READING, matrix_tables
+from jointlab.identification.read import newest_joints
+from jointlab.identification.read_inverse import StoredInverse
+from jointlab.identification.save import why_not_observable
+from jointlab.report.joint_matrices import READING, matrix_tables
 from store.analyses import Analysis
 from store.catalogue import Catalogue
 from store.joint_matrices import JointMatrix

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.modal.stabilisation import Stabilisation
-from api.identification.measurement import responses_of
-from api.identification.stabilisation import stabilisation_of
 from api.page.charts import modal
 from api.page.controls import chart
 from api.page.markup import show, table
 from api.page.results.section import Section, analyses_of, show_origin
-from api.report.section import ends, number
+from jointlab.identification.measurement import responses_of
+from jointlab.identification.stabilisation import stabilisation_of
+from jointlab.report.section import ends, number
 from store.analyses import Analysis, AnalysisKind
 from store.bundle_setup import article_from
 from store.catalogue import Catalogue

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from api.identification.direct import Direct
-from api.identification.stored import stored_direct
-from api.identification.stored_inverse import StoredInverse, stored_inverse
+from api.page.formatting import moment
 from api.page.markup import Link, details, show, terms
-from api.page.words import moment
+from jointlab.identification.direct import Direct
+from jointlab.identification.read import stored_direct
+from jointlab.identification.read_inverse import StoredInverse, stored_inverse
 from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.errors import NotFoundError

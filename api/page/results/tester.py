@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from nicegui import ui
 
-from api.identification.direct import Direct
 from api.page.charts import sines
 from api.page.controls import chart
 from api.page.markup import paragraph, show
 from api.page.results.section import Section, direct_where_known, newest_of, show_origin
-from api.report.curves import superposition_curves
+from jointlab.identification.direct import Direct
+from jointlab.report.curves import superposition_curves
 from store.analyses import Analysis, AnalysisKind
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness

@@ -10,13 +10,13 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
+from api.page.formatting import THIN, duration, interlock, moment, quantity, standing, time_left
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
-from api.page.words import THIN, duration, interlock, moment, quantity, standing, time_left
-from api.runs.idle_watch import INTERVAL
-from api.runs.state import Phase, RigState
 from api.service.context import Services
+from jointlab.supervision.idle_monitor import INTERVAL
+from jointlab.supervision.state import Phase, RigState
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.runs import Run, RunState, list_runs

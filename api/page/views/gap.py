@@ -8,14 +8,14 @@ from typing import Any
 
 from nicegui import ui
 
-from api.gap import words
 from api.page.charts import gap as charts
 from api.page.controls import chart
+from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.gap_curves import gap_curves
 from api.page.markup import Bar, Cell, Link, paragraph, show, table
 from api.page.results.section import show_origin
-from api.page.words import moment
+from jointlab.diagnosis import wording
 from store.analyses import Analysis, get_analysis
 from store.diagnoses import Diagnosis, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
@@ -58,8 +58,8 @@ def _list(frame: Frame) -> None:
             Link(f"diagnosis {each.analysis_id}", f"/page/gap?diagnosis={each.analysis_id}"),
             STATUS.get(each.status, each.status),
             ", ".join(each.effects) or "–",
-            words.percent(each.gap_before_percent),
-            words.percent(each.gap_after_percent),
+            wording.percent(each.gap_before_percent),
+            wording.percent(each.gap_after_percent),
             moment(each.created_at),
         )
         for each in found
@@ -73,8 +73,8 @@ def _draw(found: Diagnosis, analysis: Analysis) -> None:
     colour = "refused" if verdict["status"] in ("partial", "unknown") else "accepted"
     show(
         f'<p class="big" id="verdict"><span class="badge {colour}">{escape(STATUS[verdict["status"]])}</span></p>'
-        f"<p>{escape(_sentence(words.verdict_sentence(document)))}</p>"
-        f"<p>{escape(_sentence(words.probability_sentence(document)))}</p>"
+        f"<p>{escape(_sentence(wording.verdict_sentence(document)))}</p>"
+        f"<p>{escape(_sentence(wording.probability_sentence(document)))}</p>"
     )
     for fault in document.get("faults", ()):
         paragraph(f"Wrong with the measurement itself: {fault}.", "notice trouble")
@@ -90,7 +90,7 @@ def _draw(found: Diagnosis, analysis: Analysis) -> None:
     show(_ranking(document))
     show(_parameters(document))
     show("<h2>Where</h2>")
-    paragraph(words.MAP_WARNING, "quiet")
+    paragraph(wording.MAP_WARNING, "quiet")
     with ui.element("div").classes("cards"):
         for index, drawn in enumerate(document.get("maps", ())):
             chart(drawn["title"], charts.gap_map(drawn), f"map-{index + 1}", height="24rem")
@@ -100,7 +100,7 @@ def _draw(found: Diagnosis, analysis: Analysis) -> None:
 
 def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
     """Twins, and the next experiment as a way to the sequence for it."""
-    if twins := words.twins_sentence(document):
+    if twins := wording.twins_sentence(document):
         paragraph(f"{_sentence(twins)}", "notice")
     experiment = document["verdict"].get("next_experiment")
     if not experiment:
@@ -114,9 +114,9 @@ def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
 def _ranking(document: Mapping[str, Any]) -> str:
     rows = [
         (
-            words.ranked_name(each["effects"]),
+            wording.ranked_name(each["effects"]),
             Bar(each["probability"], f"{100 * each['probability']:.1f} %"),
-            words.percent(each.get("held_out_gap_percent")),
+            wording.percent(each.get("held_out_gap_percent")),
             _explained(each),
         )
         for each in document["ranking"]
@@ -131,7 +131,7 @@ def _explained(entry: Mapping[str, Any]) -> str:
 
 
 def _parameters(document: Mapping[str, Any]) -> str:
-    rows = words.parameter_lines(document)
+    rows = wording.parameter_lines(document)
     return table("Its parameters", ("effect", "parameter", "value", "90 %"), rows) if rows else ""
 
 
@@ -142,7 +142,7 @@ def _places(places: Sequence[Mapping[str, Any]]) -> str:
 
 def _place(place: Mapping[str, Any]) -> tuple[Cell, ...]:
     share = Bar(place["share"], f"{100 * place['share']:.0f} %")
-    return words.place_words(place), words.band_words(place), place["part"], share
+    return wording.place_words(place), wording.band_words(place), place["part"], share
 
 
 def _sentence(text: str) -> str:

@@ -11,14 +11,14 @@ from nicegui import ui
 from api.page.charts import blows as charts
 from api.page.charts.beam import beam_drawing
 from api.page.controls import chart, redraw
-from api.page.current import current_run
+from api.page.current_run import current_run
+from api.page.formatting import quantity
 from api.page.frame import Frame
 from api.page.hammer_session import HammerSession, hammer_session
 from api.page.markup import show, table
-from api.page.redo import Redo
+from api.page.repeat_point import Redo
 from api.page.steering import steering
-from api.page.words import quantity
-from api.report.section import number
+from jointlab.report.section import number
 from store.blows import Blow
 
 

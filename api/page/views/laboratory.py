@@ -11,9 +11,9 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
+from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
-from api.page.words import moment
 from api.service.access import Caller
 from store.audit import list_audit_entries
 from store.calibrations import list_calibrations, list_known_instruments

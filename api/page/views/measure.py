@@ -7,12 +7,10 @@ from html import escape
 
 from nicegui import ui
 
-from api.errors import EXPECTED
-from api.page.again import sequence_to_decide
 from api.page.controls import button
 from api.page.frame import Frame
 from api.page.markup import filters, paragraph, show
-from api.page.wanted import (
+from api.page.sequence_form import (
     FIELDS,
     HAMMER_FIELDS,
     SWEEP_FIELDS,
@@ -21,9 +19,11 @@ from api.page.wanted import (
     sequence_names,
     wanted_sequence,
 )
-from api.runs.manager import RunManager
-from api.sequence_words import step_words
+from api.page.sequence_of_run import sequence_to_decide
 from api.service.access import Caller
+from jointlab.errors import EXPECTED
+from jointlab.sequences.wording import step_words
+from jointlab.supervision.manager import RunManager
 from rig.sequence import HammerStep, SineStep
 from rig.sequence import Sequence as Document
 

@@ -7,12 +7,12 @@ from typing import Any
 
 from nicegui import ui
 
-from api.page.current import current_run
+from api.page.current_run import current_run
+from api.page.formatting import moment, standing
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
 from api.page.results import accelerances, comparison, files, joints, modes, tester
 from api.page.results.section import Section
-from api.page.words import moment, standing
 from store.errors import NotFoundError
 from store.instruments import list_channels
 from store.runs import Run, get_run, list_run_events

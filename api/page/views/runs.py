@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from api.page.formatting import moment, standing
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
-from api.page.words import moment, standing
-from api.runs.state import RigState
+from jointlab.supervision.state import RigState
 from store.runs import Run, RunState, list_runs
 from store.specimens import Specimen, list_specimens
 

@@ -9,13 +9,13 @@ from nicegui import ui
 
 from api.page.charts import sines
 from api.page.controls import chart, redraw
-from api.page.current import current_run
+from api.page.current_run import current_run
+from api.page.formatting import duration, quantity, scaled, time_left
 from api.page.frame import Frame
 from api.page.markup import show, tabs
 from api.page.steering import steering
 from api.page.sweep_progress import Point, SweepProgress, sweep_progress
-from api.page.words import duration, quantity, scaled, time_left
-from api.runs.state import Phase, RigState
+from jointlab.supervision.state import Phase, RigState
 
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:

@@ -16,7 +16,7 @@ from api.service.problems import problems
 from store.analyses import AnalysisKind, chosen_analysis
 from store.comparisons import Comparison, list_comparisons
 from store.quantity import quantity
-from store.searches import find_comparisons
+from store.result_queries import find_comparisons
 
 router = APIRouter(tags=["comparisons"], route_class=TaggedRoute)
 UNITS = "N/m, N, N m, or 1 for gamma"

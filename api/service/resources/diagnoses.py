@@ -9,10 +9,10 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from api.service.access import Reader
-from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.documents import number_of
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act
 from api.service.links import first_of, job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems

@@ -16,7 +16,7 @@ from api.service.problems import problems
 from store.analyses import AnalysisKind, chosen_analysis
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.quantity import quantity
-from store.searches import Place, find_sine_points
+from store.result_queries import Place, find_sine_points
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
 Known = float | None

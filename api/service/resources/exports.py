@@ -8,17 +8,17 @@ from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 from pydantic import Field
 
-from api.errors import ConflictError
-from api.jobs.kinds import exports_folder
 from api.service.access import Reader
-from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act
 from api.service.links import job_links
 from api.service.pages import Cursor, Limit, Page
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
 from api.service.resources.jobs import JobDocument, JobNumber, job_document, page_of_jobs, queue_job, queueing
+from jointlab.errors import ConflictError
+from jointlab.jobs.kinds import exports_folder
 from store.errors import NotFoundError
 from store.jobs import JobState
 

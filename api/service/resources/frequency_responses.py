@@ -8,13 +8,13 @@ import numpy as np
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
-from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import OfAnalysis, RunNumber
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
+from jointlab.identification.document import plain
 from store.errors import NotFoundError
 from store.excitation import Excitation
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses

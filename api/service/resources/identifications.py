@@ -8,7 +8,14 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from analysis.modal.spectra import Estimator
-from api.identification.options import (
+from api.service.context import Context, Jobs, Services
+from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act
+from api.service.links import job_links
+from api.service.pages import LARGEST
+from api.service.problems import problems
+from api.service.resources.jobs import JobDocument, queue_job, queueing
+from jointlab.identification.options import (
     LONGEST_WINDOW,
     LOOSEST,
     MOST_ELEMENTS,
@@ -16,13 +23,6 @@ from api.identification.options import (
     SHORTEST_FORCE,
     TIGHTEST,
 )
-from api.service.acts import Act
-from api.service.context import Context, Jobs, Services
-from api.service.etags import TaggedRoute
-from api.service.links import job_links
-from api.service.pages import LARGEST
-from api.service.problems import problems
-from api.service.resources.jobs import JobDocument, queue_job, queueing
 from store.quantity import quantity
 from store.runs import Run, get_run
 

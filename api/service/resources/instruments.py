@@ -9,10 +9,10 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from api.service.access import Reader
-from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act, acting
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems

@@ -13,10 +13,10 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, Field
 
 from api.service.access import Reader
-from api.service.acts import Act, acting
 from api.service.context import Context, Jobs, Services
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act, acting
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems

@@ -7,20 +7,20 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from api.identification.document import plain
-from api.identification.record import why_not_observable
 from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
+from jointlab.identification.document import plain
+from jointlab.identification.save import why_not_observable
 from store.analyses import Analysis, AnalysisKind, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
 from store.quantity import quantity
+from store.result_queries import Element, Place, find_elements
 from store.runs import get_run
-from store.searches import Element, Place, find_elements
 
 router = APIRouter(tags=["joint matrices"], route_class=TaggedRoute)
 Known = float | None

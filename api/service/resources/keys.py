@@ -8,15 +8,15 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from api.errors import ApiError
 from api.service.access import Admin
-from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act, acting
 from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
+from jointlab.errors import JointlabError
 from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
 
 router = APIRouter(prefix="/keys", tags=["keys"], route_class=TaggedRoute)
@@ -76,7 +76,7 @@ def create(
         return MadeKey(**KeyDocument.of(key).model_dump(), secret=secret)
 
     if wanted.expires_at is not None and wanted.expires_at <= context.now():
-        raise ApiError(f"a key that ends at {wanted.expires_at} would open nothing; give a later time")
+        raise JointlabError(f"a key that ends at {wanted.expires_at} would open nothing; give a later time")
     return act.once(make, 201, secret="secret", **wanted.model_dump(mode="json"))
 
 

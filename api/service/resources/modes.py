@@ -7,12 +7,12 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from api.identification.document import plain
 from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import OfAnalysis, RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
+from jointlab.identification.document import plain
 from store.analyses import AnalysisKind, chosen_analysis
 from store.modes import get_modes
 from store.quantity import quantity

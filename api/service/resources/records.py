@@ -10,10 +10,10 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from api.service.access import Reader
-from api.service.acts import Act, acting
 from api.service.context import Context, Rig, Services
 from api.service.documents import RunNumber, Why, number_of
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act, acting
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems

@@ -12,17 +12,17 @@ from fastapi import APIRouter, BackgroundTasks, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from api.runs.journal import Entry, Journal
-from api.runs.lease import Lease
-from api.runs.manager import RunManager
-from api.runs.state import Phase
 from api.service.access import Controller, Reader
-from api.service.acts import Act, LeaseToken, acting
 from api.service.context import Context, Rig, Services
 from api.service.documents import Words
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
+from api.service.idempotent_requests import Act, LeaseToken, acting
 from api.service.problems import problems
 from api.service.rig_events import described_events
+from jointlab.supervision.journal import Entry, Journal
+from jointlab.supervision.lease import Lease
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.state import Phase
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry

@@ -9,16 +9,16 @@ from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from api.errors import ConflictError
 from api.service.access import Reader
-from api.service.acts import Act, acting, driving
 from api.service.context import Context, Rig, Services
 from api.service.documents import Name, RunNumber, WholeSequence, Why, Words
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act, acting, driving
 from api.service.links import RESULTS, first_of, run_links
 from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from api.service.resources.sequences import sequence_named
+from jointlab.errors import ConflictError
 from rig.errors import RigError
 from rig.sequence import Sequence
 from store.errors import StoreError

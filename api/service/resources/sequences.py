@@ -9,20 +9,20 @@ from fastapi import APIRouter, Path, Response
 from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
-from api.errors import ApiError, ConflictError
-from api.sequences import NAMES, built_in
 from api.service.access import Reader
-from api.service.acts import Act, acting
 from api.service.context import Context
 from api.service.documents import Name, WholeSequence
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
+from api.service.idempotent_requests import Act, acting
 from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, from_cursor, page_of
 from api.service.problems import problems
+from jointlab.errors import ConflictError, JointlabError
+from jointlab.sequences import NAMES, built_in
 from rig.sequence import Sequence, sequence_from
 from store.errors import NotFoundError
 from store.keys import Scope
-from store.sequence_documents import SequenceDocument, get_sequence, keep_sequence, list_sequences, remove_sequence
+from store.sequence_documents import SequenceDocument, get_sequence, list_sequences, remove_sequence, save_sequence
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
 NEXT = links(200, "name", "sequences-get", "sequences-delete", field="name")
@@ -54,7 +54,7 @@ def list_(_who: Reader, context: Context, limit: Limit = 100, cursor: Cursor = N
     """List the sequences that are kept, by name; the built-in ones are not among them."""
     after = from_cursor(cursor) or ""
     if "\0" in after:
-        raise ApiError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
+        raise JointlabError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
     with context.catalogue.reading() as session:
         found = list_sequences(session, after=after, limit=limit + 1)
     return page_of([SequenceSummary.of(each) for each in found], limit, lambda each: each.name)
@@ -82,7 +82,7 @@ def put(
     def keep() -> NamedSequence:
         with context.catalogue.writing() as session:
             check_unchanged(if_match, _tag(session, name))
-            keep_sequence(session, name, sequence.model_dump(mode="json"))
+            save_sequence(session, name, sequence.model_dump(mode="json"))
         return NamedSequence(name=name, sequence=sequence)
 
     return act.once(keep)

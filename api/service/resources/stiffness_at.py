@@ -10,12 +10,12 @@ from pydantic import BaseModel, Field
 from analysis.direct.cylinder_terms import JointTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
-from api.identification.law import SpecimenAt, StiffnessAt, laws_of_points, points_of_run, stiffness_at
 from api.service.access import Reader
 from api.service.context import Context
 from api.service.documents import RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
+from jointlab.identification.law import SpecimenAt, StiffnessAt, laws_of_points, points_of_run, stiffness_at
 from store.quantity import quantity
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)

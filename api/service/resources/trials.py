@@ -8,9 +8,9 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from api.service.access import Reader
-from api.service.acts import Act
 from api.service.context import Context, Jobs
 from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import Act
 from api.service.links import job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page
 from api.service.problems import problems

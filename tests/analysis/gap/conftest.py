@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect
 from analysis.gap.fit import Likelihood
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search import Search
 from analysis.gap.simulation import Simulation

@@ -9,7 +9,6 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex
-from analysis.gap.bar import Bar, bar_of
 from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting, joint_matrices
 from analysis.gap.catalogue import candidates
@@ -40,6 +39,7 @@ from analysis.gap.effects.support_position import SupportPosition
 from analysis.gap.effects.vertical_offset import VerticalOffset
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import Likelihood
+from analysis.gap.free_beam_modes import Bar, bar_of
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.simulation import Simulation
 

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.fit import CLOSE, FINAL, Latest, Likelihood, Stage, fit
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.simulation import Simulation, State
 from tests.analysis.gap.conftest import Made
 

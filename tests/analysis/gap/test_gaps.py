@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
 from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.floor import floor_percent
 from analysis.gap.gaps import AT_THE_FLOOR, Gaps, measured_gaps, where_asked
-from analysis.gap.hands import one_by_one
 from analysis.gap.measurement import HammerSet
 from analysis.gap.model import Model, refined
+from analysis.gap.parallel_work import one_by_one
+from analysis.gap.repeatability import floor_percent
 from analysis.gap.verdict import weigh
 from tests.analysis.gap.conftest import Made, search_among
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.floor import floor_percent
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, held_out
 from analysis.gap.measurement import Measurement
+from analysis.gap.repeatability import floor_percent
 from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import Likelihood, evaluated
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.location import BANDS, LOWEST_BAND, band_edges, map_of, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation

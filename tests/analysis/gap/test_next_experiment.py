@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.bar import bar_of
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.effect import Effect
 from analysis.gap.effects.accelerometer_mass import AccelerometerMass
@@ -16,6 +15,7 @@ from analysis.gap.effects.conditioning_drift import ConditioningDrift
 from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.youngs_modulus import YoungsModulus
 from analysis.gap.fit import CLOSE, Likelihood, fit
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.next_experiment import (

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.diagnosis import predictions
 from analysis.gap.fit import Likelihood, evaluated
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 

@@ -12,9 +12,9 @@ from analysis.gap.effects.frame_compliance import FrameCompliance
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.pairs import pairs
+from analysis.gap.residual_structure import misfit
 from analysis.gap.search import Search
-from analysis.gap.structure import misfit
+from analysis.gap.two_effect_search import pairs
 from analysis.gap.verdict import UNKNOWN, weigh
 from tests.analysis.gap.conftest import Made, search_among
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.bar import bar_of
 from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.fit import Likelihood
+from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from analysis.structure.forward import accelerance

@@ -20,7 +20,7 @@ from analysis.gap.effects.joint_mass import JointMass
 from analysis.gap.effects.transducer_lag import TransducerLag
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
-from analysis.gap.structure import Misfit
+from analysis.gap.residual_structure import Misfit
 from analysis.gap.verdict import FREEDOM, UNKNOWN, weigh
 from analysis.inverse.levenberg_marquardt import Linearised
 

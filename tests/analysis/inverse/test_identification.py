@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.inverse.identification import PAPER_DOFS, identify_joints, what_is_weak
+from analysis.inverse.identification import PAPER_DOFS, identify_joints, weakest_directions
 from analysis.inverse.joint_estimate import ratio_interval
 from analysis.modes import Modes
 from analysis.structure.beam import Beam, Mesh, assemble
@@ -143,7 +143,7 @@ def test_only_the_sum_of_the_axial_stiffnesses_counts_as_observable(bench: Bench
         for estimate in found.values():
             expected = [[False, True, False], [True, True, False], [False, False, False]]
             np.testing.assert_array_equal(estimate.observable, expected)
-    weak = what_is_weak(bench.free_beam, bench.modes, found)
+    weak = weakest_directions(bench.free_beam, bench.modes, found)
     assert weak is not None
     weakest = weak[:2]
     assert {direction.terms for direction in weakest} == {

@@ -13,13 +13,13 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
-from analysis.inverse.gates import MISFIT
 from analysis.inverse.identification import identify_joints
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.joint_parameters import SymmetricTerms
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.tolerances import Deviations, Tolerances
+from analysis.inverse.validity_checks import MISFIT
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint

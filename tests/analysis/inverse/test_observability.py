@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.inverse.covariance_propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.identification import PAPER_DOFS
 from analysis.inverse.joint_estimate import square
 from analysis.inverse.observability import modal_bound
-from analysis.inverse.propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.regression import UPPER
 from analysis.modes import Modes
 from analysis.structure.forward import eigensolution

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
-from api.simulated import as_toml
-from simlab.hand_server import Hand
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
@@ -60,9 +60,9 @@ def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory
 
 
 @pytest.fixture
-def hand(running_laboratory: Laboratory) -> Iterator[Hand]:
+def hand(running_laboratory: Laboratory) -> Iterator[OperatorClient]:
     """The technician's hand."""
-    hand = Hand(running_laboratory.addresses.hand)
+    hand = OperatorClient(running_laboratory.addresses.hand)
     yield hand
     hand.close()
 

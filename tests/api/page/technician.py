@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import httpx
 from playwright.sync_api import Page, Request
 
-from api.client import Client
+from jointlab.client import Client
 from store.catalogue import Catalogue
 from store.keys import Scope, add_key
 

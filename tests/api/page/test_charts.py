@@ -17,9 +17,9 @@ from api.page.charts.inverse import measured_and_predicted, regression
 from api.page.charts.modal import accelerances, moving_shape
 from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition, with_intervals
 from api.page.markup import Bar, Link, filters, table
-from api.report.curves import Curve, Panel
-from api.report.plots import stroke
-from api.report.section import Unknown
+from jointlab.report.curves import Curve, Panel
+from jointlab.report.plots import stroke
+from jointlab.report.section import Unknown
 from tests.api.page.diagnosis import example_document
 
 POINT = Dof(3, Direction.Y)

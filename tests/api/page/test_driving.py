@@ -8,8 +8,8 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Page, expect
 
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault
 from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Service, Tab
@@ -45,7 +45,7 @@ def go_to(page: Page, point: str) -> None:
     asked(page, f"Strike {point} (blow 1)")
 
 
-def mount(page: Page, hand: Hand) -> None:
+def mount(page: Page, hand: OperatorClient) -> None:
     """Put the cylinders in as asked, and say so."""
     asked(page, "Mount the cylinders of joint I in shear, and step back")
     hand.do("mount", specimen="I", configuration="shear")
@@ -73,7 +73,7 @@ def test_stop_is_there_before_anybody_has_logged_in(rig: Service, open_tab: Call
     expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
 
 
-def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Tab, hand: Hand) -> None:
+def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Tab, hand: OperatorClient) -> None:
     page = start(tab, HAMMER)
     go_to(page, "1y")
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
@@ -92,7 +92,7 @@ def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Ta
     expect(page.get_by_role("img", name="Coherence so far").locator("canvas").first).to_be_visible()
 
 
-def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: Hand) -> None:
+def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: OperatorClient) -> None:
     page = start(tab, LONG_SWEEP)
     mount(page, hand)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
@@ -113,7 +113,7 @@ def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: Hand) -> 
     expect(page.locator("#prompt")).to_contain_text("is stopped")
 
 
-def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand: Hand) -> None:
+def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand: OperatorClient) -> None:
     page = start(tab, SWEEP)
     mount(page, hand)
     expect(page.locator("#count")).to_have_text("4 of 4 sine points")
@@ -130,7 +130,7 @@ def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand
     expect(page.locator("#steps")).to_contain_text("sweep: ")
 
 
-def struck_twice(tab: Tab, hand: Hand) -> Page:
+def struck_twice(tab: Tab, hand: OperatorClient) -> Page:
     """A session that has two blows at 1y and has gone on to 3y."""
     page = start(tab, HAMMER)
     go_to(page, "1y")
@@ -141,7 +141,7 @@ def struck_twice(tab: Tab, hand: Hand) -> Page:
     return page
 
 
-def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: Hand) -> None:
+def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: OperatorClient) -> None:
     page = start(tab, HAMMER)
     asked(page, "Take the hammer to 1y")
     assert not grave_faults(page)
@@ -158,7 +158,7 @@ def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: Hand) -> No
 
 
 def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
-    tab: Tab, hand: Hand, laboratory: Laboratory
+    tab: Tab, hand: OperatorClient, laboratory: Laboratory
 ) -> None:
     page = start(tab, LONG_SWEEP)
     mount(page, hand)
@@ -177,7 +177,7 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     assert not grave_faults(page)
 
 
-def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: Hand) -> None:
+def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: OperatorClient) -> None:
     page = struck_twice(tab, hand)
     page.keyboard.press("Escape")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
@@ -186,7 +186,7 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: 
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
 
 
-def test_a_point_is_done_again_within_its_session(tab: Tab, hand: Hand) -> None:
+def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient) -> None:
     page = struck_twice(tab, hand)
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
     page.get_by_label("A point to do again").select_option("1y")
@@ -210,7 +210,7 @@ def test_a_point_is_done_again_within_its_session(tab: Tab, hand: Hand) -> None:
     expect(page.get_by_label("Points to strike")).to_have_value("3y")
 
 
-def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: Hand) -> None:
+def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: OperatorClient) -> None:
     """The sequence of a diagnosis, kept under a name, begins with a prompt."""
     document = tab.get("/api/sequences/paper").json()["sequence"]
     hammer = document["steps"][0] | {"points": ["1y"], "blows": 2}
@@ -224,7 +224,7 @@ def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: Hand) -> N
     go_to(page, "1y")
 
 
-def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Hand, laboratory: Laboratory) -> None:
+def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: OperatorClient, laboratory: Laboratory) -> None:
     page = start(tab, LONG_SWEEP)
     mount(page, hand)
     expect(page.locator("#latest")).to_be_visible()
@@ -271,7 +271,7 @@ def test_what_cannot_be_measured_is_refused_where_the_technician_looks(tab: Tab)
 
 
 def test_two_people_do_not_drive_at_once(
-    tab: Tab, hand: Hand, rig: Service, open_tab: Callable[[Service], Tab]
+    tab: Tab, hand: OperatorClient, rig: Service, open_tab: Callable[[Service], Tab]
 ) -> None:
     page = start(tab, HAMMER)
     go_to(page, "1y")
@@ -290,7 +290,9 @@ def test_two_people_do_not_drive_at_once(
     expect(their.get_by_role("button", name="Drive from here")).to_be_hidden()
 
 
-def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_over(tab: Tab, hand: Hand) -> None:
+def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_over(
+    tab: Tab, hand: OperatorClient
+) -> None:
     first = start(tab, HAMMER)
     go_to(first, "1y")
     second = tab.beside()

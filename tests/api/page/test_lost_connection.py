@@ -8,9 +8,9 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import Page, expect
 
-from api.simulated import as_toml
-from simlab.hand_server import Hand
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from tests.api.page.technician import Service, Tab, serving
 
 WATCH = """
@@ -37,7 +37,7 @@ def service(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) ->
         yield service
 
 
-def struck_once(tab: Tab, hand: Hand) -> Page:
+def struck_once(tab: Tab, hand: OperatorClient) -> Page:
     """The view of a hammer session that waits for its second blow."""
     page = tab.go(f"/page/measure?{urlencode(WANTED)}")
     page.get_by_role("button", name="Start").click()
@@ -49,7 +49,7 @@ def struck_once(tab: Tab, hand: Hand) -> Page:
 
 
 def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
-    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
+    service: Service, hand: OperatorClient, open_tab: Callable[[Service], Tab]
 ) -> None:
     tab = open_tab(service)
     tab.log_in()
@@ -78,7 +78,7 @@ def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
 
 
 def test_from_the_moment_a_page_is_connected_again_it_shows_nothing_but_the_truth(
-    service: Service, hand: Hand, open_tab: Callable[[Service], Tab]
+    service: Service, hand: OperatorClient, open_tab: Callable[[Service], Tab]
 ) -> None:
     """Nobody loads it anew: the page finds the service, which was started again, by itself."""
     tab = open_tab(service)

@@ -17,13 +17,13 @@ import uvicorn
 from fastapi import FastAPI
 from sqlalchemy import update
 
-from api.instruments import instruments_of
-from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services
-from api.simulated import SimulatedOperator, simulated_settings
-from simlab.hand_server import Hand
+from jointlab.instruments import instruments_of
+from jointlab.supervision.manager import RunManager
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store import models
 from store.catalogue import Catalogue
 from store.keys import Scope, add_key, revoke_key
@@ -52,7 +52,7 @@ def served(app: FastAPI) -> Iterator[httpx.Client]:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Writers wait for each other for 0.05 s instead of ten."""
-    monkeypatch.setattr("store.write_ahead.PATIENCE", 0.05)
+    monkeypatch.setattr("store.sqlite_wal.PATIENCE", 0.05)
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def client(catalogue: Catalogue) -> Iterator[httpx.Client]:
 def rig(catalogue: Catalogue, laboratory: Laboratory) -> Iterator[RunManager]:
     """A run manager on simulated instruments."""
     settings = simulated_settings(laboratory.addresses)
-    hand = Hand(laboratory.addresses.hand)
+    hand = OperatorClient(laboratory.addresses.hand)
     manager = RunManager(catalogue, instruments_of(settings), SimulatedOperator(hand))
     yield manager
     manager.close()

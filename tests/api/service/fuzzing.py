@@ -11,13 +11,13 @@ from pathlib import Path
 
 from sqlalchemy import text
 
-from api.instruments import instruments_of
-from api.jobs.executors import ProcessExecutor
-from api.jobs.queue import JobQueue
-from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services
-from api.simulated import SimulatedOperator, simulated_settings
+from jointlab.instruments import instruments_of
+from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.queue import JobQueue
+from jointlab.supervision.manager import RunManager
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.keys import Scope, add_key

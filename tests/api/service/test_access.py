@@ -12,12 +12,12 @@ from typing import Any
 import httpx
 import pytest
 
-from api.instruments import instruments_of
-from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services
-from api.settings import Settings
-from api.simulated import CHANNELS
+from jointlab.instruments import instruments_of
+from jointlab.settings import Settings
+from jointlab.supervision.manager import RunManager
+from jointlab.trials.simulated_laboratory import CHANNELS
 from store.catalogue import Catalogue
 from store.keys import Scope
 from tests.api.conftest import paper

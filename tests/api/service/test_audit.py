@@ -9,8 +9,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from api.runs.manager import RunManager
-from api.service.deeds import HOUR, NOTED, Deed, Refusals
+from jointlab.audit import HOUR, NOTED, Deed, Refusals
+from jointlab.supervision.manager import RunManager
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.keys import Scope

@@ -10,11 +10,11 @@ from typing import Any, Self
 import httpx
 import pytest
 
-from api.jobs.executors import ProcessExecutor
-from api.jobs.queue import JobQueue
-from api.runs.manager import RunManager
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.queue import JobQueue
+from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.check import check
 from store.keys import Scope, add_key
@@ -24,8 +24,8 @@ from tests.waiting import until
 
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
-    "api.runs.journal", "api.service.steady_time", "daq.task", "rig.recording", "store.jobs", "store.keys",
-    "store.models.base", "store.runs",
+    "jointlab.supervision.journal", "api.service.monotonic_clock", "daq.task",
+    "rig.recording", "store.jobs", "store.keys", "store.models.base", "store.runs",
 )  # fmt: skip
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],

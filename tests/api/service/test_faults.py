@@ -11,8 +11,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from api.client import Client, ProblemError
-from api.runs.manager import RunManager
+from jointlab.client import Client, ProblemError
+from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.check import check
 from store.runs import RunState

@@ -10,10 +10,10 @@ from typing import Any
 import httpx
 import pytest
 
-from api.jobs.executors import ProcessExecutor
-from api.jobs.queue import JobQueue
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.queue import JobQueue
 from store.analyses import AnalysisKind, add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import Diagnosis, add_diagnosis

@@ -11,9 +11,9 @@ from typing import Any
 import httpx
 import pytest
 
-from api.client import Client
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.client import Client
 from store.catalogue import Catalogue
 from tests.api.service.conftest import served
 

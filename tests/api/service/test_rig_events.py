@@ -9,10 +9,10 @@ import httpx
 import pytest
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from api.client import Client
-from api.client.connection import RigEvent
-from api.runs.manager import RunManager
 from api.service.rig_events import EVENTS, described_events, model_of
+from jointlab.client import Client
+from jointlab.client.connection import RigEvent
+from jointlab.supervision.manager import RunManager
 from rig.sequence import DISPLACEMENT, FORCE
 from store.catalogue import Catalogue
 from store.sine_records import list_sine_records

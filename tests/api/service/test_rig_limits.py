@@ -8,11 +8,11 @@ import httpx
 import pytest
 from sqlalchemy import text
 
-from api.runs.manager import RunManager
+from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
-from store.rig_limits import keep_rig_limits
+from store.rig_limits import save_rig_limits
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting
 
@@ -47,6 +47,6 @@ def test_limits_that_cannot_be_stored_are_not_in_force(
 
 def test_limits_that_this_version_does_not_know_are_not_passed_over(rig: RunManager, catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
-        keep_rig_limits(session, rig.instruments.rig, {"jerk": 1.0}, "a later version")
+        save_rig_limits(session, rig.instruments.rig, {"jerk": 1.0}, "a later version")
     with pytest.raises(RigError, match="do not fit this version"):
         RunManager(catalogue, rig.instruments)

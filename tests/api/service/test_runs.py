@@ -7,8 +7,8 @@ from typing import Any
 import httpx
 import pytest
 
-from api.runs.manager import RunManager
-from api.runs.state import Phase
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.state import Phase
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.keys import Scope

@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
-from api.sequences import NAMES, built_in
+from jointlab.sequences import NAMES, built_in
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from api.identification.source import measurement_of_run
-from api.instruments import instruments_of
-from api.simulated import SimulatedOperator, simulated_settings
+from jointlab.identification.load import measurement_of_run
+from jointlab.instruments import instruments_of
+from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.run import run_sequence
 from rig.sequence import sequence_from
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
 from simlab.case.draw import Kind, draw_case
 from simlab.case.simulate import simulate
-from simlab.hand_server import Hand
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 
 STEPS = [
@@ -33,7 +33,7 @@ STEPS = [
 def test_a_run_on_a_case_measures_its_effect(tmp_path: Path) -> None:
     case = draw_case(4, Kind.PAIR, ["foundation_compliance", "frame_compliance"], 0.6)
     with Laboratory(speed=200.0, case=case) as laboratory:
-        hand = Hand(laboratory.addresses.hand)
+        hand = OperatorClient(laboratory.addresses.hand)
         drawing = hand.do("drawing")
         article = {part: drawing[part] for part in ("beam", "node_positions", "joints", "accelerometer", "tolerances")}
         document = {

@@ -1,0 +1,162 @@
+"""The technician at a terminal, and progress of a sequence as bars."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from analysis.dof import Dof
+from api.commands.interrupts import raising_on_interrupt
+from jointlab.errors import JointlabError
+from rig.operator import (
+    BlowAccepted,
+    BlowMissed,
+    BlowRefused,
+    BlowSuspected,
+    Event,
+    HammerStarted,
+    InterlockReset,
+    InterlockTripped,
+    Operator,
+    PointStarted,
+    RateCoerced,
+    RunContinued,
+    RunStarted,
+    SinePointMeasured,
+    SinePointRefused,
+    SoakEnded,
+    SoakStarted,
+    SpecimenMounted,
+    WaitStarted,
+    mounting,
+)
+from rig.sequence import Sequence
+
+
+class TerminalOperator(Operator):
+    """Prompts a person: strikes are announced, mounting is confirmed with Enter."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def strike(self, point: Dof, blow: int) -> None:
+        """Ask for a blow; the trigger waits for it."""
+        self._console.print(f"strike {point} now (blow {blow})")
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        """Ask for the cylinders, and wait until they are in.
+
+        Raises:
+            JointlabError: there is nobody to ask.
+        """
+        self._confirm(f"mount {mounting(specimen, configuration)}", "step back, then press Enter")
+
+    def see_to(self, text: str) -> None:
+        """Ask for something that takes hands, and wait until it is done.
+
+        Raises:
+            JointlabError: there is nobody to ask.
+        """
+        self._confirm(text, "then press Enter")
+
+    def _confirm(self, deed: str, then: str) -> None:
+        if not sys.stdin.isatty():
+            raise JointlabError(f"{deed}: there is no terminal to confirm it on; run the sequence from a terminal")
+        try:
+            with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
+                self._console.input(f"{deed}, {then} ", markup=False)
+        except EOFError as error:
+            raise JointlabError(f"{deed}: the terminal was closed") from error
+
+
+class SequenceProgress:
+    """An observer that shows a sequence as two bars, and what went otherwise than asked as lines. A context manager.
+
+    Attributes:
+        run_id: number of the run, None before it has begun.
+    """
+
+    def __init__(self, sequence: Sequence | None, console: Console) -> None:
+        self.run_id: int | None = None
+        self._console = console
+        self._bars = Progress(
+            TextColumn("{task.description:<34}"),
+            BarColumn(bar_width=32),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        blows = sum(len(step.points) * step.blows for step in sequence.hammer_steps) if sequence else 0
+        sines = sum(step.points for step, _ in sequence.sine_steps) if sequence else 0
+        self._blows = self._bars.add_task("blows", total=blows) if blows else None
+        self._sines = self._bars.add_task("sine points", total=sines) if sines else None
+
+    def __enter__(self) -> SequenceProgress:
+        self._bars.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bars.stop()
+
+    def __call__(self, event: Event) -> None:
+        """Show `event`."""
+        match event:
+            case RunStarted(run_id):
+                self.run_id = run_id
+                self._say(f"run {run_id}")
+            case RunContinued(run_id, blows, sines):
+                self.run_id = run_id
+                self._say(f"run {run_id} goes on after {blows} blows and {sines} sine points")
+                self._advance(self._blows, blows)
+                self._advance(self._sines, sines)
+            case WaitStarted(seconds):
+                self._say(f"waiting for {seconds:g} s")
+            case SoakStarted(band, seconds, limit):
+                self._say(f"waiting for {seconds:g} s within {band:g} K, at most {limit:g} s")
+            case SoakEnded(celsius, waited):
+                self._say(f"the temperature settled at {celsius:.2f} C after {waited:.0f} s")
+            case HammerStarted(set_number, peak_force):
+                self._say(f"hammer set {set_number}: blows of about {peak_force:g} N")
+            case PointStarted(point, index, points):
+                self._describe(self._blows, f"blows at {point} ({index} of {points})")
+            case BlowAccepted():
+                self._advance(self._blows)
+            case BlowRefused(point, blow, reason):
+                self._say(f"blow {blow} at {point} refused: {reason}")
+            case BlowSuspected(point, blow, reason):
+                self._say(f"blow {blow} at {point} left out: {reason}; strike one more")
+                self._advance(self._blows, -1)
+            case BlowMissed(point, blow, waited):
+                self._say(f"blow {blow} at {point}: nobody struck within {waited:g} s")
+            case SpecimenMounted(specimen, configuration):
+                self._describe(self._sines, f"sine points, {specimen} in {configuration}")
+            case SinePointMeasured():
+                self._advance(self._sines)
+            case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
+                self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
+            case InterlockTripped(interlocks):
+                self._say(f"the tester's interlocks: {_names(interlocks)}")
+            case InterlockReset(interlocks):
+                self._say(f"the tester was reset after {_names(interlocks)}")
+            case RateCoerced(requested, used):
+                self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
+            case _:
+                pass
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, markup=False)
+
+    def _describe(self, task: TaskID | None, text: str) -> None:
+        if task is not None:
+            self._bars.update(task, description=text)
+
+    def _advance(self, task: TaskID | None, steps: int = 1) -> None:
+        if task is not None:
+            self._bars.advance(task, steps)
+
+
+def _names(interlocks: tuple[str, ...]) -> str:
+    return ", ".join(interlocks).replace("_", " ")

@@ -1,0 +1,74 @@
+"""The sequence by which a run can be measured again: its own, or the paper's on the article of an imported one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from api.service.context import Services
+from api.service.resources.sequences import sequence_named
+from jointlab.diagnosis.next_sequence import next_sequence
+from jointlab.errors import JointlabError
+from jointlab.sequences import BUILT_IN
+from rig.sequence import Sequence, sequence_from
+from rig.tester_limits import TesterLimits
+from store.analyses import get_analysis
+from store.bundle_setup import article_from
+from store.diagnoses import get_diagnosis
+from store.errors import NotFoundError
+from store.excitation import HAMMER
+from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.runs import Run, get_run
+
+
+def sequence_again(session: Session, run_id: int) -> Sequence:
+    """The sequence that run `run_id` was measured by, or one that measures an imported run again.
+
+    Raises:
+        NotFoundError: there is no such run.
+        StoreError, RigError: what is stored of it makes no sequence.
+    """
+    run = get_run(session, run_id)
+    source = f"sequence of run {run_id}"
+    return sequence_from(run.sequence or _on_article_of(session, run), source)
+
+
+def sequence_to_decide(services: Services, diagnosis: int) -> tuple[str, Sequence]:
+    """What a diagnosis asks for next, and the sequence for it within the limits in force.
+
+    Raises:
+        NotFoundError: there is no such diagnosis.
+        JointlabError: it asks for nothing.
+        StoreError, RigError: what is stored makes no sequence.
+    """
+    with services.catalogue.reading() as session:
+        experiment = get_diagnosis(session, diagnosis).document["verdict"].get("next_experiment")
+        if not experiment:
+            raise JointlabError(f"diagnosis {diagnosis} asks for no further experiment")
+        base = sequence_again(session, get_analysis(session, diagnosis).runs[0])
+    limits = TesterLimits() if services.runs is None else services.runs.instruments.limits
+    return experiment, next_sequence(experiment, base, limits)
+
+
+def _on_article_of(session: Session, run: Run) -> dict[str, Any]:
+    """The paper's steps with the points, the hammer levels and the preset that the imported run has."""
+    article = article_from(run.setup)
+    document = sequence_named(session, BUILT_IN).model_dump(mode="json", exclude_none=True)
+    hammer, sweep = document["steps"]
+    try:
+        sets = list_frequency_responses(session, run.id)
+        levels = [_at_level(hammer, each) for each in sets if each.excitation == HAMMER] or [hammer]
+    except NotFoundError:
+        levels = [hammer]
+    sweep |= {"specimens": [joint.name for joint in article.joints]}
+    if (preset := (run.setup.get("direct") or {}).get("preset_mm")) is not None:
+        sweep |= {"preset_mm": preset}
+    own = {"title": run.title, "article_name": run.article, "article": article.model_dump(mode="json")}
+    return document | own | {"steps": [*levels, sweep]}
+
+
+def _at_level(hammer: dict[str, Any], measured: FrequencyResponseSet) -> dict[str, Any]:
+    level = measured.peak_force or hammer["peak_force"]
+    own = {"points": [str(point) for point in measured.inputs], "peak_force": level}
+    return hammer | own | {"weakest_peak": min(hammer["weakest_peak"], level / 2)}

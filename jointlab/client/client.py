@@ -1,0 +1,298 @@
+"""The client: the rig, the laboratory, runs, results and jobs of one service."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+from urllib.parse import quote
+
+from analysis.modal.spectra import Estimator
+from api.service.resources.analyses import AnalysisDocument
+from api.service.resources.channels import ChannelDocument
+from api.service.resources.comparisons import ComparisonDocument
+from api.service.resources.dynamic_stiffness import StiffnessPoint
+from api.service.resources.frequency_responses import FrequencyResponseDocument, SetSummary
+from api.service.resources.health import Health
+from api.service.resources.instruments import CalibrationDocument, InstrumentDocument, NewCalibration
+from api.service.resources.jobs import JobDocument
+from api.service.resources.joint_matrices import JointMatrixDocument
+from api.service.resources.modes import ModesDocument
+from api.service.resources.records import BlowDocument, SineRecordDocument, WaveformDocument
+from api.service.resources.rig import Limits, RigDocument, Stopped
+from api.service.resources.runs import RunDetails, RunSummary
+from api.service.resources.sequences import NamedSequence, SequenceSummary
+from api.service.resources.specimens import SpecimenDocument
+from api.service.resources.stiffness_at import StiffnessDocument
+from jointlab.client.connection import Connection, RigEvent
+from jointlab.client.driving import Driver
+from rig.sequence import Sequence
+from store.analyses import AnalysisKind
+from store.jobs import OVER
+from store.runs import RunState
+
+LOOK = 0.5  # s between looks at what is waited for
+
+
+class Client:
+    """One service. A context manager; methods raise `ProblemError` where the service says why it cannot.
+
+    Args:
+        address: such as ``http://127.0.0.1:8000``.
+        key: made by ``jointlab key create``; None on a computer where no key is needed.
+        timeout: s that an answer may take.
+    """
+
+    def __init__(self, address: str = "http://127.0.0.1:8000", key: str | None = None, timeout: float = 30.0) -> None:
+        self._connection = Connection(address, key, timeout)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def health(self) -> Health:
+        """Whether the service can do its work."""
+        return self._connection.get(Health, "/health")
+
+    # The rig
+
+    def rig(self) -> RigDocument:
+        """What the rig is at."""
+        return self._connection.get(RigDocument, "/rig")
+
+    def stop(self) -> int | None:
+        """STOP: end whatever is carried out; its number. Needs neither key nor lease; the actuator is at rest then."""
+        return self._connection.post(Stopped, "/rig/stop").run_id
+
+    @contextmanager
+    def driving(self, holder: str, *, by_force: bool = False) -> Iterator[Driver]:
+        """Have the control lease while the context lasts.
+
+        Args:
+            holder: who drives, to be shown to others.
+            by_force: take it over, from another client of the same key or, with the scope engineer, from anybody.
+        """
+        driver = Driver(self._connection, holder, by_force=by_force)
+        try:
+            yield driver
+        finally:
+            driver.give_back()
+
+    def limits(self) -> Limits:
+        """The rig's limits in force."""
+        return self._connection.get(Limits, "/rig/limits")
+
+    def set_limits(self, limits: Limits) -> Limits:
+        """Set the rig's limits for runs that begin from now on; needs the scope engineer."""
+        return self._connection.put(Limits, "/rig/limits", limits.model_dump())
+
+    @contextmanager
+    def events(self, last_event_id: str | None = None) -> Iterator[Iterator[RigEvent]]:
+        """What happens at the rig from now on, or after the event with this id."""
+        with self._connection.events("/rig/events", last_event_id) as happening:
+            yield happening
+
+    # The laboratory
+
+    def instruments(self, kind: str | None = None) -> Iterator[InstrumentDocument]:
+        """Every instrument that was ever used, or those of a kind such as tester, in the order of first use."""
+        return self._connection.pages(InstrumentDocument, "/instruments", kind=kind)
+
+    def calibrations(self, instrument: int) -> Iterator[CalibrationDocument]:
+        """The calibrations of an instrument, newest first."""
+        return self._connection.pages(CalibrationDocument, f"/instruments/{instrument}/calibrations")
+
+    def calibrate(self, instrument: int, certificate: NewCalibration) -> CalibrationDocument:
+        """Store what a new certificate says; needs the scope engineer."""
+        path = f"/instruments/{instrument}/calibrations"
+        return self._connection.post(CalibrationDocument, path, certificate.model_dump(mode="json"))
+
+    def channels(self, run: int | None = None) -> Iterator[ChannelDocument]:
+        """The channel table that a run was measured with, or where none is named, that of the next run."""
+        return self._connection.pages(ChannelDocument, "/channels" if run is None else f"/runs/{run}/channels")
+
+    def specimens(self, article: str | None = None) -> Iterator[SpecimenDocument]:
+        """Specimens, or those of a test article, in the order of first use."""
+        return self._connection.pages(SpecimenDocument, "/specimens", article=article)
+
+    def sequences(self) -> Iterator[SequenceSummary]:
+        """The sequences that are kept, by name; the built-in ones are not among them."""
+        return self._connection.pages(SequenceSummary, "/sequences")
+
+    def sequence(self, name: str) -> Sequence:
+        """One sequence, kept or built in, as a run carries it out."""
+        return self._connection.get(NamedSequence, f"/sequences/{quote(name)}").sequence
+
+    def save_sequence(self, name: str, sequence: Sequence) -> Sequence:
+        """Keep a sequence under a name, in place of what was there."""
+        body = sequence.model_dump(mode="json")
+        return self._connection.put(NamedSequence, f"/sequences/{quote(name)}", body).sequence
+
+    def delete_sequence(self, name: str) -> None:
+        """Forget a sequence; runs keep their own copy."""
+        self._connection.request("DELETE", f"/sequences/{quote(name)}")
+
+    # Runs
+
+    def runs(self, state: RunState | None = None, article: str | None = None) -> Iterator[RunSummary]:
+        """Runs, newest first."""
+        return self._connection.pages(RunSummary, "/runs", state=state, article=article)
+
+    def run(self, run: int) -> RunDetails:
+        """One run."""
+        return self._connection.get(RunDetails, f"/runs/{run}")
+
+    def create_run(self, sequence: str | Sequence | dict[str, Any]) -> RunSummary:
+        """Store a run to be started later, of a sequence that is kept under a name, or of a whole one."""
+        given = sequence.model_dump(mode="json") if isinstance(sequence, Sequence) else sequence
+        return self._connection.post(RunSummary, "/runs", {"sequence": given})
+
+    def wait_for_run(self, run: int) -> RunDetails:
+        """Wait until a run has ended, however it did."""
+        while (found := self.run(run)).state is RunState.RUNNING:
+            time.sleep(LOOK)
+        return found
+
+    def blows(self, run: int, accepted: bool | None = None) -> Iterator[BlowDocument]:
+        """Blows of a run, in the order of measuring."""
+        return self._connection.pages(BlowDocument, f"/runs/{run}/blows", accepted=accepted, limit=1000)
+
+    def sine_records(self, run: int) -> Iterator[SineRecordDocument]:
+        """Sine records of a run, in the order of measuring."""
+        return self._connection.pages(SineRecordDocument, f"/runs/{run}/sine-records", limit=1000)
+
+    def withdraw_blow(self, blow: int, reason: str) -> BlowDocument:
+        """Take an accepted blow back; a session that is still on strikes its point once more."""
+        return self._connection.post(BlowDocument, f"/blows/{blow}/withdraw", {"reason": reason})
+
+    def blow_waveform(self, blow: int) -> WaveformDocument:
+        """What was recorded of a blow."""
+        return self._connection.get(WaveformDocument, f"/blows/{blow}/waveform")
+
+    # Results
+
+    def analyses(self, run: int, kind: AnalysisKind | None = None) -> Iterator[AnalysisDocument]:
+        """What was computed from a run, newest first; the number of one reads its results."""
+        return self._connection.pages(AnalysisDocument, f"/runs/{run}/analyses", kind=kind)
+
+    def accelerance_sets(self, run: int, analysis: int | None = None) -> Iterator[SetSummary]:
+        """The roving-hammer sets of a run: the newest accelerances, or those of one analysis."""
+        return self._connection.pages(SetSummary, f"/runs/{run}/frequency-responses", analysis=analysis)
+
+    def accelerance(
+        self, run: int, set_number: int, point: str, analysis: int | None = None
+    ) -> FrequencyResponseDocument:
+        """The accelerance of a set from the blows at a point such as 3y: the newest, or that of one analysis."""
+        path = f"/runs/{run}/frequency-responses/{set_number}/{point}"
+        return self._connection.get(FrequencyResponseDocument, path, analysis=analysis)
+
+    def modes(self, run: int, analysis: int | None = None) -> ModesDocument:
+        """The modes of a run: the newest, or those of one analysis."""
+        return self._connection.get(ModesDocument, f"/runs/{run}/modes", analysis=analysis)
+
+    def joint_matrices(self, run: int, analysis: int | None = None) -> Iterator[JointMatrixDocument]:
+        """The joint matrices of a run: the newest by each inverse method, or those of one analysis."""
+        return self._connection.pages(JointMatrixDocument, f"/runs/{run}/joint-matrices", analysis=analysis)
+
+    def dynamic_stiffness(self, run: int, analysis: int | None = None) -> Iterator[StiffnessPoint]:
+        """The sine points of a run by the direct method: the newest, or those of one analysis."""
+        path = f"/runs/{run}/dynamic-stiffness"
+        return self._connection.pages(StiffnessPoint, path, analysis=analysis, limit=1000)
+
+    def stiffness_at(self, run: int, amplitude_pp_mm: float, frequency: float) -> StiffnessDocument:
+        """What the law that was fitted to a run's sine points says at an amplitude in mm and a frequency in Hz."""
+        path = f"/runs/{run}/dynamic-stiffness/at"
+        return self._connection.get(StiffnessDocument, path, amplitude_pp_mm=amplitude_pp_mm, frequency=frequency)
+
+    def comparisons(self, run: int, analysis: int | None = None) -> Iterator[ComparisonDocument]:
+        """The comparison of both methods on a run: the newest, or that of one analysis."""
+        return self._connection.pages(ComparisonDocument, f"/runs/{run}/comparisons", analysis=analysis)
+
+    # Jobs
+
+    def identify(
+        self,
+        run: int,
+        *,
+        free_beam: int | None = None,
+        elements: int | None = None,
+        joint_exponent: float | None = None,
+        regularise: float | None = None,
+        estimator: Estimator | None = None,
+        force_window: float | None = None,
+        exponential_window: float | None = None,
+    ) -> JobDocument:
+        """Queue an identification of a run by both methods.
+
+        Args:
+            run: its number.
+            free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
+            elements: of the beam between neighbouring nodes; as many as the data call for by default.
+            joint_exponent: standard deviation of the power of frequency that joints follow; nil by default.
+            regularise: share of its size within which every term is held; none by default.
+            estimator: of the blows' average; H1 by default.
+            force_window: seconds after the trigger that force counts; all by default.
+            exponential_window: time constant in seconds of a window on force and acceleration; none by default.
+        """
+        wanted = {
+            "run": run,
+            "free_beam": free_beam,
+            "elements": elements,
+            "joint_exponent": joint_exponent,
+            "regularise": regularise,
+            "estimator": estimator,
+            "force_window": force_window,
+            "exponential_window": exponential_window,
+        }
+        chosen = {name: value for name, value in wanted.items() if value is not None}
+        return self._connection.post(JobDocument, "/identifications", chosen)
+
+    def diagnose(self, run: int) -> JobDocument:
+        """Queue a diagnosis of the gap between a run and its simulation."""
+        return self._connection.post(JobDocument, "/diagnoses", {"run": run})
+
+    def trials(self) -> Iterator[JobDocument]:
+        """Trials of the diagnosis, newest first; the scores are in the result of each that is done."""
+        return self._connection.pages(JobDocument, "/trials")
+
+    def try_diagnosis(self, cases: int, seed: int = 0) -> JobDocument:
+        """Queue a trial of the diagnosis on so many sealed cases."""
+        return self._connection.post(JobDocument, "/trials", {"cases": cases, "seed": seed})
+
+    def job(self, job: int) -> JobDocument:
+        """One job."""
+        return self._connection.get(JobDocument, f"/jobs/{job}")
+
+    def cancel(self, job: int) -> JobDocument:
+        """End a job that is not over."""
+        return self._connection.post(JobDocument, f"/jobs/{job}/cancel")
+
+    def wait_for_job(self, job: int) -> JobDocument:
+        """Wait until a job is over, however it ended."""
+        while (found := self.job(job)).state not in OVER:
+            time.sleep(LOOK)
+        return found
+
+    def export(self, run: int, form: str, path: Path) -> None:
+        """Write a run to a new file: as ``bundle`` (.zip), ``hdf5`` or ``report`` (HTML).
+
+        Raises:
+            ProblemError: it cannot be made.
+            FileExistsError: the file is there already.
+        """
+        asked = self._connection.post(JobDocument, "/exports", {"run": run, "form": form})
+        job = self.wait_for_job(asked.id)
+        content = self._connection.request("GET", f"/exports/{job.id}/file").content
+        with path.open("xb") as file:
+            file.write(content)

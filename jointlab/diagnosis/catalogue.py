@@ -1,0 +1,84 @@
+"""The catalogue of effects as people read it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.gap.catalogue import laws
+from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.parameter import Parameter
+from jointlab.diagnosis.load import drawing_of
+from store.bundle_setup import Article
+
+LEVELS = (100.0, 400.0)
+AMPLITUDES_PP_MM = (0.01, 0.05, 0.1)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One law of one effect.
+
+    Attributes:
+        effect: id.
+        title, law: in words.
+        parameters: with their priors.
+    """
+
+    effect: str
+    title: str
+    law: str
+    parameters: tuple[Parameter, ...]
+
+
+def entries(measurement: Measurement) -> Iterator[Entry]:
+    """Every law of every effect, as it is for a measurement; of laws with a variant for each joint or row, the first.
+
+    A law that this measurement could not show at all is given with no parameters.
+    """
+    for law in laws():
+        variants = law.variants(measurement)
+        yield Entry(law.id, law.title, law.law, variants[0].parameters if variants else ())
+
+
+def blank_measurement(article: Article, struck: tuple[Dof, ...]) -> Measurement:
+    """Both experiments on an article with nothing read yet: enough to say what could be diagnosed.
+
+    Args:
+        article: as drawn.
+        struck: points of each hammer set.
+    """
+    rows = (len(struck), 1)
+    sets = [HammerSet(struck, np.ones(1), np.ones(rows, dtype=complex), np.ones(rows), level) for level in LEVELS]
+    count = len(AMPLITUDES_PP_MM)
+    points = TesterPoints(
+        order=np.arange(count, dtype=float),
+        specimen=np.zeros(count, dtype=np.intp),
+        configuration=np.full(count, Configuration.SHEAR, dtype=np.intp),
+        amplitude=0.5e-3 * np.array(AMPLITUDES_PP_MM),
+        frequency=np.full(count, 100.0),
+        stiffness=np.ones(count, dtype=complex),
+        deviation=np.ones(count),
+        temperature=np.full(count, 23.0),
+    )
+    return Measurement(drawing_of(article), tuple(sets), points)
+
+
+@cache
+def _titles() -> dict[str, str]:
+    return {law.id: law.title for law in laws()}
+
+
+def title_of(effect: str) -> str:
+    """What an effect is called; its id in words where the catalogue does not have it."""
+    return _titles().get(effect, effect.replace("_", " "))
+
+
+def range_of(parameter: Parameter) -> tuple[float, float]:
+    """Where nineteen of twenty values of a parameter are expected."""
+    low, high = (parameter.value(score) for score in (-2.0, 2.0))
+    return max(low, parameter.least), high

@@ -1,0 +1,140 @@
+"""A diagnosis as the JSON document `jointlab-diagnosis/1`, which other people's programs read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from analysis.gap.diagnosis import Diagnosis, Ranked, Status
+from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.location import GapMap, Place
+from jointlab.diagnosis.catalogue import title_of
+from jointlab.diagnosis.track_record import TrackRecord, shipped_record, strength
+from jointlab.identification.document import plain
+
+FORMAT = "jointlab-diagnosis/1"
+UNKNOWN = "unknown"
+
+
+def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> dict[str, Any]:
+    """The whole document; numbers that are not known are null.
+
+    Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
+    each explanation, ``titles`` of effects, ``maps``, ``faults``, what is ``lost`` for want of
+    measurements, and in ``trial`` how often this catalogue was right on sealed cases like
+    this one; None where it was never tried.
+
+    Args:
+        found: the diagnosis.
+        record: of sealed trials; by default the one that is shipped.
+    """
+    record = shipped_record() if record is None else record
+    rigs = {rig: _rig(found, rig) for rig in ("inverse", "direct") if getattr(found.before, rig) is not None}
+    document: dict[str, Any] = plain(
+        {
+            "format": FORMAT,
+            "gap": {
+                "before": _gap(found.before.overall),
+                "after": _gap(found.after.overall),
+                "after_ci90_percent": found.after.ci90_percent,
+                "floor_percent": found.floor_percent,
+                "held_out": True,
+                "by_rig": rigs,
+            },
+            "where": [_place(each) for each in found.where],
+            "ranking": [_ranked(each) for each in found.ranking],
+            "verdict": {
+                "status": found.status.value,
+                "effects": found.effects,
+                "twins": found.twins,
+                "next_experiment": found.next_experiment,
+            },
+            "titles": _titles(found),
+            "maps": [_map(each) for each in found.maps],
+            "faults": found.faults,
+            "lost": found.lost,
+            "seconds": round(found.seconds, 3),
+        }
+    )
+    sure = probability(document)
+    document["trial"] = record.beside(found.status.value, found.effects, strength(document), sure)
+    return document
+
+
+def location_document(places: Sequence[Place], maps: Sequence[GapMap], faults: Sequence[str]) -> dict[str, Any]:
+    """Places, maps and faults alone, in the form that they have in a diagnosis."""
+    document: dict[str, Any] = plain(
+        {"where": [_place(each) for each in places], "maps": [_map(each) for each in maps], "faults": list(faults)}
+    )
+    return document
+
+
+def probability(document: Mapping[str, Any]) -> float:
+    """Of a document's verdict: that of the entry in the ranking with the same effects, or of "unknown"."""
+    verdict = document["verdict"]
+    wanted = [UNKNOWN] if verdict["status"] == Status.UNKNOWN.value else verdict["effects"]
+    return float(sum(each["probability"] for each in document["ranking"] if sorted(each["effects"]) == sorted(wanted)))
+
+
+def _gap(found: Gap) -> dict[str, float]:
+    return {"percent": found.percent, "sigma": found.sigma}
+
+
+def _rig(found: Diagnosis, rig: str) -> dict[str, float | None]:
+    before, after = (_of_rig(each, rig) for each in (found.before, found.after))
+    return {
+        "before": None if before is None else before.percent,
+        "after": None if after is None else after.percent,
+        "before_sigma": None if before is None else before.sigma,
+        "after_sigma": None if after is None else after.sigma,
+    }
+
+
+def _of_rig(held_out: HeldOut, rig: str) -> Gap | None:
+    return held_out.inverse if rig == "inverse" else held_out.direct
+
+
+def _place(place: Place) -> dict[str, Any]:
+    return {
+        "rig": place.rig,
+        **place.where,
+        "band_hz": place.band,
+        "part": place.part,
+        "share": place.share,
+        "significance": place.significance,
+    }
+
+
+def _ranked(ranked: Ranked) -> dict[str, Any]:
+    known = ranked.held_out
+    return {
+        "effects": ranked.effects,
+        "laws": dict(zip(ranked.effects, ranked.laws, strict=False)),
+        "probability": ranked.probability,
+        "held_out_gap_percent": None if known is None else known.overall.percent,
+        "held_out_ci90_percent": None if known is None else known.ci90_percent,
+        "explained": ranked.explained,
+        "parameters": {
+            effect: {name: asdict(estimate) for name, estimate in estimates.items()}
+            for effect, estimates in ranked.parameters.items()
+        },
+    }
+
+
+def _map(drawn: GapMap) -> dict[str, Any]:
+    return {
+        "title": drawn.title,
+        "rig": drawn.rig,
+        "rows": drawn.rows,
+        "edges_hz": drawn.edges,
+        "energy": drawn.energy,
+        "significance": drawn.significance,
+        "in_phase": drawn.in_phase,
+    }
+
+
+def _titles(found: Diagnosis) -> dict[str, str]:
+    named = {effect for ranked in found.ranking for effect in ranked.effects}
+    named |= {effect for group in found.twins for effect in group} | set(found.effects)
+    return {effect: title_of(effect) for effect in sorted(named - {UNKNOWN})}

@@ -1,0 +1,200 @@
+"""What is diagnosed: a bundle or a run, as the gap diagnosis has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.gap import measurement as gap
+from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours
+from jointlab.identification.load import measurement_of_bundle, measurement_of_run
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.structure import beam_of
+from store.blow_file import BundleBlow
+from store.bundle import Bundle
+from store.bundle_exchange import stored_blows
+from store.bundle_setup import Article
+from store.catalogue import Catalogue
+from store.excitation import HAMMER
+from store.progress import Progress, silent
+from store.runs import get_run
+
+LOWEST_LINE = 5.0
+"""Hz. Below, ten blows of two seconds say little, and an accelerometer less."""
+FINEST = 1e-6
+"""Of the rms of a set's accelerances, below which nobody's noise is."""
+NEIGHBOURS = 9
+"""Lines over which the variance of ten blows is averaged before it serves as a weight."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is diagnosed.
+
+    Attributes:
+        title: of the bundle or the run.
+        measurement: of both rigs, or of one.
+        left_out: what was measured and is no part of it, a sentence each.
+    """
+
+    title: str
+    measurement: gap.Measurement
+    left_out: tuple[str, ...] = ()
+
+
+def subject_of_bundle(bundle: Bundle) -> Subject:
+    """What a bundle holds.
+
+    Raises:
+        AnalysisError: there is nothing to diagnose, or a table contradicts itself.
+    """
+    return _subject(measurement_of_bundle(bundle), bundle.setup.model_dump(mode="json"), bundle.blows)
+
+
+def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Subject:
+    """What a run holds: computed from its raw records where it was measured here, else as it was imported.
+
+    Raises:
+        StoreError: there is no such run, or a record is damaged.
+        AnalysisError, JointlabError: there is nothing to diagnose.
+    """
+    measured = measurement_of_run(catalogue, run_id, progress)
+    with catalogue.reading() as session:
+        setup = get_run(session, run_id).setup
+    return _subject(measured, setup, stored_blows(catalogue, run_id))
+
+
+def _subject(measured: Measurement, setup: Mapping[str, Any], blows: tuple[BundleBlow, ...]) -> Subject:
+    """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
+    asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
+    preset_mm = (setup.get("direct") or {}).get("preset_mm", 0.0)
+    struck = tuple(each for each in measured.sets if each.excitation == HAMMER)
+    return Subject(
+        measured.title,
+        gap_measurement(replace(measured, sets=struck), preset_mm, asked, tuple(map(_raw_blow, blows))),
+        tuple(
+            f"set {each.number} is of a shaker at {each.response}: a diagnosis takes hammer sets only"
+            for each in measured.sets
+            if each.excitation != HAMMER
+        ),
+    )
+
+
+def _raw_blow(blow: BundleBlow) -> gap.RawBlow:
+    return gap.RawBlow(
+        name=blow.file.removesuffix(".unv"),
+        point=Dof(blow.point.node, Direction(blow.point.direction)),
+        force=blow.force,
+        acceleration=blow.acceleration,
+        sample_rate=blow.sample_rate,
+    )
+
+
+def _dof(written: tuple[int, str]) -> Dof:
+    node, direction = written
+    return Dof(node, Direction(direction))
+
+
+def gap_measurement(
+    measured: Measurement,
+    preset_mm: float = 0.0,
+    predict: tuple[tuple[Dof, Dof], ...] = (),
+    blows: tuple[gap.RawBlow, ...] = (),
+) -> gap.Measurement:
+    """What the diagnosis needs of a measurement.
+
+    Args:
+        measured: accelerances and sine points of one article.
+        preset_mm: mean displacement in the tester.
+        predict: responses and inputs of the accelerances that a prediction is asked for.
+        blows: records that were kept.
+
+    Raises:
+        AnalysisError: there is nothing to diagnose, or a table contradicts itself.
+    """
+    article = measured.article
+    tolerances = article.tolerances
+    return gap.Measurement(
+        drawing=drawing_of(article),
+        sets=tuple(_hammer_set(measured, index) for index in range(len(measured.sets))),
+        points=_points(measured),
+        tolerances=gap.StatedTolerances(
+            node_position=tolerances.node_position,
+            sensor_gain=tolerances.sensor_gain,
+            youngs_modulus=tolerances.youngs_modulus,
+            density=tolerances.density,
+            impact_position=tolerances.impact_position,
+            inclination=float(np.radians(tolerances.inclination_deg)),
+            tester_gain=tolerances.tester_gain,
+        ),
+        preset=preset_mm * 1e-3,
+        predict=predict,
+        blows=blows,
+    )
+
+
+def drawing_of(article: Article) -> gap.Drawing:
+    """The bench as drawn."""
+    return gap.Drawing(
+        beam=beam_of(article),
+        node_positions=np.array(article.node_positions),
+        damping_ratios=tuple(article.beam.free_damping_ratios),
+        joints=tuple(
+            gap.DrawnJoint(
+                name=joint.name,
+                node=joint.node,
+                inclinations=(
+                    float(np.radians(joint.inclinations_deg[0])),
+                    float(np.radians(joint.inclinations_deg[1])),
+                ),
+                eccentricity=joint.eccentricity,
+                added_mass=joint.added_mass,
+            )
+            for joint in article.joints
+        ),
+        accelerometer=Dof(article.accelerometer.node, Direction(article.accelerometer.direction)),
+        accelerometer_mass=article.accelerometer.mass,
+    )
+
+
+def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
+    stored, responses = measured.sets[index], measured.responses(index)
+    keep = responses.frequency >= LOWEST_LINE
+    variance = responses.variance
+    if variance is None:
+        variance = variance_from_neighbours(responses.accelerance)
+    # a row without signal, or a coherence of exactly one, knows no noise
+    finest = max(FINEST * float(np.sqrt(np.mean(np.abs(responses.accelerance) ** 2))), float(np.finfo(float).tiny))
+    return gap.HammerSet(
+        inputs=responses.inputs,
+        frequency=responses.frequency[keep],
+        accelerance=responses.accelerance[:, keep],
+        deviation=np.maximum(np.sqrt(smoothed_variance(variance, NEIGHBOURS)), finest)[:, keep],
+        peak_force=stored.peak_force,
+        temperature=stored.temperature_c,
+        coherence=None if responses.coherence is None else responses.coherence[:, keep],
+        decay=responses.decay,
+    )
+
+
+def _points(measured: Measurement) -> gap.TesterPoints | None:
+    if not measured.points:
+        return None
+    names = [joint.name for joint in measured.article.joints]
+    points, results = measured.points, [point.result for point in measured.points]
+    stiffness = np.array([result.complex_stiffness for result in results])
+    spread = np.array([np.sqrt(np.trace(result.covariance) / 2) for result in results])
+    return gap.TesterPoints(
+        order=np.array([point.order_number for point in points], dtype=float),
+        specimen=np.array([names.index(point.specimen) for point in points]),
+        configuration=np.array([gap.Configuration[point.configuration.upper()] for point in points], dtype=np.intp),
+        amplitude=np.array([point.amplitude_pp_mm for point in points]) * 0.5e-3,
+        frequency=np.array([result.frequency for result in results]),
+        stiffness=stiffness,
+        deviation=spread,
+        temperature=np.array([np.nan if p.temperature_c is None else p.temperature_c for p in points]),
+    )

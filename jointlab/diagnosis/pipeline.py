@@ -1,0 +1,103 @@
+"""From a bundle or a run to its diagnosis, the document of it, and the store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from analysis.gap.catalogue import effect_ids
+from analysis.gap.diagnosis import Diagnosis, diagnose
+from jointlab.diagnosis.curves import asking_for_rows, curves_of, divided
+from jointlab.diagnosis.document import diagnosis_document
+from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
+from jointlab.diagnosis.process_pool import processes
+from jointlab.errors import JointlabError
+from store.bundle import read_bundle
+from store.catalogue import Catalogue
+from store.progress import Advance, Progress, silent
+
+PARTS = 100
+"""Steps of the bar that shows how far a diagnosis is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosed:
+    """A diagnosis with what it was made of.
+
+    Attributes:
+        subject: what was diagnosed.
+        found: the diagnosis.
+        document: the same as JSON, with the curves of `jointlab.diagnosis.curves`.
+    """
+
+    subject: Subject
+    found: Diagnosis
+    document: dict[str, Any]
+
+
+def diagnosed(
+    subject: Subject, without: Iterable[str] = (), progress: Progress = silent, workers: int | None = None
+) -> Diagnosed:
+    """Diagnose a subject.
+
+    Args:
+        subject: a bundle or a run.
+        without: ids of effects that the catalogue is to do without.
+        progress: told how far the work is.
+        workers: processes that share the work; by default as many as there are processors.
+
+    Raises:
+        JointlabError: the catalogue has no such effect.
+        AnalysisError: the measurement cannot be simulated.
+    """
+    left_out, known = frozenset(without), effect_ids()
+    for effect in sorted(left_out):
+        if effect not in known:
+            raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
+    with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
+        show = _by_share(advance)
+        found = diagnose(asking_for_rows(subject.measurement), left_out, show, parallel_map)
+        show("done", 1.0)
+    found = replace(found, lost=(*found.lost, *subject.left_out))
+    rows = None
+    if found.predicted is not None:
+        asked, rows = divided(found.predicted, len(subject.measurement.predict))
+        found = replace(found, predicted=asked)
+    document = diagnosis_document(found) | {"curves": curves_of(subject.measurement, rows, found.readings)}
+    return Diagnosed(subject, found, {"title": subject.title} | document)
+
+
+def diagnose_bundle(
+    path: Path, without: Iterable[str] = (), progress: Progress = silent, workers: int | None = None
+) -> Diagnosed:
+    """Diagnose a bundle: a folder, or a zip of it.
+
+    Raises:
+        StoreError: the bundle is refused.
+        JointlabError, AnalysisError: as of `diagnosed`.
+    """
+    return diagnosed(subject_of_bundle(read_bundle(path)), without, progress, workers)
+
+
+def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> dict[str, Any]:
+    """The document of a run's diagnosis; `jointlab.diagnosis.save` keeps it.
+
+    Raises:
+        StoreError, AnalysisError, JointlabError: there is no such run, or nothing in it to diagnose.
+    """
+    return diagnosed(subject_of_run(catalogue, run_id, progress), progress=progress).document
+
+
+def _by_share(advance: Advance) -> Callable[[str, float], None]:
+    """A function that is told the share of the whole and moves a bar of `PARTS` there."""
+    done = 0
+
+    def show(what: str, share: float) -> None:  # noqa: ARG001 - a bar has one line of words, and keeps it
+        nonlocal done
+        further = max(round(PARTS * min(share, 1.0)) - done, 0)
+        done += further
+        advance(further)
+
+    return show

@@ -1,0 +1,56 @@
+"""Accelerances that were asked for without being measured, as UFF58: before and after the effects are in the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import Complex
+from analysis.gap.diagnosis import Predicted
+from jointlab.errors import JointlabError
+from store.accelerance_file import even_spacing, to_uff
+from store.dof import Dof as StoredDof
+from store.uff import FunctionKind, Quantity, UffFunction, write_uff
+
+Asked = tuple[Dof, Dof]
+"""Response and input."""
+
+
+def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked]) -> tuple[Path, Path]:
+    """Write before.unv and after.unv, a function for each of `asked`, and return their paths.
+
+    Raises:
+        JointlabError: the folder cannot be made.
+        StoreError: a file cannot be written, or the frequencies are not evenly spaced.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise JointlabError(f"{folder} cannot be made: {error.strerror or error}") from error
+    files = folder / "before.unv", folder / "after.unv"
+    start, step = even_spacing(predicted.frequency)
+    for file, accelerances in zip(files, (predicted.before, predicted.after), strict=True):
+        functions = [_function(pair, row, start, step) for pair, row in zip(asked, accelerances, strict=True)]
+        write_uff(file, functions)
+    return files
+
+
+def _function(pair: Asked, accelerance: Complex, start: float, step: float) -> UffFunction:
+    response, struck = (to_uff(StoredDof(dof.node, dof.direction.value)) for dof in pair)
+    return UffFunction(
+        kind=FunctionKind.FREQUENCY_RESPONSE,
+        response=response,
+        reference=struck,
+        start=start,
+        step=step,
+        values=accelerance.astype(np.complex128),
+        abscissa_unit="Hz",
+        unit="m/s^2",
+        denominator_unit="N",
+        quantity=Quantity.ACCELERATION,
+        denominator=Quantity.FORCE,
+        name="accelerance",
+    )

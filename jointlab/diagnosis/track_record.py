@@ -1,0 +1,94 @@
+"""What sealed trials of this catalogue came to: the score that is shown beside each verdict."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+FILE = "trial_scores.json"
+FORMAT = "jointlab-trial-scores/1"
+STRENGTHS = (("faint", 1.5), ("clear", 5.0), ("strong", float("inf")))
+"""What a gap is called by how many times the noise it is, rms, before any effect is in the model."""
+LIKE = 0.1
+"""Verdicts whose probability is within this are alike."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One verdict of a sealed trial.
+
+    Attributes:
+        status, effects: what it said.
+        strength: of the gap.
+        probability: that it claimed.
+        right: whether that was so; naming an effect that the data cannot tell from the true one counts.
+    """
+
+    status: str
+    effects: tuple[str, ...]
+    strength: str
+    probability: float
+    right: bool
+
+
+@dataclass(frozen=True)
+class TrackRecord:
+    """All verdicts of the trial that was published.
+
+    Attributes:
+        cases: how many there were; 0 where there never was a trial.
+        verdicts: of each.
+    """
+
+    cases: int = 0
+    verdicts: tuple[Verdict, ...] = ()
+
+    def beside(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
+        """How often verdicts like this one were right; None where there are none to compare with.
+
+        Alike are verdicts on the same effects at a gap of the same strength. A pair is compared with pairs, as hardly
+        any was tried twice; ``confidence`` holds all verdicts that claimed about the same probability.
+        """
+        if not self.cases:
+            return None
+        alike = [each for each in self.verdicts if each.strength == strength and _alike(each, status, effects)]
+        as_sure = [each for each in self.verdicts if abs(each.probability - probability) <= LIKE]
+        return {
+            "cases": self.cases,
+            "strength": strength,
+            "named": len(alike),
+            "right": sum(each.right for each in alike),
+            "confidence": {"named": len(as_sure), "right": sum(each.right for each in as_sure)},
+        }
+
+
+def _alike(verdict: Verdict, status: str, effects: Sequence[str]) -> bool:
+    if len(effects) == 1:
+        return verdict.effects == tuple(effects)
+    if effects:
+        return len(verdict.effects) == len(effects)
+    return not verdict.effects and verdict.status == status
+
+
+def strength(document: Mapping[str, Any]) -> str:
+    """How strong the gap of a diagnosis document is: faint, clear or strong."""
+    sigmas = [rig["before_sigma"] for rig in document["gap"]["by_rig"].values() if rig["before_sigma"] is not None]
+    largest = max(sigmas, default=document["gap"]["before"]["sigma"])
+    return next(name for name, most in STRENGTHS if largest <= most)
+
+
+@cache
+def shipped_record() -> TrackRecord:
+    """The record that comes with this version; an empty one where no trial was published."""
+    file = resources.files("jointlab.diagnosis") / FILE
+    return record_from(json.loads(file.read_text(encoding="utf-8"))) if file.is_file() else TrackRecord()
+
+
+def record_from(document: Mapping[str, Any]) -> TrackRecord:
+    """A record as it is kept in `FILE`."""
+    verdicts = [Verdict(**(each | {"effects": tuple(each["effects"])})) for each in document["verdicts"]]
+    return TrackRecord(document["cases"], tuple(verdicts))

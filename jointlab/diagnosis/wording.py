@@ -1,0 +1,153 @@
+"""A diagnosis in sentences that a technician understands; terminal, report and page say the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jointlab.diagnosis.document import UNKNOWN, probability
+from jointlab.report.section import number
+
+RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
+IN_RECORDS = frozenset({"double_hit", "mains_hum"})
+"""Effects that are faults of records, and move no accelerance."""
+MAP_WARNING = (
+    "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
+    "the joint's doing, the sensor's or the bar's. What names a cause is that the simulation with it fits both rigs."
+)
+
+CURVES_NOTE = (
+    "The model has seen these data, so these gaps are not the ones above. Those with the largest gap come first. "
+    "Before is the paper's model without any effect, after the verdict's."
+)
+
+
+def percent(value: float | None) -> str:
+    """A gap in per cent."""
+    return "–" if value is None else f"{_tenths(value)} %"
+
+
+def named(effects: Sequence[str], titles: Mapping[str, str]) -> str:
+    """Effects in words with their ids: "channel delay (channel_delay)"."""
+    return " and ".join(f"{titles.get(effect, effect)} ({effect})" for effect in effects)
+
+
+def verdict_sentence(document: Mapping[str, Any]) -> str:
+    """What the diagnosis comes to, in one sentence."""
+    gap, verdict = document["gap"], document["verdict"]
+    before, after, floor = gap["before"]["percent"], gap["after"]["percent"], percent(gap["floor_percent"])
+    effects = named(verdict["effects"], document["titles"])
+    interval = _interval(gap["after_ci90_percent"])
+    fall = f"add {effects}: the gap falls from {percent(before)} to {percent(after)}{interval}, floor {floor}"
+    match verdict["status"]:
+        case "none":
+            return f"nothing beyond noise and stated tolerances: the gap is {percent(before)}{interval}, floor {floor}"
+        case "explained" if set(verdict["effects"]) <= IN_RECORDS:
+            return (
+                f"{effects} in the records of blows; nothing else beyond noise and stated tolerances: the gap is "
+                f"{percent(before)}{interval}, floor {floor}"
+            )
+        case "explained":
+            return fall
+        case "partial":
+            return f"{fall}; something remains that the catalogue does not explain"
+        case _:
+            return (
+                f"a gap of {percent(before)} that nothing in the catalogue explains, floor {floor}; "
+                "where it lies is said below"
+            )
+
+
+def probability_sentence(document: Mapping[str, Any]) -> str:
+    """How sure the diagnosis is, and how often it was right in trials when it said the like."""
+    sure = f"probability {100 * probability(document):.0f} %"
+    trial = document["trial"]
+    if trial is None:
+        return f"{sure}; this catalogue has no published trial yet"
+    whole = f"of its own sealed trial of {trial['cases']} cases"
+    confidence = trial["confidence"]
+    claims = (
+        f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"
+    )
+    if not trial["named"]:
+        return f"{sure}; {whole} none had this verdict at a {trial['strength']} gap; {claims}"
+    right = f"was right {trial['right']} of {trial['named']} times"
+    return f"{sure}; {whole}, this verdict at a {trial['strength']} gap {right}; {claims}"
+
+
+def twins_sentence(document: Mapping[str, Any]) -> str:
+    """What these data cannot tell apart; empty where there is no such thing."""
+    groups = [", ".join(group) for group in document["verdict"]["twins"]]
+    return f"these data cannot tell apart: {'; '.join(groups)}" if groups else ""
+
+
+def place_words(place: Mapping[str, Any]) -> str:
+    """Where a part of the gap lies, such as beam rig, blow at 1x, level 1."""
+    if place["rig"] == "inverse":
+        where = [f"blow at {place.get('input', '?')}"]
+        where += [f"level {_plain(place['level'])}"] if "level" in place else []
+    else:
+        where = [str(place[name]) for name in ("specimen", "configuration") if name in place]
+        where += [f"{_plain(place['amplitude_pp_mm'])} mm"] if "amplitude_pp_mm" in place else []
+    return ", ".join([RIGS[place["rig"]], *where])
+
+
+def curve_words(curve: Mapping[str, Any]) -> str:
+    """A row or series with its gap before and after, such as beam rig, blow at 1x, level 1: 41.2 % to 2.9 %."""
+    before, after = (percent(curve["gap"][moment]["percent"]) for moment in ("before", "after"))
+    return f"{place_words(curve)}: {before} to {after}"
+
+
+def band_words(place: Mapping[str, Any]) -> str:
+    """Such as 300 to 360 Hz."""
+    low, high = place["band_hz"]
+    return f"{low:.0f} to {high:.0f} Hz"
+
+
+def ranked_name(effects: Sequence[str]) -> str:
+    """An entry of the ranking: effects, none, or unknown."""
+    if list(effects) == [UNKNOWN]:
+        return "unknown: in no catalogue"
+    return " + ".join(effects) if effects else "none: noise and tolerances"
+
+
+def parameter_lines(document: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
+    """Effect, parameter, value and 90 % interval of the verdict's effects."""
+    effects = document["verdict"]["effects"]
+    entry = next((each for each in document["ranking"] if sorted(each["effects"]) == sorted(effects)), None)
+    if entry is None or not effects:
+        return []
+    return [
+        (effect, name, with_unit(found["value"], found["unit"]), interval_with_unit(found["ci90"], found["unit"]))
+        for effect in effects
+        for name, found in entry["parameters"].get(effect, {}).items()
+    ]
+
+
+def with_unit(value: float | None, unit: str) -> str:
+    """A value with its unit."""
+    return "–" if value is None else f"{value:.4g}{_unit(unit)}"
+
+
+def interval_with_unit(interval: Sequence[float | None], unit: str) -> str:
+    """Both ends of an interval with their unit."""
+    low, high = interval
+    return "–" if low is None or high is None else f"{low:.3g} … {high:.3g}{_unit(unit)}"
+
+
+def _unit(unit: str) -> str:
+    return "" if unit in ("1", "") else f" {unit}"
+
+
+def _interval(interval: Sequence[float | None]) -> str:
+    low, high = interval
+    return "" if low is None or high is None else f" [{_tenths(low)}, {_tenths(high)}]"
+
+
+def _tenths(value: float) -> str:
+    return f"{value:.1f}" if value >= 1 else number(value, 2)
+
+
+def _plain(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}" if math.isfinite(value) else "?"

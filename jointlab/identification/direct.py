@@ -1,0 +1,120 @@
+"""The tester's side: sine points to cylinders, joints, the superposition check and a law."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.direct.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.joint_law import JointLaw, fit_cylinder_law
+from analysis.direct.law_fit import FEWEST_POINTS
+from analysis.direct.standards import claims
+from analysis.direct.superposition import Superposition, superposition
+from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
+from jointlab.identification.measurement import Measurement
+
+CONFIGURATIONS = ("compression", "shear", "angled")
+
+
+@dataclass(frozen=True, eq=False)
+class Direct:
+    """What the tester gives for one joint's cylinders.
+
+    Attributes:
+        series: points by configuration and commanded amplitude (mm p-p), by rising frequency.
+        cylinders: a and b by commanded amplitude, where all three configurations were measured.
+        joint: the joint's terms from them by commanded amplitude.
+        superposition: the check of Fig. 12 by commanded amplitude.
+        inclination: of the joint's first cylinder, rad.
+        claims: by configuration, what its points can claim of standards, one sentence each.
+        unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
+    """
+
+    series: Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
+    cylinders: Mapping[float, tuple[CylinderTerms, ...]]
+    joint: Mapping[float, tuple[JointTerms, ...]]
+    superposition: Mapping[float, Superposition]
+    inclination: float
+    claims: Mapping[str, tuple[str, ...]]
+    unphysical: tuple[str, ...]
+
+    @cached_property
+    def law(self) -> JointLaw | None:
+        """The joint at any amplitude and frequency; None where there are too few points. Fitted when asked for."""
+        every_term = [term for terms in self.cylinders.values() for term in terms]
+        if len(every_term) < FEWEST_POINTS:
+            return None
+        return JointLaw(fit_cylinder_law(every_term), self.inclination)
+
+
+def direct_of(measurement: Measurement) -> dict[str, Direct]:
+    """What the sine points say of each joint's cylinders, by joint; empty without points.
+
+    Raises:
+        AnalysisError: points of different configurations do not belong together.
+    """
+    sorted_points: dict[str, dict[str, dict[float, list[DynamicStiffness]]]] = defaultdict(
+        lambda: defaultdict(lambda: defaultdict(list))
+    )
+    for point in measurement.points:
+        sorted_points[point.specimen][point.configuration][point.amplitude_pp_mm].append(point.result)
+    inclination = {joint.name: math.radians(joint.inclinations_deg[0]) for joint in measurement.article.joints}
+    return {name: _direct_of_joint(found, inclination[name]) for name, found in sorted(sorted_points.items())}
+
+
+def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]], inclination: float) -> Direct:
+    series = {
+        configuration: {
+            amplitude: tuple(sorted(points, key=lambda point: point.frequency))
+            for amplitude, points in sorted(found[configuration].items(), reverse=True)
+        }
+        for configuration in CONFIGURATIONS
+        if configuration in found
+    }
+    complete = [
+        amplitude
+        for amplitude in series.get("angled", {})
+        if all(amplitude in series.get(configuration, {}) for configuration in CONFIGURATIONS)
+    ]
+    triples = {
+        amplitude: (series["compression"][amplitude], series["shear"][amplitude], series["angled"][amplitude])
+        for amplitude in complete
+    }
+    cylinders = {amplitude: cylinder_terms(*triple) for amplitude, triple in triples.items()}
+    return Direct(
+        series=series,
+        cylinders=cylinders,
+        joint={
+            amplitude: tuple(joint_terms(each, inclination) for each in terms) for amplitude, terms in cylinders.items()
+        },
+        superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
+        inclination=inclination,
+        claims={
+            configuration: claims([point for points in by_amplitude.values() for point in points])
+            for configuration, by_amplitude in series.items()
+        },
+        unphysical=tuple(
+            f"{configuration}, {amplitude:g} mm, {band.lowest:g} to {band.highest:g} Hz: {band.reason}"
+            for configuration, by_amplitude in series.items()
+            for amplitude, points in by_amplitude.items()
+            for band in _refused(points)
+        ),
+    )
+
+
+def _refused(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:
+    """Bands of a series that are no stiffness of a specimen; none where it is too short to be judged."""
+    if len(points) < FEWEST_LINES:
+        return ()
+    error = [max(p.stiffness_estimate.standard_error, p.damping_estimate.standard_error) / p.magnitude for p in points]
+    return identifiable_bands(
+        np.array([point.frequency for point in points]),
+        np.array([point.complex_stiffness for point in points]),
+        np.array(error),
+    ).refused

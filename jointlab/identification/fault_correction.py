@@ -1,0 +1,74 @@
+"""Faults of hammer sets that an identification would take for physics: put right, and named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.gap.measurement import HammerSet
+from analysis.gap.row_faults import rows_put_right
+from jointlab.diagnosis.load import gap_measurement
+from jointlab.errors import JointlabError
+from jointlab.identification.measurement import Measurement, dof
+from store.blow_window import stated_window
+from store.excitation import HAMMER
+from store.frequency_responses import FrequencyResponseSet
+
+
+def correct_faults(measurement: Measurement) -> Measurement:
+    """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
+
+    Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A set that was changed has
+    lost the scatter and the forces of its single blows, which are named by the wrong points; one in which nothing was
+    wrong is left as it is, and so is that of a shaker, in which nothing is looked for.
+
+    Raises:
+        AnalysisError: all rows are dead.
+        JointlabError: all rows of one of several sets are.
+    """
+    windows = _unknown_windows(measurement)
+    as_it_is = replace(measurement, faults=windows) if windows else measurement
+    struck = tuple(each for each in measurement.sets if each.excitation == HAMMER)
+    if not struck:
+        return as_it_is
+    before = gap_measurement(replace(measurement, sets=struck))
+    after, faults = rows_put_right(before)
+    if not faults:
+        return as_it_is
+    if len(after.sets) < len(before.sets):
+        raise JointlabError(f"{'; '.join(faults)}; take the set without any signal out, or measure it again")
+    changed = {
+        stored.number: _stored(stored, found)
+        for stored, was, found in zip(struck, before.sets, after.sets, strict=True)
+        if not _same(was, found)
+    }
+    return replace(
+        measurement,
+        sets=tuple(changed.get(each.number, each) for each in measurement.sets),
+        scatter={number: own for number, own in measurement.scatter.items() if number not in changed},
+        forces={number: own for number, own in measurement.forces.items() if number not in changed},
+        faults=(*windows, *faults),
+    )
+
+
+def _unknown_windows(measurement: Measurement) -> tuple[str, ...]:
+    read = [(each.source, stated_window(each.window, each.block_seconds)[1]) for each in measurement.sets]
+    return tuple(f"{source}: {unknown}" for source, unknown in read if unknown)
+
+
+def _same(one: HammerSet, other: HammerSet) -> bool:
+    return one.inputs == other.inputs and np.array_equal(one.accelerance, other.accelerance)
+
+
+def _stored(stored: FrequencyResponseSet, found: HammerSet) -> FrequencyResponseSet:
+    """The set as it was found to be, with all else of the stored one."""
+    points = {dof(point): point for point in stored.inputs}
+    return replace(
+        stored,
+        inputs=tuple(points[point] for point in found.inputs),
+        frequency=found.frequency,
+        accelerance=found.accelerance,
+        coherence=found.coherence,
+        variance=found.deviation**2,
+    )

@@ -1,0 +1,248 @@
+"""The hammer's side: accelerances to modes, to joints by both methods, and to what the beam does on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from analysis.dof import Dof
+from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
+from analysis.inverse.experiment_remedies import Remedy, experiment_made, remedies
+from analysis.inverse.frequency_dependent_joints import accelerance_on, modes_on
+from analysis.inverse.identification import PAPER_DOFS, identify_joints, weakest_directions
+from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
+from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
+from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
+from analysis.inverse.weak_directions import WeakDirection
+from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modes import Modes
+from analysis.structure.beam import FreeBeam
+from analysis.structure.mode_agreement import ModeError, mode_errors
+from analysis.structure.response_agreement import frac
+from analysis.suspended.material import Material
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.identification.regularisation import regularised
+from jointlab.identification.structure import free_beam_of
+from jointlab.identification.suspended import SuspendedBeam
+from store.bundle_setup import Article
+
+PAPER = "modal (Eqs. 17-44)"
+LIKELIHOOD = "maximum likelihood on accelerances"
+HIGHEST_PREDICTED = 1.2  # times the highest measured mode
+PAPER_JOINTS = 2
+LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
+
+JointT = TypeVar("JointT", bound=IdentifiedJoint)
+
+
+@dataclass(frozen=True, eq=False)
+class Route(Generic[JointT]):
+    """Joints by one inverse method, and what the beam does on them.
+
+    Attributes:
+        method: its name.
+        joints: identified joints by name.
+        weak_directions: what the data hardly determine; None where nothing can be said, because the joints do not
+            give back as many modes as were measured.
+        predicted: modes of the beam on these joints.
+        errors: measured against predicted modes, for those that have a pair.
+        responses: accelerances of the beam on these joints at the measured lines and through their window, Eq. (46).
+    """
+
+    method: str
+    joints: Mapping[str, JointT]
+    weak_directions: tuple[WeakDirection, ...] | None
+    predicted: Modes
+    errors: tuple[ModeError, ...]
+    responses: FrequencyResponses
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """What the hammer experiment gives.
+
+    Attributes:
+        measured: the reference set.
+        modal: its modes.
+        free_beam: the beam without joints.
+        tolerances: of the bench, in which the fits look for it.
+        components: shape components that the paper's method works on.
+        paper: joints by the paper's method, from the modes.
+        likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
+        fit: all that the maximum-likelihood fit says, its gates among it.
+        regularised: share of its size within which every term was held in that fit; None where it was free.
+        cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
+            None where that fails a gate.
+        remedies: of the weakest direction of this experiment, the best first; empty where nothing is weak, or where
+            `fit` fails a gate.
+    """
+
+    measured: FrequencyResponses
+    modal: ModalEstimate
+    free_beam: FreeBeam
+    tolerances: Tolerances
+    components: tuple[Dof, ...]
+    paper: Route[JointEstimate]
+    likelihood: Route[LikelihoodEstimate]
+    fit: JointFit
+    regularised: float | None
+    cylinders: JointFit | None
+    remedies: tuple[Remedy, ...]
+
+    @property
+    def agreement(self) -> dict[str, Real]:
+        """Frequency response assurance criterion of each measured row with that predicted, by method."""
+        measured = self.measured.accelerance
+        keep = self.measured.frequency >= LOWEST_LINE
+        predicted = {
+            "maximum likelihood": self.likelihood.responses.accelerance,
+            "paper's method": self.paper.responses.accelerance,
+        }
+        return {name: frac(measured[:, keep], rows[:, keep]) for name, rows in predicted.items()}
+
+
+def inverse_of(
+    measurement: Measurement, suspended: SuspendedBeam | None = None, options: Options = AS_MEASURED
+) -> Inverse:
+    """Modes, joints and prediction from the reference set.
+
+    Args:
+        measurement: with a hammer set on the supported beam.
+        suspended: what the beam said without its joints: damping, and E and rho with the errors left to them. Without
+            it they are as the article states.
+        options: the mesh, whether joints follow frequency, and regularisation.
+
+    Raises:
+        AnalysisError: the data do not suffice; the message says what is missing.
+    """
+    article = measurement.article
+    measured = measurement.responses()
+    modal = estimate_modes(measured, (LOWEST_LINE, float(measured.frequency[-1])))
+    tested = None if suspended is None else suspended.result
+    beam = free_beam_of(article, tested, options.elements)
+    tolerances = replace(
+        tolerances_of(article, None if tested is None else tested.material, by_hand=measured.scatter is not None),
+        joint_exponent=options.joint_exponent,
+    )
+    nodes = {joint.name: joint.node for joint in article.joints}
+    components = measured_components(measured, len(nodes))
+    by_modes = identify_joints(beam, modal.modes, nodes, components)
+    start = [found.joint for found in by_modes.values()]
+    if options.regularise is None:
+        fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
+    else:
+        fit = regularised(beam, measured, start, tolerances, options.regularise)
+    weak = weakest_directions(beam, modal.modes, by_modes, components)
+    return Inverse(
+        measured=measured,
+        modal=modal,
+        free_beam=beam,
+        tolerances=tolerances,
+        components=components,
+        paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
+        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
+        fit=fit,
+        regularised=options.regularise,
+        cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
+        remedies=_remedies(article, fit, tolerances),
+    )
+
+
+def _by_cylinders(
+    article: Article, beam: FreeBeam, measured: FrequencyResponses, fit: JointFit, tolerances: Tolerances
+) -> JointFit | None:
+    """The fit over the cylinders, from where `fit` is; None where that is no place to start from."""
+    if not fit.passed:
+        return None
+    return identify_from_responses(
+        beam,
+        measured,
+        [found.joint for found in fit.joints.values()],
+        parameters=cylinder_parameters_of(article),
+        tolerances=tolerances,
+    )
+
+
+def _remedies(article: Article, fit: JointFit, tolerances: Tolerances) -> tuple[Remedy, ...]:
+    """What would mend what this fit leaves weak."""
+    if not (fit.passed and fit.weak_directions):
+        return ()
+    return remedies(experiment_made(fit, tolerances), cylinder_parameters_of(article).pairs)
+
+
+def cylinder_parameters_of(article: Article) -> CylinderParameters:
+    """How the joints are built: inclinations within the article's tolerance, stiffnesses free."""
+    pairs = []
+    for drawn in article.joints:
+        lower, upper = drawn.inclinations_deg
+        pairs.append(CylinderPair(drawn.name, (math.radians(lower), math.radians(upper)), drawn.eccentricity))
+    return CylinderParameters(tuple(pairs), math.radians(article.tolerances.inclination_deg))
+
+
+def measured_components(responses: FrequencyResponses, joints: int) -> tuple[Dof, ...]:
+    """The shape components that the paper uses for its two joints, as far as they were struck; for more joints, all."""
+    if joints > PAPER_JOINTS:
+        return responses.inputs
+    return tuple(point for point in PAPER_DOFS if point in responses.inputs)
+
+
+def exponents_of(fit: JointFit) -> dict[str, float]:
+    """Of the power of frequency that each joint follows; empty where joints were taken to be constant."""
+    return {name: found.value for name, found in fit.exponents.items()}
+
+
+def tolerances_of(article: Article, material: Material | None = None, *, by_hand: bool) -> Tolerances:
+    """What the laboratory admits not to know of the beam test, as analysis has it.
+
+    Args:
+        article: what is stated.
+        material: what a suspended test left of E and rho, where there is one.
+        by_hand: whether blows may lean. Averages that come without their blows state all that is not known of them.
+    """
+    stated = article.tolerances
+    modulus, density, correlation = stated.youngs_modulus, stated.density, 0.0
+    if material is not None:
+        modulus, density = (each.standard_error / each.value for each in (material.youngs_modulus, material.density))
+        correlation = material.correlation
+    return Tolerances(
+        sensor_gain=stated.sensor_gain,
+        youngs_modulus=modulus,
+        density=density,
+        material_correlation=correlation,
+        sensor_position=stated.node_position,
+        joint_position=stated.node_position,
+        blow_position=stated.impact_position,
+        blow_lean=FREEHAND_LEAN if by_hand else 0.0,
+        inclination=math.radians(stated.inclination_deg),
+    )
+
+
+def _route(
+    method: str,
+    joints: Mapping[str, JointT],
+    weak_directions: tuple[WeakDirection, ...] | None,
+    beam: FreeBeam,
+    measured: FrequencyResponses,
+    modes: Modes,
+    exponents: Mapping[str, float] = MappingProxyType({}),
+) -> Route[JointT]:
+    held_by = [found.joint for found in joints.values()]
+    predicted = modes_on(beam, held_by, exponents, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
+    return Route(
+        method=method,
+        joints=joints,
+        weak_directions=weak_directions,
+        predicted=predicted,
+        errors=mode_errors(modes, predicted),
+        responses=accelerance_on(
+            beam, held_by, exponents, measured.frequency, measured.response, measured.inputs, measured.decay
+        ),
+    )

@@ -1,0 +1,143 @@
+"""Dynamic stiffness at any amplitude and frequency: the laws that were fitted to sine points, asked there.
+
+What one cylinder does is asked of its own law; what another one of its kind may do is told from how far the specimens
+are apart there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from analysis.direct.cylinder_terms import CylinderTerms, JointTerms
+from analysis.direct.joint_law import JointLaw
+from analysis.direct.law_fit import FEWEST_POINTS
+from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
+from jointlab.errors import JointlabError
+from jointlab.identification.direct import CONFIGURATIONS, direct_of
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.read import article_of
+from jointlab.identification.sine_points import sine_point
+from store.analyses import AnalysisKind, latest_analysis
+from store.catalogue import Catalogue
+from store.dynamic_stiffness import list_dynamic_stiffness
+from store.errors import NotFoundError
+from store.runs import get_run
+
+
+@dataclass(frozen=True, eq=False)
+class SpecimenAt:
+    """One specimen at the amplitude and frequency in question.
+
+    Attributes:
+        specimen: the joint whose cylinders were tested.
+        cylinder: a and b of one of them.
+        joint: the terms of the joint that two of them make.
+        beyond: in which way the question is outside of what was measured, one phrase each; empty inside.
+    """
+
+    specimen: str
+    cylinder: CylinderTerms
+    joint: JointTerms
+    beyond: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class StiffnessAt:
+    """All specimens at `amplitude_pp` m peak to peak and `frequency` Hz.
+
+    Attributes:
+        scatter: of a and b over the specimens, taken to be of one kind; None for one specimen.
+    """
+
+    amplitude_pp: float
+    frequency: float
+    specimens: tuple[SpecimenAt, ...]
+    scatter: SpecimenScatter | None
+
+
+def laws_of(measurement: Measurement) -> dict[str, JointLaw]:
+    """The law of each joint that has one, fitted to the measurement's sine points.
+
+    Raises:
+        JointlabError: no joint has points enough.
+        AnalysisError: points of different configurations do not belong together, or a stiffness is not positive.
+    """
+    direct = direct_of(measurement)
+    laws = {name: found.law for name, found in direct.items() if found.law is not None}
+    if not laws:
+        counts = {name: sum(map(len, found.cylinders.values())) for name, found in direct.items()}
+        had = ", ".join(f"joint {name} {count}" for name, count in counts.items()) or "there are no sine points"
+        raise JointlabError(
+            f"{measurement.title}: no law of stiffness; it takes {FEWEST_POINTS} amplitudes and frequencies that were "
+            f"measured in {', '.join(CONFIGURATIONS)} alike: {had}"
+        )
+    return laws
+
+
+def points_of_run(catalogue: Catalogue, run_id: int) -> int:
+    """Number of the newest analysis that computed the sine points of a run.
+
+    Raises:
+        NotFoundError: there is no such run, or it was not identified.
+    """
+    with catalogue.reading() as session:
+        get_run(session, run_id)
+        try:
+            return latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
+        except NotFoundError as error:
+            raise NotFoundError(f"{error}; identify it first: jointlab identify {run_id}") from error
+
+
+@lru_cache(maxsize=8)
+def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mapping[str, JointLaw]:
+    """The laws through the stored points of an analysis, which never change; the next asker has them at once.
+
+    Raises:
+        NotFoundError: there is no such run, it has no article, or the analysis has no points.
+        JointlabError, AnalysisError: what `laws_of` raises.
+    """
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        stored = list_dynamic_stiffness(session, analysis_id)
+    points = tuple(map(sine_point, stored))
+    return laws_of(Measurement(run.title, article_of(run), (), points, raw=False))
+
+
+def stiffness_at(
+    laws: Mapping[str, JointLaw], amplitude_pp: float, frequency: float, only: Collection[str] = ()
+) -> StiffnessAt:
+    """Ask the laws.
+
+    Args:
+        laws: of each joint by its name.
+        amplitude_pp: of the cylinder's motion, m peak to peak.
+        frequency: Hz.
+        only: of these joints; all where empty.
+
+    Raises:
+        JointlabError: a joint is not there.
+        AnalysisError: amplitude or frequency is not positive.
+    """
+    if missing := set(only) - set(laws):
+        raise JointlabError(f"no law for joint {', '.join(sorted(missing))}; there are {', '.join(laws)}")
+    asked = {name: law for name, law in laws.items() if not only or name in only}
+    return StiffnessAt(
+        amplitude_pp=amplitude_pp,
+        frequency=frequency,
+        specimens=tuple(
+            SpecimenAt(
+                name,
+                law.cylinder.at(amplitude_pp, frequency),
+                law.at(amplitude_pp, frequency),
+                law.beyond(amplitude_pp, frequency),
+            )
+            for name, law in asked.items()
+        ),
+        scatter=(
+            scatter_of_laws({name: law.cylinder for name, law in asked.items()}, amplitude_pp, frequency)
+            if len(asked) >= FEWEST_SPECIMENS
+            else None
+        ),
+    )

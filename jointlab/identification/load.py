@@ -1,0 +1,320 @@
+"""Where a measurement comes from: a bundle, an imported run, or the raw records of a run measured here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from analysis.direct.dynamic_stiffness import dynamic_stiffness
+from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
+from analysis.direct.temperature import TemperatureCoefficients
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex
+from analysis.interval import Estimate
+from analysis.modal.spectra import Windows, responses_from_blows
+from analysis.suspended.suspension import Suspension
+from jointlab.errors import JointlabError
+from jointlab.identification.bundle_blows import forces_of_bundle, scatter_of_bundle
+from jointlab.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of
+from jointlab.identification.options import AS_MEASURED, Averaging
+from jointlab.identification.sine_points import SinePoint, sine_point
+from jointlab.identification.tester_corrections import ReferenceTemperature
+from rig.operator import SUPPORTED, SUSPENDED
+from rig.point_blows import inconsistent_blows
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
+from rig.sequence import Sequence as RigSequence
+from store.analyses import AnalysisKind, latest_analysis
+from store.blows import Blow, list_blows
+from store.bundle import Bundle
+from store.bundle_exchange import stored_blows
+from store.bundle_setup import Article, article_from
+from store.catalogue import Catalogue
+from store.direct_table import to_dynamic_stiffness
+from store.dof import Dof as StoredDof
+from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.progress import Advance, Progress, silent
+from store.runs import get_run
+from store.sine_records import BLANK, SineRecord, list_sine_records
+
+DIMENSIONS = ("length", "height", "width")
+
+
+def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.averaging) -> Measurement:
+    """The measurement that a bundle holds.
+
+    Raises:
+        JointlabError: another average is asked for than the bundle has.
+    """
+    _check_as_averaged(averaging, bundle.setup.title)
+    points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
+    return Measurement(
+        bundle.setup.title,
+        bundle.setup,
+        bundle.inverse,
+        points,
+        raw=False,
+        scatter=scatter_of_bundle(bundle.inverse, bundle.blows),
+        forces=forces_of_bundle(bundle.inverse, bundle.blows),
+    )
+
+
+def measurement_of_run(
+    catalogue: Catalogue, run_id: int, progress: Progress = silent, averaging: Averaging = AS_MEASURED.averaging
+) -> Measurement:
+    """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
+
+    Args:
+        catalogue: that holds it.
+        run_id: its number.
+        progress: is told how far the records are read.
+        averaging: of its blows.
+
+    Raises:
+        StoreError: there is no such run, or a record is damaged.
+        AnalysisError: a record cannot be evaluated; the message names it.
+        JointlabError: the run holds nothing to identify from, or was imported and another average is asked for.
+    """
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        article = article_from(run.setup)
+        if run.kind == "import":
+            _check_as_averaged(averaging, f"run {run_id}")
+            stored = _imported_points(session, run_id) if run.setup.get("direct") else []
+            sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
+        blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
+        every_record = list_sine_records(session, run_id)
+    if run.kind == "import":
+        kept = stored_blows(catalogue, run_id)
+        return Measurement(
+            run.title,
+            article,
+            sets,
+            tuple(map(sine_point, stored)),
+            raw=False,
+            scatter=scatter_of_bundle(sets, kept),
+            forces=forces_of_bundle(sets, kept),
+        )
+    records = [record for record in every_record if record.configuration != BLANK]
+    blanks = [record for record in every_record if record.configuration == BLANK]
+    if not blows and not records:
+        raise JointlabError(
+            f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify"
+        )
+    sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
+    with progress("accelerances", len(blows)) as advance:
+        every_set = [
+            (step, _accelerances(catalogue, article, own, step, averaging, advance))
+            for number, step in enumerate(sequence.hammer_steps, start=1)
+            if (own := [blow for blow in blows if blow.set_number == number])
+        ]
+    struck = [found for step, found in every_set if step.beam == SUPPORTED]
+    points = _sine_points(catalogue, records, progress) if records else ()
+    return Measurement(
+        title=run.title,
+        article=article,
+        sets=tuple(each.measured for each in struck),
+        points=points,
+        raw=True,
+        calibration=_calibration(catalogue, blanks, sequence, progress),
+        reference=_reference(sequence.compound),
+        forces={each.measured.number: each.forces for each in struck},
+        scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
+        suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
+        left_out=tuple(text for _, each in every_set for text in each.left_out),
+    )
+
+
+def _imported_points(session: Session, run_id: int) -> list[DynamicStiffness]:
+    newest = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
+    return list_dynamic_stiffness(session, newest.id)
+
+
+def with_free_beam(
+    measurement: Measurement,
+    catalogue: Catalogue,
+    run_id: int,
+    progress: Progress = silent,
+    averaging: Averaging = AS_MEASURED.averaging,
+) -> Measurement:
+    """The measurement with the suspended test of another run in place of its own.
+
+    Raises:
+        StoreError: there is no such run.
+        JointlabError: that run has none, or its beam is another one.
+    """
+    lending = measurement_of_run(catalogue, run_id, progress, averaging)
+    if lending.suspended is None:
+        raise JointlabError(f"run {run_id} has no hammer step on the suspended beam")
+    ours, theirs = (each.article.beam.model_dump(include=set(DIMENSIONS)) for each in (measurement, lending))
+    if ours != theirs:
+        raise JointlabError(f"run {run_id} is on a beam of other dimensions: {theirs}, here {ours}")
+    return replace(measurement, suspended=lending.suspended)
+
+
+def _check_as_averaged(averaging: Averaging, what: str) -> None:
+    if averaging != AS_MEASURED.averaging:
+        raise JointlabError(
+            f"{what} holds accelerances, no blows: they have the estimator and the window that they came with; leave "
+            "both out"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Struck:
+    """A set from raw blows, their force, how far each of them moves its average, and which were left out, and why."""
+
+    measured: FrequencyResponseSet
+    forces: tuple[PointForces, ...]
+    scatter: Complex | None
+    left_out: tuple[str, ...]
+
+
+def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
+    """The set on the beam in its cords, with what the step says of cords and weight."""
+    cords, weight = step.suspension, step.weight
+    return SuspendedTest(
+        replace(responses_of(struck.measured), scatter=struck.scatter),
+        Suspension(cords.bounce, cords.bounce_standard_error, cords.positions, cords.loss_factor) if cords else None,
+        Estimate(weight.mass, weight.standard_error) if weight else None,
+        run_id,
+    )
+
+
+def _accelerances(
+    catalogue: Catalogue,
+    article: Article,
+    blows: list[Blow],
+    step: HammerStep,
+    averaging: Averaging,
+    advance: Advance,
+) -> _Struck:
+    """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
+    response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
+    forces, accelerations, points, rate = [], [], [], 0.0
+    left_out = list[str]()
+    for point, struck in groupby(blows, key=lambda blow: blow.point):
+        force, acceleration, numbers = [], [], []
+        for blow in struck:
+            if blow.waveform is None:
+                raise JointlabError(f"blow {blow.number} at {point} has no record; measure the point again")
+            waveform = catalogue.waveforms.read(blow.waveform)
+            force.append(waveform.value(step.hammer))
+            acceleration.append(waveform.value(step.accelerometer))
+            numbers.append(blow.number)
+            rate = waveform.sample_rate
+            advance(1)
+        together = np.array(force), np.array(acceleration)
+        reasons = inconsistent_blows(*together, rate, step.highest_frequency)
+        counts = [reason is None for reason in reasons]
+        forces.append(together[0][counts])
+        accelerations.append(together[1][counts])
+        points.append(point)
+        left_out += [
+            f"set {blows[0].set_number}, blow {number} at {point}: {reason}"
+            for number, reason in zip(numbers, reasons, strict=True)
+            if reason is not None
+        ]
+    computed = responses_from_blows(
+        forces,
+        accelerations,
+        rate,
+        dof(response),
+        [dof(point) for point in points],
+        step.highest_frequency,
+        averaging.estimator,
+        pre_trigger=round(step.pretrigger_seconds * rate),
+        windows=Windows(averaging.window.force_seconds, averaging.window.decay),
+    )
+    peaks = [blow.peak_force for blow in blows if blow.peak_force is not None]
+    temperatures = [blow.temperature_c for blow in blows if blow.temperature_c is not None]
+    measured = FrequencyResponseSet(
+        number=blows[0].set_number,
+        response=response,
+        inputs=tuple(points),
+        frequency=computed.frequency,
+        accelerance=computed.accelerance,
+        coherence=computed.coherence,
+        variance=computed.variance,
+        averages=step.blows,
+        peak_force=float(np.mean(peaks)),
+        temperature_c=float(np.mean(temperatures)),
+        window=str(averaging.window),
+        sample_rate=rate,
+        block_seconds=step.block_seconds,
+        estimator=averaging.estimator.value,
+    )
+    records = tuple(PointForces(dof(point), force, rate) for point, force in zip(points, forces, strict=True))
+    return _Struck(measured, records, computed.scatter, tuple(left_out))
+
+
+def _calibration(
+    catalogue: Catalogue, records: list[SineRecord], sequence: RigSequence, progress: Progress
+) -> tuple[CalibrationRun, ...]:
+    """Sine points on known pieces, with what the sequence says of each."""
+    if not records:
+        return ()
+    points = _sine_points(catalogue, records, progress)
+    runs = []
+    for step, _ in sequence.sine_steps:
+        if isinstance(step, BlankStep):
+            piece = KnownSpecimen(
+                math.inf if step.stiffness is None else step.stiffness, step.mass, step.stiffness_standard_error
+            )
+            runs.append(CalibrationRun(piece, tuple(p.result for p in points if p.specimen == step.piece)))
+    return tuple(run for run in runs if run.points)
+
+
+def _reference(compound: Compound | None) -> ReferenceTemperature | None:
+    if compound is None:
+        return None
+    return ReferenceTemperature(
+        compound.reference_celsius,
+        TemperatureCoefficients(
+            stiffness=Estimate(compound.stiffness_per_kelvin, compound.stiffness_per_kelvin_error),
+            loss_factor=Estimate(compound.loss_factor_per_kelvin, compound.loss_factor_per_kelvin_error),
+            source="compound",
+        ),
+        compound.thermometer_error,
+    )
+
+
+def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
+    """k, h and gamma of every sine record."""
+    points = []
+    with progress("dynamic stiffness", len(records)) as advance:
+        for record in records:
+            where = (
+                f"{record.specimen}, {record.configuration}, {record.commanded_pp_mm:g} mm, {record.frequency:g} Hz "
+                f"(sine record {record.order_number})"
+            )
+            if record.waveform is None:
+                raise JointlabError(f"{where}: there is no record of it; measure the point again")
+            waveform = catalogue.waveforms.read(record.waveform)
+            try:
+                result = dynamic_stiffness(
+                    waveform.value(DISPLACEMENT),
+                    waveform.value(FORCE),
+                    waveform.sample_rate,
+                    record.frequency,
+                )
+            except AnalysisError as error:
+                raise AnalysisError(f"{where}: {error}") from error
+            points.append(
+                SinePoint(
+                    specimen=record.specimen,
+                    configuration=record.configuration,
+                    amplitude_pp_mm=record.commanded_pp_mm,
+                    result=result,
+                    order_number=record.order_number,
+                    elapsed=record.elapsed,
+                    temperature_c=record.temperature_c,
+                    sine_record_id=record.id,
+                )
+            )
+            advance(1)
+    return tuple(points)

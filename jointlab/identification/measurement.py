@@ -1,0 +1,117 @@
+"""What identification works on: the article, its accelerances and its sine points, wherever they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from analysis.direct.rig_calibration import CalibrationRun
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.interval import Estimate
+from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.spectra import Windows
+from analysis.suspended.suspension import Suspension
+from jointlab.identification.sine_points import SinePoint
+from jointlab.identification.tester_corrections import ReferenceTemperature
+from store.blow_window import stated_window
+from store.bundle_setup import Article
+from store.dof import Dof as StoredDof
+from store.frequency_responses import FrequencyResponseSet
+
+
+@dataclass(frozen=True, eq=False)
+class SuspendedTest:
+    """A roving-hammer set on the beam in its cords.
+
+    Attributes:
+        responses: of the set.
+        suspension: the cords, or None where they are not known.
+        weighed: mass of the bare beam in kg, or None where it was not weighed.
+        run: number of the run that it is from, or None where it is not stored.
+    """
+
+    responses: FrequencyResponses
+    suspension: Suspension | None = None
+    weighed: Estimate | None = None
+    run: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PointForces:
+    """The force records of the blows at one point that count.
+
+    Attributes:
+        point: where they were struck.
+        force: (blows, samples) in N.
+        sample_rate: Hz.
+    """
+
+    point: Dof
+    force: Real
+    sample_rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """The experiments on one article; some of them may be missing.
+
+    Attributes:
+        title: what the run or bundle is called.
+        article: what was built.
+        sets: roving-hammer sets, the reference set first.
+        points: sine points in the order of measuring.
+        raw: whether both were computed here from raw records, not imported as numbers.
+        scatter: by set number, (rows, blows, lines) how far each blow moves the average of its row, in (m/s^2)/N; only
+            where the single blows are at hand, and enough of them at each point.
+        forces: by set number, the force of its blows at each of its points; only where there is a record at every one.
+        calibration: sine points on known pieces in the tester.
+        reference: at which temperature sine points are wanted; None for that of the room.
+        suspended: the test of the beam without joints, or None.
+        left_out: accepted blows that the others of their point contradict, and so are in no average; one sentence each.
+        faults: what was wrong with rows of hammer sets and has been put right, one sentence each.
+    """
+
+    title: str
+    article: Article
+    sets: tuple[FrequencyResponseSet, ...]
+    points: tuple[SinePoint, ...]
+    raw: bool
+    scatter: Mapping[int, Complex] = field(default_factory=dict)
+    forces: Mapping[int, tuple[PointForces, ...]] = field(default_factory=dict)
+    calibration: tuple[CalibrationRun, ...] = ()
+    reference: ReferenceTemperature | None = None
+    suspended: SuspendedTest | None = None
+    left_out: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+
+    def responses(self, index: int = 0) -> FrequencyResponses:
+        """Set `index` as analysis has it, with the scatter of its blows where that is known."""
+        measured = self.sets[index]
+        return replace(responses_of(measured), scatter=self.scatter.get(measured.number))
+
+
+def dof(stored: StoredDof) -> Dof:
+    """A stored degree of freedom as analysis has it."""
+    return Dof(stored.node, Direction(stored.direction))
+
+
+def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
+    """A stored set as analysis has it; where only coherence is known, the variance follows from it."""
+    decay = stated_window(measured.window, measured.block_seconds)[0].decay
+    accelerance = measured.accelerance.astype(np.complex128)
+    variance = measured.variance
+    if variance is None and measured.coherence is not None and measured.averages > 1:
+        variance = smoothed_variance(variance_from_coherence(accelerance, measured.coherence, measured.averages))
+        variance /= Windows(decay=decay).noise_kept(measured.block_seconds)
+    return FrequencyResponses(
+        frequency=measured.frequency,
+        accelerance=accelerance,
+        response=dof(measured.response),
+        inputs=tuple(dof(point) for point in measured.inputs),
+        coherence=measured.coherence,
+        variance=variance,
+        decay=decay,
+    )

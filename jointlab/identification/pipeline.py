@@ -1,0 +1,119 @@
+"""The chain of the paper: joints by the hammer, cylinders in the tester, and both compared."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.blow_amplitude import JointAmplitude
+from analysis.comparison import Bounds, ElementComparison, compare
+from analysis.direct.cylinder_terms import JointTerms
+from analysis.direct.joint_law import JointLaw
+from analysis.interval import Estimate
+from analysis.inverse.joint_fit import JointFit
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY
+from jointlab.errors import JointlabError
+from jointlab.identification.direct import Direct, direct_of
+from jointlab.identification.fault_correction import correct_faults
+from jointlab.identification.inverse import Inverse, inverse_of
+from jointlab.identification.joint_amplitudes import amplitudes_of_set
+from jointlab.identification.levels import Level, levels_of
+from jointlab.identification.measurement import Measurement
+from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.identification.suspended import SuspendedBeam, suspended_beam_of
+from jointlab.identification.tester_corrections import TesterCorrections, corrected
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """Joints by both methods, from one measurement; what was not measured is None or empty.
+
+    Attributes:
+        measurement: what it was made from.
+        options: what was chosen by hand.
+        suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
+        inverse: from the hammer, or None.
+        levels: joints against amplitude, where there are several hammer sets.
+        direct: from the tester, by joint.
+        comparison: element by element, where both are there.
+        corrections: what was done to the sine points.
+        seconds: how long it took.
+    """
+
+    measurement: Measurement
+    options: Options
+    suspended: SuspendedBeam | None
+    inverse: Inverse | None
+    levels: tuple[Level, ...]
+    direct: Mapping[str, Direct]
+    comparison: tuple[ElementComparison, ...]
+    corrections: TesterCorrections
+    seconds: float
+
+
+def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identification:
+    """Identify both ways and compare.
+
+    Args:
+        measurement: both experiments, or one of them.
+        options: what is chosen by hand.
+
+    Raises:
+        AnalysisError: a method cannot work with these data; the message says what is missing.
+        JointlabError: the measurement holds neither experiment, or there is no such correction.
+    """
+    started = time.perf_counter()
+    if not (measurement.sets or measurement.points or measurement.suspended):
+        raise JointlabError(f"{measurement.title}: neither accelerances nor sine points to identify from")
+    points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, options.without)
+    measurement = replace(correct_faults(measurement) if measurement.sets else measurement, points=points)
+    suspended = suspended_beam_of(measurement, options.elements)
+    inverse = inverse_of(measurement, suspended, options) if measurement.sets else None
+    levels = levels_of(measurement, inverse) if inverse is not None else ()
+    direct = direct_of(measurement)
+    comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
+    seconds = time.perf_counter() - started
+    return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
+
+
+def _comparison(
+    measurement: Measurement, inverse: Inverse, direct: Mapping[str, Direct]
+) -> tuple[ElementComparison, ...]:
+    """Element by element, at the amplitudes that the blows really caused.
+
+    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated.
+    """
+    joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
+    follow = bool(inverse.fit.exponents)
+    known: dict[str, Sequence[JointTerms] | JointLaw] = {
+        name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
+        for name in joints
+        if name in direct and direct[name].joint
+    }
+    if set(known) != set(joints):
+        return ()
+    return compare(
+        known,
+        joints,
+        mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
+        amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
+        sums={"k11": _sum_of_k11(inverse.fit)},
+        relative_uncertainty=measurement.article.tolerances.tester_gain,
+    )
+
+
+def _amplitudes(measurement: Measurement, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
+    """Of the reference set; where the joints give none, the `smallest` of the tester in m is the best there is."""
+    predicted = inverse.likelihood.predicted
+    nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
+    source = "the smallest of the tester, as a mode on these joints does not decay"
+    instead = JointAmplitude(np.full(predicted.poles.size, smallest), source=source)
+    return amplitudes_of_set(measurement, 0, predicted, nodes) or dict.fromkeys(nodes, instead)
+
+
+def _sum_of_k11(fit: JointFit) -> Bounds:
+    total, deviation, _ = fit.sum_of(0, 0)
+    return Bounds.of(Estimate(total.real, deviation))

@@ -1,0 +1,101 @@
+"""What the tester adds to a specimen, found on known pieces, and the room's temperature: taken off every sine point.
+
+Each correction can be switched off by name, and what was applied is kept with the points and in the analysis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+from analysis.direct.applied_correction import AppliedCorrection
+from analysis.direct.corrections import Effect, correct
+from analysis.direct.rig_calibration import CalibrationRun, RigCalibration, calibrate_rig
+from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
+from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature
+from jointlab.errors import JointlabError
+from jointlab.identification.sine_points import SinePoint
+
+SWITCHES = (*(effect.value for effect in Effect), TEMPERATURE_SHIFT)
+"""Names of the corrections that can be switched off."""
+
+
+@dataclass(frozen=True)
+class ReferenceTemperature:
+    """At which temperature results are wanted, and how the compound gets there.
+
+    Attributes:
+        celsius: degrees Celsius.
+        coefficients: of the compound.
+        thermometer_error: standard error of the thermometer, the same at all points, K.
+    """
+
+    celsius: float
+    coefficients: TemperatureCoefficients
+    thermometer_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class TesterCorrections:
+    """What was done to the sine points of a measurement.
+
+    Attributes:
+        applied: to every point; empty where nothing is known or all is switched off. How far a point was from the
+            reference temperature is in the point.
+        switched_off: by hand, by name.
+        calibration: what the known pieces say, or None without any.
+    """
+
+    applied: tuple[AppliedCorrection, ...] = ()
+    switched_off: tuple[str, ...] = ()
+    calibration: RigCalibration | None = None
+
+
+def corrected(
+    points: tuple[SinePoint, ...],
+    calibration_runs: tuple[CalibrationRun, ...],
+    reference: ReferenceTemperature | None,
+    without: Collection[str] = (),
+) -> tuple[tuple[SinePoint, ...], TesterCorrections]:
+    """The specimens' own dynamic stiffness, and what was corrected for.
+
+    Args:
+        points: as measured.
+        calibration_runs: on known pieces; without any, the tester is taken to be rigid, massless and on time.
+        reference: at which temperature results are wanted; None leaves them at that of the room.
+        without: names of `SWITCHES` to leave off.
+
+    Raises:
+        JointlabError: there is no such switch, or a point has no temperature where one is needed.
+        AnalysisError: the runs determine nothing, or a correction is too large to be one.
+    """
+    if unknown := set(without) - set(SWITCHES):
+        raise JointlabError(f"no correction {', '.join(sorted(unknown))}; there are {', '.join(SWITCHES)}")
+    off = tuple(name for name in SWITCHES if name in without)
+    results = tuple(point.result for point in points)
+    applied: tuple[AppliedCorrection, ...] = ()
+    calibration = None
+    if calibration_runs and points:
+        calibration = calibrate_rig(calibration_runs)
+        found = calibration.corrections
+        chosen = found.only(*(effect for effect in found.values if effect not in off))
+        results = correct(results, chosen)
+        applied += chosen.records
+    if reference is not None and points and TEMPERATURE_SHIFT not in off:
+        results = at_reference_temperature(
+            results, _temperatures(points), reference.celsius, reference.coefficients, reference.thermometer_error
+        )
+        # the last two are the compound's; the one before is each point's own
+        applied += results[0].corrections[-2:]
+    kept = tuple(replace(point, result=result) for point, result in zip(points, results, strict=True))
+    return kept, TesterCorrections(applied, off, calibration)
+
+
+def _temperatures(points: tuple[SinePoint, ...]) -> list[float]:
+    known = [point.temperature_c for point in points if point.temperature_c is not None]
+    if len(known) < len(points):
+        raise JointlabError(
+            f"{len(points) - len(known)} sine points have no temperature; leave the correction out: "
+            f"--without {TEMPERATURE_SHIFT}"
+        )
+    return known

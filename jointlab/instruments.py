@@ -1,0 +1,43 @@
+"""The instruments that the configuration names."""
+
+from __future__ import annotations
+
+from daq.channels import Channel, ChannelKind
+from jointlab.errors import JointlabError
+from jointlab.settings import Settings
+from rig.instruments import Instruments
+
+
+def instruments_of(settings: Settings) -> Instruments:
+    """The instruments that the configuration names.
+
+    Raises:
+        JointlabError: the channel table is empty.
+        ChannelError: a row of it makes no sense.
+    """
+    if not settings.channels:
+        raise JointlabError(
+            "the channel table is empty; write [[channels]] into jointlab.toml, or make one for simulated "
+            "instruments: jointlab simulate --config jointlab.toml"
+        )
+    return Instruments(
+        daq_address=settings.daq_address,
+        tester_url=settings.tester_url,
+        thermometer_url=settings.thermometer_url,
+        channels=tuple(
+            Channel(
+                name=row.name,
+                physical=row.physical,
+                kind=ChannelKind(row.kind),
+                sensitivity=row.sensitivity,
+                unit=row.unit,
+                minimum=row.minimum,
+                maximum=row.maximum,
+                excitation_current=row.excitation_current,
+                serial=row.serial,
+                calibrated_on=row.calibrated_on,
+            )
+            for row in settings.channels
+        ),
+        rig=settings.rig,
+    )

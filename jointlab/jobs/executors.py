@@ -1,0 +1,154 @@
+"""Where jobs are done: in processes of this computer, or on a dask.distributed cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing.context import ForkServerProcess
+from typing import Any, Protocol
+
+from jointlab.errors import JointlabError
+from jointlab.jobs.work import carry_out
+
+GRACE = 5.0  # s that a process has to end when it is told to
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A job whose worker is gone."""
+
+    job_id: int
+    token: str
+    why: str
+
+
+class Executor(Protocol):
+    """Does jobs, as many at a time as it has room for; used by one thread."""
+
+    def has_room(self) -> bool:
+        """Whether it can begin one more."""
+
+    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+        """Begin a job that was taken with `token`."""
+
+    def lost(self) -> list[Lost]:
+        """Jobs whose workers ended without saying how, since the last call."""
+
+    def drop(self, job_id: int) -> None:
+        """Spend no more time on a job."""
+
+    def close(self) -> list[Lost]:
+        """End everything; the jobs that were not over."""
+
+
+class ProcessExecutor:
+    """Processes of this computer, one for each job: a job that is dropped or dies takes nothing with it.
+
+    They are forked from a server that has loaded what they need, so that beginning one takes no time.
+    """
+
+    def __init__(self, workers: int = 1) -> None:
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload(["__main__", carry_out.__module__])
+        self._workers = workers
+        self._processes = dict[int, tuple[ForkServerProcess, str]]()
+
+    def has_room(self) -> bool:
+        """Whether it can begin one more."""
+        return len(self._processes) < self._workers
+
+    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+        """Begin a job in a process of its own."""
+        arguments = (url, waveform_folder, job_id, token)
+        process = self._context.Process(target=carry_out, args=arguments, name=f"job {job_id}", daemon=True)
+        process.start()
+        self._processes[job_id] = (process, token)
+
+    def lost(self) -> list[Lost]:
+        """Jobs whose processes died; those that ended by themselves have said what came of it."""
+        ended = {job: held for job, held in self._processes.items() if held[0].exitcode is not None}
+        for job in ended:
+            del self._processes[job]
+        return [
+            Lost(job, token, f"its process ended with exit code {process.exitcode}")
+            for job, (process, token) in ended.items()
+            if process.exitcode != 0
+        ]
+
+    def drop(self, job_id: int) -> None:
+        """End a job's process."""
+        if job_id in self._processes:
+            process, _ = self._processes.pop(job_id)
+            _end(process)
+
+    def close(self) -> list[Lost]:
+        """End every process."""
+        left = [Lost(job, token, "the service was stopped") for job, (_, token) in self._processes.items()]
+        for job in [each.job_id for each in left]:
+            self.drop(job)
+        return left
+
+    @property
+    def pids(self) -> dict[int, int | None]:
+        """Process numbers by job."""
+        return {job: process.pid for job, (process, _) in self._processes.items()}
+
+
+class DaskExecutor:
+    """A dask.distributed cluster; its workers reach the same database and the same folder of waveforms.
+
+    Raises:
+        JointlabError: dask is not installed, or no scheduler answers at `address`.
+    """
+
+    def __init__(self, address: str, timeout: float = 10.0) -> None:
+        try:
+            connect: Any = import_module("distributed").Client
+        except ModuleNotFoundError as error:
+            raise JointlabError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
+        try:
+            self._client = connect(address, timeout=timeout, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise JointlabError(f"no dask scheduler answers at {address}: {error}") from error
+        self._futures = dict[int, tuple[Any, str]]()
+
+    def has_room(self) -> bool:
+        """Whether there is a worker without a job."""
+        return len(self._futures) < int(sum(self._client.nthreads().values()))
+
+    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+        """Send a job to a worker; where that dies, dask sends it to another one, and the same token counts."""
+        future = self._client.submit(carry_out, url, waveform_folder, job_id, token, key=f"job-{token}", pure=False)
+        self._futures[job_id] = (future, token)
+
+    def lost(self) -> list[Lost]:
+        """Jobs that dask has given up."""
+        over = {job: held for job, held in self._futures.items() if held[0].done()}
+        for job in over:
+            del self._futures[job]
+        return [
+            Lost(job, token, f"its worker ended: {future.exception()}")
+            for job, (future, token) in over.items()
+            if future.status == "error"
+        ]
+
+    def drop(self, job_id: int) -> None:
+        """Take a job back; a worker that has begun it finds out with its next heartbeat."""
+        if job_id in self._futures:
+            future, _ = self._futures.pop(job_id)
+            future.cancel()
+
+    def close(self) -> list[Lost]:
+        """Leave the cluster; its workers end what they have begun, and say so in SQL."""
+        self._client.close()
+        self._futures.clear()
+        return []
+
+
+def _end(process: ForkServerProcess) -> None:
+    process.terminate()
+    process.join(GRACE)
+    if process.exitcode is None:
+        process.kill()
+        process.join()

@@ -1,0 +1,134 @@
+"""The kinds of jobs: what each is asked with, and what it does.
+
+Work returns a function that stores what came of it: it is called in the transaction that ends the job, so that there
+is a result exactly where there is a job that is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from analysis.modal.spectra import Estimator
+from jointlab.diagnosis.pipeline import diagnose_run
+from jointlab.diagnosis.save import save_diagnosis
+from jointlab.errors import JointlabError
+from jointlab.identification.load import measurement_of_run, with_free_beam
+from jointlab.identification.options import AS_MEASURED, Averaging, Options
+from jointlab.identification.pipeline import identify as identify_measurement
+from jointlab.identification.recompute import identified_as_stored
+from jointlab.identification.save import save_identification
+from jointlab.report.gap import stored_gap_sections
+from jointlab.report.page import write_report
+from store.blow_window import BlowWindow
+from store.bundle_exchange import export_bundle
+from store.catalogue import Catalogue
+from store.hdf5 import export_hdf5
+from store.jobs import Job
+from store.progress import Progress
+
+Keep = Callable[[Session], dict[str, Any]]
+Work = Callable[[Catalogue, Job, Progress], Keep]
+
+TRIAL = "jointlab.trials.run"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of job; `needs` are the names of its parameters, `takes` of those that it can do without."""
+
+    needs: tuple[str, ...]
+    work: Work
+    takes: tuple[str, ...] = ()
+
+
+def kind_named(name: str) -> Kind:
+    """A kind of job.
+
+    Raises:
+        JointlabError: there is no such kind.
+    """
+    if name not in KINDS:
+        raise JointlabError(f"there is no kind of job {name!r}; there are {', '.join(KINDS)}")
+    return KINDS[name]
+
+
+def exports_folder(catalogue: Catalogue) -> Path:
+    """Where files that were asked for are kept: beside the waveforms."""
+    return catalogue.waveforms.folder.with_name(f"{catalogue.waveforms.folder.name}-exports")
+
+
+def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """k, h and gamma of a run by both methods, and their comparison."""
+    run, free_beam = job.parameters["run"], job.parameters.get("free_beam")
+    options = _options(job.parameters)
+    measurement = measurement_of_run(catalogue, run, progress, options.averaging)
+    if free_beam is not None:
+        measurement = with_free_beam(measurement, catalogue, free_beam, progress, options.averaging)
+    with progress("identification", 1) as advance:
+        found = identify_measurement(measurement, options)
+        advance(1)
+    return lambda session: asdict(save_identification(session, run, found))
+
+
+def _options(given: Mapping[str, Any]) -> Options:
+    """What was chosen by hand; by default nothing."""
+    window = BlowWindow(given.get("force_window"), given.get("exponential_window"))
+    return Options(
+        elements=given.get("elements"),
+        joint_exponent=given.get("joint_exponent", AS_MEASURED.joint_exponent),
+        regularise=given.get("regularise"),
+        averaging=Averaging(Estimator(given.get("estimator", AS_MEASURED.averaging.estimator)), window),
+    )
+
+
+def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """What explains the gap between a run and its simulation."""
+    run = job.parameters["run"]
+    document = diagnose_run(catalogue, run, progress)
+    return lambda session: {"diagnosis": save_diagnosis(session, run, document)}
+
+
+def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """How often the diagnosis is right, on cases whose truth is sealed until it has answered."""
+    # what draws cases is loaded for a trial only: no other work is to know that simulation exists
+    run_trial: Callable[..., dict[str, Any]] = import_module(TRIAL).run_trial
+    scores = run_trial(job.parameters["cases"], job.parameters["seed"], progress)
+    return lambda _session: scores
+
+
+def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+    """A file of a run: its bundle, its waveforms as HDF5, or its report."""
+    run, form = job.parameters["run"], job.parameters["form"]
+    folder = exports_folder(catalogue)
+    name = f"run-{run}-{job.id}-{job.attempts}{FORMS[form]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise JointlabError(f"{folder} cannot be made: {error.strerror or error}") from error
+    with progress(form, 1) as advance:
+        match form:
+            case "bundle":
+                export_bundle(catalogue, run, folder / name)
+            case "hdf5":
+                export_hdf5(catalogue, run, folder / name)
+            case _:
+                found, standing = identified_as_stored(catalogue, run, progress)
+                write_report(found, folder / name, more=stored_gap_sections(catalogue, run), standing=standing)
+        advance(1)
+    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
+
+
+FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
+TAKES = ("free_beam", "elements", "joint_exponent", "regularise", "estimator", "force_window", "exponential_window")
+KINDS: Mapping[str, Kind] = {
+    "identify": Kind(("run",), identify, takes=TAKES),
+    "diagnose": Kind(("run",), diagnose),
+    "trial": Kind(("cases", "seed"), trial),
+    "export": Kind(("run", "form"), export),
+}

@@ -1,0 +1,113 @@
+"""One job in a worker's process: its work, its heartbeat, and its result in one transaction."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from threadpoolctl import threadpool_limits
+
+from jointlab.errors import EXPECTED
+from jointlab.jobs.kinds import kind_named
+from store.catalogue import Catalogue
+from store.errors import StoreError
+from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease
+from store.progress import Advance
+
+BEAT = 1.0  # s
+log = logging.getLogger(__name__)
+
+
+class Heartbeat:
+    """Shows every second that the worker lives, and how far it is. A context manager, and the work's `Progress`."""
+
+    def __init__(self, catalogue: Catalogue, job_id: int, token: str) -> None:
+        self._catalogue = catalogue
+        self._job_id = job_id
+        self._token = token
+        self._at: tuple[str | None, int, int] = (None, 0, 0)
+        self._ended = threading.Event()
+        self._lost: LeaseLostError | None = None
+        self._thread = threading.Thread(target=self._beat, name=f"job {job_id}", daemon=True)
+
+    @contextmanager
+    def __call__(self, what: str, total: int) -> Iterator[Advance]:
+        """Work on `what`, in `total` steps.
+
+        Raises:
+            LeaseLostError: the job was cancelled, or given to somebody else.
+        """
+        self._at = (what, 0, total)
+
+        def advance(done: int) -> None:
+            if self._lost is not None:
+                raise self._lost
+            self._at = (what, self._at[1] + done, total)
+
+        advance(0)
+        yield advance
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _beat(self) -> None:
+        while not self._ended.is_set():
+            try:
+                with self._catalogue.writing() as session:
+                    renew_lease(session, self._job_id, self._token, *self._at)
+            except LeaseLostError as lost:
+                self._lost = lost
+                return
+            except StoreError as error:
+                # the lease lasts for many beats; where it runs out all the same, the result will not be taken
+                log.warning("job %s: a heartbeat could not be stored: %s", self._job_id, error)
+            self._ended.wait(BEAT)
+
+
+def carry_out(url: str, waveform_folder: str, job_id: int, token: str) -> None:
+    """Do a job that was taken with `token`, and store what comes of it.
+
+    Args:
+        url: of the database.
+        waveform_folder: where waveforms are.
+        job_id: its number.
+        token: that it was taken with.
+
+    Raises:
+        StoreError: what came of it cannot be stored; the job will be taken up again.
+    """
+    with threadpool_limits(1), Catalogue.open(url, Path(waveform_folder)) as catalogue:
+        with catalogue.reading() as session:
+            job = get_job(session, job_id)
+        try:
+            with Heartbeat(catalogue, job_id, token) as progress:
+                keep = kind_named(job.kind).work(catalogue, job, progress)
+            with catalogue.writing() as session:
+                finish_job(session, job_id, token, keep(session))
+        except LeaseLostError as lost:
+            log.info("%s", lost)
+        except EXPECTED as error:
+            _fail(catalogue, job_id, token, str(error))
+        except Exception as error:
+            log.exception("job %s ended in a way that nobody expected", job_id)
+            _fail(catalogue, job_id, token, f"{type(error).__name__}: {error}")
+
+
+def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:
+    try:
+        with catalogue.writing() as session:
+            fail_job(session, job_id, token, why)
+    except LeaseLostError as lost:
+        log.info("%s", lost)

@@ -1,0 +1,151 @@
+"""A plan as sections of a page, and as a document for other people's programs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from analysis.inverse.regression import UPPER
+from jointlab.identification.document import plain
+from jointlab.planning import figures
+from jointlab.planning.plan import Plan
+from jointlab.report.section import Picture, Section, Table, number
+
+FORMAT = "jointlab-plan/1"
+Z95 = 1.96
+SHOWN = ((0, 0), (0, 1), (1, 1))
+"""Elements that the table shows: k11, k12, k22."""
+
+
+def plan_sections(plan: Plan) -> list[Section]:
+    """Expected intervals, design quantities and studies."""
+    return [_expected(plan), _design(plan), _studies(plan)]
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """The same as numbers; half-widths are those of 95 % intervals."""
+    document: dict[str, Any] = plain(
+        {
+            "format": FORMAT,
+            "title": plan.title,
+            "points": [str(point) for point in plan.points],
+            "noise": plan.noise,
+            "joints": {
+                joint.name: {
+                    "k": joint.dynamic_stiffness.real,
+                    "h": joint.dynamic_stiffness.imag,
+                    "k_half_width95": _matrix(Z95 * plan.expectation.stiffness_deviation[joint.name]),
+                    "h_half_width95": _matrix(Z95 * plan.expectation.damping_deviation[joint.name]),
+                }
+                for joint in plan.joints
+            },
+            "weak_directions": [weak.text for weak in plan.expectation.weak_directions],
+            "remedies": [remedy.text for remedy in plan.remedies],
+            "design": {
+                joint.name: {
+                    "k_bar": joint.stiffness_ratio,
+                    "R": joint.aspect_ratio,
+                    "theta_deg": np.degrees(joint.inclination),
+                    "rotation_ratio": joint.rotation_ratio,
+                }
+                for joint in plan.design.joints
+            },
+            "first_elastic_hz": plan.design.first_elastic,
+            "statements": plan.design.statements,
+            "studies": {
+                "k_bar": plan.stiffness_ratios,
+                "condition_numbers": {f"modes 1-{modes}": found for modes, found in plan.conditions.items()},
+                "frequency_ratio": plan.eigenvalues.frequency,
+                "sensitivity": plan.eigenvalues.sensitivity,
+            },
+        }
+    )
+    return document
+
+
+def expected_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
+    """Joint, element, expected value and half-width of its 95 % interval, in words."""
+    rows = []
+    for joint in plan.joints:
+        for letter, value, deviation in (
+            ("k", joint.dynamic_stiffness.real, plan.expectation.stiffness_deviation[joint.name]),
+            ("h", joint.dynamic_stiffness.imag, plan.expectation.damping_deviation[joint.name]),
+        ):
+            half = _matrix(Z95 * deviation)
+            for p, q in SHOWN:
+                share = 100 * half[p, q] / abs(value[p, q])
+                rows.append(
+                    (
+                        joint.name,
+                        f"{letter}{p + 1}{q + 1}",
+                        f"{number(value[p, q] / 1e6)} MN/m",
+                        f"± {number(half[p, q] / 1e6)} MN/m, {number(share, 2)} %",
+                    )
+                )
+    return rows
+
+
+def _expected(plan: Plan) -> Section:
+    return Section(
+        "What the test will tell",
+        (
+            f"{len(plan.points)} points, averaged accelerances with {plan.noise:g} (m/s²)/N of noise a line, and every "
+            "tolerance that the article states.",
+            Table(
+                "Expected 95 % intervals by maximum likelihood",
+                ("joint", "element", "expected", "half-width"),
+                tuple(expected_rows(plan)),
+            ),
+            Picture("Expected half-widths", figures.half_widths(plan)),
+            *(f"{weak.text}." for weak in plan.expectation.weak_directions),
+            Table(
+                "What would mend the weakest direction, the best first",
+                ("remedy",),
+                tuple((remedy.text,) for remedy in plan.remedies),
+            ),
+        ),
+    )
+
+
+def _design(plan: Plan) -> Section:
+    rows = tuple(
+        (
+            joint.name,
+            number(joint.stiffness_ratio),
+            number(joint.aspect_ratio),
+            number(float(np.degrees(joint.inclination))),
+            number(joint.rotation_ratio),
+        )
+        for joint in plan.design.joints
+    )
+    against = plan.design.statements or ("Nothing speaks against this bench",)
+    return Section(
+        "Design quantities",
+        (
+            f"First elastic mode of the free beam: {plan.design.first_elastic:.1f} Hz; first longitudinal mode: "
+            f"{plan.design.first_longitudinal:.0f} Hz.",
+            Table("Eqs. (12) to (16)", ("joint", "k-bar", "R", "theta (deg)", "k-theta / (k-t L²)"), rows),
+            *(f"{text}." for text in against),
+        ),
+    )
+
+
+def _studies(plan: Plan) -> Section:
+    return Section(
+        "Design studies",
+        (
+            "Both studies vary k-bar of all supports together, with this bench's R and theta; vertical lines are this "
+            "bench's joints, and Fig. 3 shows the worst of them.",
+            Picture("Fig. 3: condition number against joint stiffness", figures.conditions(plan)),
+            Picture("Fig. 4: natural frequencies against joint stiffness", figures.eigenvalues(plan)),
+        ),
+    )
+
+
+def _matrix(upper: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """(3, 3) from the six terms of the upper triangle."""
+    full = np.empty((3, 3))
+    for value, (p, q) in zip(upper, UPPER, strict=True):
+        full[p, q] = full[q, p] = value
+    return full

@@ -1,0 +1,112 @@
+"""Figs. 7 to 9 and 12 to 14 as data: what page and report, which draw them in their own ways, have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.direct.cylinder_terms import JointTerms
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.superposition import Superposition, SuperpositionPoint
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Real
+from analysis.interval import Estimate
+from jointlab.identification.direct import Direct
+from store.joint_matrices import JointMatrix
+
+Quantity = Callable[[DynamicStiffness], Estimate]
+JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
+"""By the method's name in pictures, then by joint."""
+FIGURED_POINTS = (("Fig. 7", Dof(3, Direction.Y)), ("Fig. 8", Dof(1, Direction.Y)), ("Fig. 9", Dof(1, Direction.X)))
+"""Driving point, transverse cross point and longitudinal blow."""
+ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
+"""Of the stiffness, by name and place: those that a hammer finds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One curve of a sweep: frequency in Hz, value, half-width of its 95 % interval, each (points,)."""
+
+    frequency: Real
+    value: Real
+    half_width: Real
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p), inverse 95 % intervals by method."""
+
+    title: str
+    curves: Mapping[float, Curve]
+    inverse: Mapping[str, Sequence[float] | Real]
+
+
+def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
+    """One quantity of a series over frequency with the half-width of its 95 % interval."""
+    estimates = [quantity(point) for point in points]
+    return Curve(
+        frequency=np.array([point.frequency for point in points]),
+        value=np.array([estimate.value for estimate in estimates]),
+        half_width=np.array([estimate.half_width() for estimate in estimates]),
+    )
+
+
+def superposition_curves(checks: Mapping[float, Superposition]) -> tuple[dict[float, Curve], dict[float, Curve]]:
+    """Fig. 12: |k| in N/m of the angled pair as computed from compression and shear, and as measured, by amplitude."""
+
+    def of(which: Callable[[SuperpositionPoint], DynamicStiffness]) -> dict[float, Curve]:
+        return {
+            amplitude: curve([which(point) for point in check.points], magnitude) for amplitude, check in checks.items()
+        }
+
+    return of(lambda point: point.computed), of(lambda point: point.measured)
+
+
+def stiffness_panels(joints: JointsByMethod, direct: Mapping[str, Direct]) -> list[Panel]:
+    """Fig. 13: k22 and k12 of each joint at the smallest amplitude, N/m, over the intervals of observable elements."""
+    return [
+        Panel(
+            f"joint {name}, {element}",
+            {min(terms): curve([getattr(term, element) for term in terms[min(terms)]], _stiffness)},
+            {method: own[name].stiffness_ci95[at] for method, own in joints.items() if own[name].observable[at]},
+        )
+        for name, terms in _measured_both_ways(joints, direct).items()
+        for element, at in ELEMENTS
+    ]
+
+
+def loss_factor_panels(joints: JointsByMethod, direct: Mapping[str, Direct]) -> list[Panel]:
+    """Fig. 14: gamma22 of each joint at the two smallest amplitudes over the intervals that are known."""
+    panels = []
+    for name, terms in _measured_both_ways(joints, direct).items():
+        curves = {
+            amplitude: curve([term.k22 for term in terms[amplitude]], loss_factor) for amplitude in sorted(terms)[:2]
+        }
+        intervals = {method: own[name].loss_factor_ci95[1, 1] for method, own in joints.items()}
+        known = {method: interval for method, interval in intervals.items() if not np.isnan(interval).any()}
+        panels.append(Panel(f"joint {name}, gamma22", curves, known))
+    return panels
+
+
+def _measured_both_ways(
+    joints: JointsByMethod, direct: Mapping[str, Direct]
+) -> dict[str, Mapping[float, Sequence[JointTerms]]]:
+    """Terms of the tester by amplitude, of the joints that both experiments know."""
+    common = set.intersection(*(set(own) for own in joints.values()))
+    return {name: found.joint for name, found in direct.items() if name in common and found.joint}
+
+
+def magnitude(point: DynamicStiffness) -> Estimate:
+    """|k|, N/m."""
+    return point.magnitude_estimate
+
+
+def loss_factor(point: DynamicStiffness) -> Estimate:
+    """gamma."""
+    return point.loss_factor_estimate
+
+
+def _stiffness(point: DynamicStiffness) -> Estimate:
+    return point.stiffness_estimate

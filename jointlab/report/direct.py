@@ -1,0 +1,205 @@
+"""The report's sections on the tester, and on both methods together: Figs. 11 to 14."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from analysis.comparison import ElementComparison
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.interval import Estimate
+from jointlab.identification.direct import Direct
+from jointlab.identification.inverse import Inverse
+from jointlab.identification.pipeline import Identification
+from jointlab.identification.read import METHODS
+from jointlab.identification.save import joint_matrix
+from jointlab.identification.tester_corrections import TesterCorrections
+from jointlab.report import figures
+from jointlab.report.curves import (
+    Curve,
+    Quantity,
+    curve,
+    loss_factor,
+    loss_factor_panels,
+    magnitude,
+    stiffness_panels,
+    superposition_curves,
+)
+from jointlab.report.section import Picture, Section, Table, ends, number
+
+
+def direct_sections(found: Identification) -> list[Section]:
+    """The tester's results, and the comparison where there is one."""
+    sections = [_corrections(found.corrections)] if found.direct else []
+    sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
+    if found.inverse is not None and found.comparison:
+        sections.append(_comparison(found.inverse, found.direct, found.comparison))
+    return sections
+
+
+def _corrections(corrections: TesterCorrections) -> Section:
+    """What the tester adds to a specimen, and what was done about it."""
+    content: list[str | Table | Picture] = []
+    calibration = corrections.calibration
+    if calibration is None:
+        content.append(
+            "No known piece was measured in this tester: frame, fixture and channels are taken to be rigid, massless "
+            "and on time."
+        )
+    else:
+        content.append(
+            f"Known pieces in place of specimens were measured; chi-square is {number(calibration.chi_square)} on "
+            f"{calibration.degrees_of_freedom} degrees of freedom."
+        )
+        content += [f"{warning}." for warning in calibration.warnings]
+    if corrections.applied:
+        rows = tuple(
+            (each.effect.replace("_", " "), each.parameter, f"{each.value:.4g} ± {each.standard_error:.2g} {each.unit}")
+            for each in corrections.applied
+        )
+        content.append(Table("Applied to every sine point", ("correction", "symbol", "value, standard error"), rows))
+    if corrections.switched_off:
+        names = ", ".join(name.replace("_", " ") for name in corrections.switched_off)
+        content.append(f"Switched off by hand: {names}.")
+    return Section("Corrections of the tester", tuple(content))
+
+
+def _claims(direct: Direct) -> list[str]:
+    """What standards can be claimed: a sentence that holds for every configuration is said once."""
+    by_sentence: dict[str, list[str]] = {}
+    for configuration, sentences in direct.claims.items():
+        for sentence in sentences:
+            by_sentence.setdefault(sentence, []).append(configuration)
+    every = len(direct.claims)
+    return [
+        sentence if len(configurations) == every else f"In {', '.join(configurations)}: {sentence}"
+        for sentence, configurations in by_sentence.items()
+    ]
+
+
+def _cylinders(name: str, direct: Direct) -> Section:
+    content: list[str | Table | Picture] = [
+        Picture(
+            f"Fig. 11: cylinders of joint {name} in the tester, with 95 % intervals",
+            figures.dynamic_stiffness(name, _all(direct, magnitude), _all(direct, loss_factor)),
+        ),
+        _ratios(name, direct),
+    ]
+    flagged = [point for by_amplitude in direct.series.values() for points in by_amplitude.values() for point in points]
+    insufficient = [point for point in flagged if not point.first_harmonic_sufficient]
+    content.append(
+        f"The first harmonic describes all {len(flagged)} points."
+        if not insufficient
+        else f"The first harmonic does not describe {len(insufficient)} of {len(flagged)} points, the first because "
+        f"{insufficient[0].shortcomings[0]}."
+    )
+    content.append(_first_harmonic(name, direct))
+    content += [f"Not a specimen's stiffness: {text}." for text in direct.unphysical]
+    content += _claims(direct)
+    if direct.superposition:
+        content.append(
+            Picture(
+                f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees",
+                figures.superposition(name, *superposition_curves(direct.superposition)),
+            )
+        )
+        content += [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
+    return Section(f"Direct method, joint {name}", tuple(content))
+
+
+def _ratios(name: str, direct: Direct) -> Table:
+    """How far stiffness and loss change between the smallest and the largest amplitude."""
+    rows = []
+    for configuration, by_amplitude in direct.series.items():
+        smallest, largest = min(by_amplitude), max(by_amplitude)
+        stiffness, loss = (
+            np.mean([quantity(point).value for point in by_amplitude[smallest]])
+            / np.mean([quantity(point).value for point in by_amplitude[largest]])
+            for quantity in (magnitude, loss_factor)
+        )
+        rows.append((configuration, number(float(stiffness)), number(float(loss))))
+    caption = f"Joint {name}: smallest over largest amplitude, mean over frequency"
+    return Table(caption, ("configuration", "|k|", "loss factor"), tuple(rows))
+
+
+def _first_harmonic(name: str, direct: Direct) -> Table:
+    """What was reached, and how far each series is from sines and ellipses at the worst of its points."""
+    rows = []
+    for configuration, by_amplitude in direct.series.items():
+        for amplitude, points in by_amplitude.items():
+            reached = [1e3 * point.amplitude_pp for point in points]
+            rows.append(
+                (
+                    configuration,
+                    f"{amplitude:g}",
+                    ends((min(reached), max(reached))),
+                    _worst(points, lambda point: _with_error(point.thd_force, point.thd_force_standard_error)),
+                    _worst(
+                        points, lambda point: _with_error(point.thd_displacement, point.thd_displacement_standard_error)
+                    ),
+                    _worst(points, _loop_excess),
+                )
+            )
+    return Table(
+        f"Joint {name}: reached amplitude, and the worst of total harmonic distortion and of loop energy against "
+        "π X² h in each series, with standard errors",
+        ("configuration", "asked, mm p-p", "reached, mm p-p", "force, %", "displacement, %", "loop less π X² h, %"),
+        tuple(rows),
+    )
+
+
+def _worst(points: Sequence[DynamicStiffness], share: Callable[[DynamicStiffness], Estimate | None]) -> str:
+    """The largest of what is known of points, in percent; a dash where nothing is."""
+    known = [found for point in points if (found := share(point)) is not None]
+    if not known:
+        return "–"
+    worst = max(known, key=lambda found: abs(found.value))
+    error = f" ± {number(100 * worst.standard_error, 2)}" if math.isfinite(worst.standard_error) else ""
+    return f"{number(100 * worst.value)}{error}"
+
+
+def _with_error(value: float | None, standard_error: float | None) -> Estimate | None:
+    return None if value is None else Estimate(value, math.nan if standard_error is None else standard_error)
+
+
+def _loop_excess(point: DynamicStiffness) -> Estimate | None:
+    """Of the energy of the first harmonic's ellipse."""
+    excess, ellipse = point.loop_energy_excess, point.first_harmonic_energy
+    return None if excess is None else Estimate(excess.value / ellipse, excess.standard_error / abs(ellipse))
+
+
+def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
+    joints = {
+        METHODS[route.method]: {name: joint_matrix(joint) for name, joint in route.joints.items()}
+        for route in (inverse.likelihood, inverse.paper)
+    }
+    stiffness, loss = stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
+    rows = tuple(_comparison_row(each) for each in comparison)
+    return Section(
+        "Direct against inverse",
+        (
+            Picture("Fig. 13: stiffness", figures.direct_against_inverse("Fig. 13: stiffness", "MN/m", stiffness, 1e6)),
+            Picture("Fig. 14: loss factor", figures.direct_against_inverse("Fig. 14: loss factor", "1", loss)),
+            Table(
+                "Element by element",
+                ("joint", "element", "inverse, 95 %", "direct, 95 %", "verdict", "why"),
+                rows,
+            ),
+        ),
+    )
+
+
+def _comparison_row(each: ElementComparison) -> tuple[str, ...]:
+    scale, unit = (1e6, " MN/m") if each.element.startswith("k") else (1.0, "")
+    inverse = "–" if each.inverse is None else ends((each.inverse.low / scale, each.inverse.high / scale)) + unit
+    direct = ends((each.direct.low / scale, each.direct.high / scale)) + unit
+    return each.joint, each.element, inverse, direct, each.verdict.value, f"{each.reason} ({each.basis})"
+
+
+def _all(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
+    return {
+        configuration: {amplitude: curve(points, quantity) for amplitude, points in by_amplitude.items()}
+        for configuration, by_amplitude in direct.series.items()
+    }

@@ -1,0 +1,117 @@
+"""The gap diagnosis as one page, and as sections of a run's report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from jointlab.diagnosis import wording
+from jointlab.diagnosis.save import latest_diagnosis
+from jointlab.report.gap_figures import SIGNIFICANT, before_and_after, curves, gap_map
+from jointlab.report.page import write_page
+from jointlab.report.section import Picture, Section, Table, number
+from store.catalogue import Catalogue
+
+SHOWN_PLACES, SHOWN_RANKS, SHOWN_CURVES = 8, 8, 2
+
+
+def write_gap_report(document: Mapping[str, Any], path: Path, *, more: tuple[Section, ...] = ()) -> None:
+    """Write a diagnosis as one HTML page that needs nothing from outside.
+
+    Args:
+        document: in the format jointlab-diagnosis/1.
+        path: the HTML file.
+        more: sections that come after the diagnosis's own.
+
+    Raises:
+        JointlabError: the file cannot be written.
+    """
+    title = f"{document.get('title', 'measurement')}: the gap between simulation and measurement"
+    sections = [*gap_sections(document), *more]
+    write_page(title, f"{_capital(wording.verdict_sentence(document))}.", sections, path, intervals="90 %")
+
+
+def stored_gap_sections(catalogue: Catalogue, run_id: int) -> tuple[Section, ...]:
+    """Sections of a run's newest diagnosis; none where it has not been diagnosed.
+
+    Raises:
+        StoreError: the database cannot be read.
+    """
+    document = latest_diagnosis(catalogue, run_id)
+    return () if document is None else tuple(gap_sections(document))
+
+
+def gap_sections(document: Mapping[str, Any]) -> list[Section]:
+    """Verdict, places, explanations."""
+    return [_verdict(document), _where(document), _explanations(document)]
+
+
+def _verdict(document: Mapping[str, Any]) -> Section:
+    status, verdict = document["verdict"]["status"], document["verdict"]
+    sentences = [f"FAULT in the measurement, to be seen to before anything below: {f}." for f in document["faults"]]
+    sentences += [f"Not told by this measurement: {sentence}." for sentence in document.get("lost", ())]
+    sentences += [f"{_capital(status)}: {wording.verdict_sentence(document)}."]
+    sentences += [f"{_capital(wording.probability_sentence(document))}."]
+    content: list[str | Table | Picture] = [*sentences]
+    parameters = wording.parameter_lines(document)
+    if parameters:
+        content.append(Table("What the effect measures", ("effect", "parameter", "value", "90 %"), tuple(parameters)))
+    content.append(Picture("How far: before and after", before_and_after(document["gap"])))
+    content += _most_telling(document.get("curves", ()))
+    if verdict["twins"]:
+        content.append(f"{_capital(wording.twins_sentence(document))}.")
+    if verdict["next_experiment"]:
+        content.append(f"Next experiment: {verdict['next_experiment'].rstrip('.')}.")
+    return Section("The gap between simulation and measurement", tuple(content))
+
+
+def _most_telling(drawn: Sequence[Mapping[str, Any]]) -> list[str | Table | Picture]:
+    """The curves with the largest gap: one of each rig, or two of the only one."""
+    firsts = [
+        next(each for each in drawn if each["rig"] == rig) for rig in dict.fromkeys(each["rig"] for each in drawn)
+    ]
+    shown = firsts if len(firsts) > 1 else drawn[:SHOWN_CURVES]
+    pictures = [Picture(_capital(wording.curve_words(each)), curves(each, wording.place_words(each))) for each in shown]
+    return [wording.CURVES_NOTE, *pictures] if pictures else []
+
+
+def _where(document: Mapping[str, Any]) -> Section:
+    rows = tuple(
+        (
+            wording.place_words(place),
+            wording.band_words(place),
+            str(place["part"]),
+            f"{100 * place['share']:.0f} %",
+            number(place["significance"]),
+        )
+        for place in document["where"][:SHOWN_PLACES]
+    )
+    content: list[str | Table | Picture] = [
+        f"The maps are of the paper's model without any effect. The colour of a cell is its share of all misfit beyond "
+        f"noise in the map; cells below {SIGNIFICANT:g} standard deviations stay white. {wording.MAP_WARNING}",
+        *(Picture(_capital(str(each["title"])), gap_map(each)) for each in document["maps"]),
+    ]
+    if rows:
+        head = ("place", "band", "mostly", "share", "standard deviations")
+        content.append(Table("The largest parts", head, rows))
+    return Section("Where it lies", tuple(content))
+
+
+def _explanations(document: Mapping[str, Any]) -> Section:
+    rows = tuple(
+        (
+            wording.ranked_name(each["effects"]),
+            "; ".join(law for law in each["laws"].values() if law),
+            f"{100 * each['probability']:.1f} %",
+            wording.percent(each["held_out_gap_percent"]),
+            f"{100 * each['explained']:.0f} %",
+        )
+        for each in document["ranking"][:SHOWN_RANKS]
+    )
+    head = ("explanation", "law", "probability", "gap with it", "misfit explained")
+    return Section("Which effect", (Table("Explanations, the most probable first", head, rows),))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

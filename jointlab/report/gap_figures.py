@@ -1,0 +1,127 @@
+"""Pictures of a gap diagnosis: maps that are read at a glance, and bars before and after. Each is an inline SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import PowerNorm
+
+from analysis.frequency_response import Real
+from jointlab.diagnosis.wording import RIGS, percent
+from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
+
+SIGNIFICANT = 3.0
+"""Standard deviations below which a cell stays white: noise alone would colour it now and then."""
+COLOURS = "YlOrRd"
+CURVE_AXES = {
+    "magnitude": "|A| ((m/s²)/N)",
+    "phase_deg": "phase (deg)",
+    "stiffness": "k (N/m)",
+    "loss_factor": "loss factor",
+}
+CURVE_STYLES = {"measured": ("#9a9a9a", 3.0, "-"), "before": (ORANGE, 1.2, "--"), "after": (BLUE, 1.2, "-")}
+"""Colour, width and kind of line: told apart without colour, and seen where they coincide."""
+MARKED = 0.08
+"""Share of a map's whole misfit from which a cell has its share written in it."""
+
+
+def gap_map(drawn: Mapping[str, Any]) -> str:
+    """Misfit beyond noise by row and band; a cell's colour is its share of all in this map."""
+    energy = np.maximum(np.array(drawn["energy"], dtype=float), 0.0)
+    significance = np.array(drawn["significance"], dtype=float)
+    share = energy / max(float(energy.sum()), np.finfo(float).tiny)
+    rows, edges = drawn["rows"], np.array(drawn["edges_hz"], dtype=float)
+    picture, (axes,) = figure(height=0.9 + 0.24 * len(rows))
+    seen = np.ma.masked_where(significance < SIGNIFICANT, share)
+    lines = np.arange(len(rows) + 1)
+    top = max(float(share.max()), 0.02)
+    mesh = axes.pcolormesh(edges, lines, seen, cmap=COLOURS, norm=PowerNorm(0.5, 0.0, top), linewidth=0)
+    axes.set_yticks(lines[:-1] + 0.5, [str(row) for row in rows], fontsize=8)
+    axes.invert_yaxis()
+    axes.grid(visible=False)
+    axes.set_xlabel("frequency (Hz)")
+    _write_shares(axes, edges, np.where(significance < SIGNIFICANT, 0.0, share), top)
+    bar = picture.colorbar(mesh, ax=axes, fraction=0.03, pad=0.01)
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+    return as_svg(picture, f"Map: {drawn['title']}")
+
+
+def _write_shares(axes: Axes, edges: Real, share: Real, top: float) -> None:
+    for row, band in np.argwhere(share >= MARKED):
+        colour = "white" if share[row, band] > 0.5 * top else MEASURED
+        middle = (edges[band] + edges[band + 1]) / 2
+        text = f"{100 * share[row, band]:.0f}"
+        axes.text(middle, row + 0.5, text, ha="center", va="center", fontsize=7, color=colour)
+
+
+def before_and_after(gap: Mapping[str, Any]) -> str:
+    """The gap of each rig before and after the effects are in the model; 90 % interval of the first rig, and floor."""
+    rigs = gap["by_rig"]
+    picture, (axes,) = figure(height=0.8 + 0.6 * len(rigs))
+    ticks, names = list[float](), list[str]()
+    for place, (rig, found) in enumerate(rigs.items()):
+        for offset, moment, colour in ((-0.2, "before", ORANGE), (0.2, "after", BLUE)):
+            if found[moment] is None:
+                continue
+            axes.barh(place + offset, found[moment], 0.36, color=colour, label=moment if place == 0 else None)
+            interval = gap["after_ci90_percent"] if (place, moment) == (0, "after") else ()
+            at = max(found[moment], *(end or 0.0 for end in interval)) if interval else found[moment]
+            axes.annotate(
+                percent(found[moment]),
+                (at, place + offset),
+                (5, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8,
+            )
+        ticks.append(place)
+        names.append(RIGS[rig])
+    low, high = gap["after_ci90_percent"]
+    if rigs and low is not None and high is not None:
+        axes.plot([low, high], [0.2, 0.2], "|-", color=MEASURED, markersize=9, label="90 % interval")
+    if gap["floor_percent"] is not None:
+        axes.axvline(gap["floor_percent"], color=GREEN, linestyle="--", label="floor: measuring again")
+    axes.set_yticks(ticks, names)
+    axes.invert_yaxis()
+    axes.margins(x=0.12)
+    axes.set_xlabel("gap on data that no fit saw (%)")
+    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    return as_svg(picture, "Gap before and after")
+
+
+def curves(drawn: Mapping[str, Any], place: str) -> str:
+    """Measured, before and after over frequency: accelerance, closer, and phase; or k and gamma of the tester."""
+    shown = [name for name in CURVE_AXES if name in drawn]
+    band = drawn.get("close_up_hz")
+    picture, axes = figure(rows=len(shown) + (band is not None), height=2.0)
+    for name, each in zip((shown[0], *shown) if band else shown, axes, strict=True):
+        _draw_curves(each, drawn, name)
+    if band:
+        axes[0].set_yscale("log")
+        axes[1].set(xlim=band, ylabel=f"closer, {CURVE_AXES[shown[0]]}")
+        close = _within(drawn, band)
+        axes[1].set_ylim(0, 1.08 * max(max(drawn[shown[0]][moment][at] for at in close) for moment in CURVE_STYLES))
+    if "phase_deg" in shown:
+        axes[-1].set(ylim=(-190, 190), yticks=(-180, -90, 0, 90, 180))
+    axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+    axes[-1].set_xlabel("frequency (Hz)")
+    return as_svg(picture, f"Measured, before and after: {place}")
+
+
+def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:
+    """Places of the lines in a band."""
+    return [at for at, frequency in enumerate(drawn["frequency_hz"]) if band[0] <= frequency <= band[1]]
+
+
+def _draw_curves(axes: Axes, drawn: Mapping[str, Any], name: str) -> None:
+    frequency = np.array(drawn["frequency_hz"], dtype=float)
+    for moment, (colour, width, line) in CURVE_STYLES.items():
+        values = np.array(drawn[name][moment], dtype=float)
+        if name == "phase_deg":  # dots: a line would draw every jump from 180 to -180 degrees
+            axes.plot(frequency, values, ".", markersize=width + 1, color=colour)
+        else:
+            axes.plot(frequency, values, line, linewidth=width, color=colour, label=moment)
+    axes.set_ylabel(CURVE_AXES[name])

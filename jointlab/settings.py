@@ -1,0 +1,104 @@
+"""Configuration: one TOML file and the environment, which wins. Shown by `jointlab config`."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from datetime import date
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
+from pydantic_settings import SettingsError as EnvironmentSettingsError
+
+from jointlab.errors import SettingsError
+
+CONFIG_VARIABLE = "JOINTLAB_CONFIG"
+DEFAULT_CONFIG = "jointlab.toml"
+
+
+class ChannelSettings(BaseModel):
+    """One row of the channel table: what hangs on which input, and when it was calibrated."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$", description="name used in records, such as hammer")
+    physical: str = Field(description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
+    kind: Literal["force_iepe", "acceleration_iepe", "voltage"]
+    sensitivity: float = Field(gt=0, description="V per SI unit of the quantity")
+    unit: Literal["N", "m/s^2", "m"]
+    minimum: float = Field(description="lowest value expected, in `unit`")
+    maximum: float = Field(description="highest value expected, in `unit`")
+    excitation_current: float = Field(default=0.0, ge=0, le=0.02, description="IEPE supply, A")
+    serial: str = ""
+    calibrated_on: date | None = None
+
+
+class Settings(BaseSettings):
+    """Everything that differs between one laboratory and another.
+
+    Each field is also an environment variable: `JOINTLAB_` and its name in capitals.
+    """
+
+    model_config = SettingsConfigDict(env_prefix="JOINTLAB_", extra="forbid", frozen=True)
+
+    database_url: str = Field(default="sqlite:///jointlab.db", description="SQLAlchemy URL, SQLite or PostgreSQL")
+    waveform_folder: Path | None = Field(default=None, description="waveform files; beside the database by default")
+    daq_address: str = Field(default="local", description='"local" NI driver, or "grpc://host:port" of a device server')
+    tester_url: str | None = Field(
+        default=None, description='"tcp://host:port" or "rtu:///dev/ttyS0"; left out where the rig has no tester'
+    )
+    thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
+    channels: tuple[ChannelSettings, ...] = Field(default=(), description="the channel table")
+    rig: str = Field(
+        default="rig",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$",
+        description="name of the rig; each rig on one database needs one of its own",
+    )
+
+    workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
+    scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Arguments, then the environment, then the TOML file."""
+        return init_settings, env_settings, TomlConfigSettingsSource(settings_cls, config_path())
+
+
+def config_path() -> Path:
+    """The TOML file in use: named by JOINTLAB_CONFIG, or jointlab.toml in the working folder."""
+    return Path(os.environ.get(CONFIG_VARIABLE, DEFAULT_CONFIG))
+
+
+def load_settings() -> Settings:
+    """Read the TOML file and the environment.
+
+    Raises:
+        SettingsError: the file is named but absent, is not TOML, or a value does not fit.
+    """
+    path = config_path()
+    if CONFIG_VARIABLE in os.environ and not path.is_file():
+        raise SettingsError(f"{CONFIG_VARIABLE} names {path}, which does not exist; unset it or write the file")
+    try:
+        return Settings()
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path} is not valid TOML: {error}") from error
+    except OSError as error:
+        raise SettingsError(f"{path} cannot be read: {error.strerror or error}") from error
+    except ValidationError as error:
+        raise SettingsError(f"configuration ({path} and JOINTLAB_*): {describe(error)}") from error
+    except EnvironmentSettingsError as error:
+        raise SettingsError(f"environment JOINTLAB_*: {error}; write it as JSON") from error
+
+
+def describe(error: ValidationError) -> str:
+    """A validation error in one line: where, and what is wrong."""
+    return "; ".join(f"{'.'.join(map(str, item['loc'])) or 'value'}: {item['msg']}" for item in error.errors())

@@ -1,0 +1,123 @@
+"""What the rig is at: a snapshot, and how events of a sequence change it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
+from rig.operator import (
+    BlowAccepted,
+    Event,
+    InterlockReset,
+    InterlockTripped,
+    PointStarted,
+    PromptStarted,
+    RunContinued,
+    RunPaused,
+    RunResumed,
+    RunStarted,
+    SinePointMeasured,
+    SoakStarted,
+    SpecimenMounted,
+    WaitStarted,
+    mounting,
+)
+from rig.sequence import Sequence
+
+
+class Phase(StrEnum):
+    """What the rig does."""
+
+    IDLE = "idle"
+    STARTING = "starting"
+    RUNNING = "running"
+    PAUSED = "paused"
+    STOPPING = "stopping"
+
+
+@dataclass(frozen=True)
+class RigState:
+    """What the rig is at.
+
+    Attributes:
+        run_id: the run that is carried out, or was last; None before the first.
+        title: of that run.
+        activity: what it is at, in words.
+        point: that is struck, such as 3y; None while none is.
+        blows, blows_wanted: accepted blows of the run.
+        sines, sines_wanted: its sine points.
+        ended_as: how the last run ended, and why; None while one is carried out.
+        interlocks: of the tester that stopped it and were not acknowledged.
+        tester_silent: why the tester does not answer while nothing is carried out; None where it does.
+    """
+
+    phase: Phase = Phase.IDLE
+    run_id: int | None = None
+    title: str = ""
+    activity: str = ""
+    point: str | None = None
+    blows: int = 0
+    blows_wanted: int = 0
+    sines: int = 0
+    sines_wanted: int = 0
+    ended_as: str | None = None
+    reason: str | None = None
+    interlocks: tuple[str, ...] = field(default=())
+    tester_silent: str | None = None
+
+
+def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
+    """The rig as it sets out to carry out `sequence`."""
+    return RigState(
+        phase=Phase.STARTING,
+        run_id=run_id,
+        title=sequence.title,
+        activity="connecting to the instruments",
+        blows_wanted=sum(len(step.points) * step.blows for step in sequence.hammer_steps),
+        sines_wanted=sum(step.points for step, _ in sequence.sine_steps),
+        interlocks=state.interlocks,
+    )
+
+
+def after(state: RigState, event: Event) -> RigState:
+    """The rig after `event`."""
+    match event:
+        case RunStarted(run_id):
+            return replace(state, phase=Phase.RUNNING, run_id=run_id)
+        case RunContinued(run_id, blows, sines):
+            return replace(state, phase=Phase.RUNNING, run_id=run_id, blows=blows, sines=sines)
+        case PointStarted(point, index, points):
+            return replace(state, activity=f"blows at {point} ({index} of {points})", point=str(point))
+        case BlowAccepted():
+            return replace(state, blows=state.blows + 1)
+        case BlowWithdrawn(run_id) if run_id == state.run_id:
+            return replace(state, blows=state.blows - 1)
+        case SpecimenMounted(specimen, configuration):
+            return replace(state, activity=f"measuring {mounting(specimen, configuration)}", point=None)
+        case SinePointMeasured():
+            return replace(state, sines=state.sines + 1)
+        case PromptStarted():
+            return replace(state, activity="waiting for the operator")
+        case WaitStarted(seconds):
+            return replace(state, activity=f"waiting for {seconds:g} s")
+        case SoakStarted(band, seconds):
+            return replace(state, activity=f"waiting for {seconds:g} s within {band:g} K")
+        case RunPaused():
+            return replace(state, phase=Phase.PAUSED)
+        case RunResumed():
+            return replace(state, phase=Phase.RUNNING)
+        case RunStopping():
+            return replace(state, phase=Phase.STOPPING)
+        case RunEnded(_, ended_as, reason):
+            return replace(state, phase=Phase.IDLE, activity="", point=None, ended_as=ended_as, reason=reason)
+        case InterlockTripped(interlocks, stopped):
+            return replace(state, interlocks=interlocks) if stopped else state
+        case InterlockReset():
+            return replace(state, interlocks=())
+        case TesterSilent(reason) if state.phase is Phase.IDLE:
+            return replace(state, tester_silent=reason)
+        case TesterAnswers():
+            return replace(state, tester_silent=None)
+        case _:
+            return state

@@ -1,0 +1,190 @@
+"""A whole trial: seal, diagnose, open, judge, score. A trial that was killed goes on where it was."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from jointlab.diagnosis.load import subject_of_bundle
+from jointlab.diagnosis.process_pool import one_thread_each
+from jointlab.report.trial_figures import confusion, reliability
+from jointlab.trials.detectability import Detectability
+from jointlab.trials.folder import TrialFolder, read, write
+from jointlab.trials.instruments import measure
+from jointlab.trials.judgement import Judgement, judged
+from jointlab.trials.plan import Planned, plan
+from jointlab.trials.scores import scores
+from jointlab.trials.tables import markdown
+from jointlab.trials.worker import answer
+from simlab.case.bundle import write_case
+from store.bundle import read_bundle
+from store.progress import Progress, silent
+
+FORMAT = "jointlab-trial/1"
+Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
+"""Work under way, and what is done with what comes of it."""
+AHEAD = 4
+"""Judgements that are asked for at once."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is tried.
+
+    Attributes:
+        cases, seed: of the plan.
+        folder: where seals, answers and scores go.
+        workers: processes that diagnose.
+        through_instruments: measure every case over the wires, which takes a minute or two, not as files.
+        honesty: of so many singles one is diagnosed again without its true effect; 0 for none.
+    """
+
+    cases: int
+    seed: int
+    folder: Path
+    workers: int = 2
+    through_instruments: bool = False
+    honesty: int = 4
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What makes it another trial."""
+        return {
+            "format": FORMAT,
+            "cases": self.cases,
+            "seed": self.seed,
+            "through_instruments": self.through_instruments,
+            "honesty": self.honesty,
+        }
+
+
+def run_trial(cases: int, seed: int, progress: Progress = silent) -> dict[str, Any]:
+    """The scores of a trial that leaves nothing but them.
+
+    Raises:
+        JointlabError, StoreError: a case cannot be written or judged.
+    """
+    with TemporaryDirectory() as folder:
+        return carry_out(Trial(cases, seed, Path(folder)), progress)
+
+
+def carry_out(trial: Trial, progress: Progress = silent) -> dict[str, Any]:
+    """Carry out a trial, or what is left of it, and return its scores, which are in its folder too.
+
+    Raises:
+        JointlabError: the folder holds another trial, or a seal was tampered with.
+    """
+    folder, cases = TrialFolder(trial.folder), plan(trial.cases, trial.seed, trial.honesty)
+    folder.begin(trial.settings)
+    seal_all(folder, cases, progress)
+    with _pool(trial.workers) as pool:
+        answer_all(trial, folder, cases, pool, progress)
+        found = judge_all(folder, cases, pool, progress)
+    result = scores(found)
+    write(trial.folder / "scores.json", result)
+    (trial.folder / "scores.md").write_text(markdown(result), encoding="utf-8")
+    pictures = {"reliability": reliability(result["calibration"]), "confusion": confusion(result["confusion"])}
+    for name, picture in pictures.items():
+        (trial.folder / f"{name}.svg").write_text(picture, encoding="utf-8")
+    return result
+
+
+def seal_all(folder: TrialFolder, cases: Sequence[Planned], progress: Progress = silent) -> None:
+    """Commit to every truth, once and before any diagnosis."""
+    if folder.commitments:
+        return
+    commitments = dict[str, str]()
+    with progress("seals", len(cases)) as advance:
+        for case in cases:
+            commitments[case.name] = folder.seal(case)
+            advance(1)
+    folder.commit(commitments)
+
+
+def answer_all(trial: Trial, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> None:
+    """Diagnose what has not been diagnosed; of each bundle nothing stays when it has been."""
+    asked = [(case, again) for case in cases for again in ((False, True) if case.without_truth else (False,))]
+    left = [(case, again) for case, again in asked if not folder.answer_file(case, again).exists()]
+
+    def begin(case: Planned, again: bool) -> Begun:
+        scratch = TemporaryDirectory()
+        (measure if trial.through_instruments else write_case)(case.draw(), Path(scratch.name))
+
+        def keep(found: dict[str, Any]) -> None:
+            folder.keep(case, found, again)
+            scratch.cleanup()
+
+        return pool.submit(answer, Path(scratch.name), case.effects if again else ()), keep
+
+    with progress("diagnoses", len(left)) as advance:
+        # one more than there are workers, so that none waits for a case to be written
+        for _ in _in_turn((partial(begin, case, again) for case, again in left), trial.workers + 1):
+            advance(1)
+
+
+def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> list[Judgement]:
+    """Open every seal and judge every answer; what has been judged stays."""
+    left = [case for case in cases if not folder.judgement_file(case).exists()]
+
+    def begin(case: Planned) -> Begun:
+        return pool.submit(judge, folder.path, case), lambda found: write(folder.judgement_file(case), found)
+
+    with progress("judgements", len(left)) as advance:
+        for _ in _in_turn((partial(begin, case) for case in left), AHEAD):
+            advance(1)
+    return [Judgement.of_document(read(folder.judgement_file(case))) for case in cases]
+
+
+def judge(path: Path, planned: Planned) -> dict[str, Any]:
+    """Open one seal and judge its answer, in a worker's process.
+
+    Raises:
+        JointlabError: the seal is not the one that was committed to.
+    """
+    folder, case = TrialFolder(path), planned.draw()
+    truth, given = folder.open(planned), folder.answer(planned)
+    assert given is not None, "a seal opens only on an answer"
+    again = folder.answer(planned, without_truth=True) if planned.without_truth else None
+    with TemporaryDirectory() as scratch:
+        write_case(case, Path(scratch))
+        measurement = subject_of_bundle(read_bundle(Path(scratch))).measurement
+    found = judged(planned.number, truth, given, Detectability(case, measurement), again)
+    document: dict[str, Any] = json.loads(json.dumps(found.document()))
+    return document
+
+
+def _in_turn(starts: Iterator[Callable[[], Begun]], at_once: int) -> Iterator[None]:
+    """Begin so many pieces of work at once, keep what comes of each, and say so each time."""
+    running = dict[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]()
+    for start in starts:
+        future, keep = start()
+        running[future] = keep
+        if len(running) >= at_once:
+            yield from _kept(running)
+    while running:
+        yield from _kept(running)
+
+
+def _kept(running: dict[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]) -> Iterator[None]:
+    done, _ = wait(running, return_when=FIRST_COMPLETED)
+    for future in done:
+        running.pop(future)(future.result())
+        yield
+
+
+def _pool(workers: int) -> Executor:
+    """Processes that inherit nothing: what this process knows of truths is not in their memory.
+
+    A job of the service may have no processes of its own; it diagnoses in a thread, which is told the path alone too.
+    """
+    if multiprocessing.current_process().daemon:
+        return ThreadPoolExecutor(1)
+    one_thread_each()
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))

@@ -1,0 +1,51 @@
+"""What a worker's process does: read what was measured, diagnose, answer. It knows a path, and no truth."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from jointlab.diagnosis.load import subject_of_run
+from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
+from jointlab.errors import EXPECTED
+from store.catalogue import Catalogue
+
+DATABASE = "jointlab.db"
+FAILURES: tuple[type[Exception], ...] = (*EXPECTED, ArithmeticError, ValueError, LookupError)
+
+
+def answer(measured: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """The diagnosis document of a bundle, or of the only run of a catalogue, with what was predicted.
+
+    Where a diagnosis fails its answer is the error: that is scored, not hidden.
+
+    Args:
+        measured: a bundle, or a folder with the database of one run.
+        without: effects that the catalogue is to do without.
+    """
+    started = time.perf_counter()
+    try:
+        with threadpool_limits(limits=1):
+            found = _diagnosed(measured, without)
+    except FAILURES as error:
+        return {"error": f"{type(error).__name__}: {error}", "seconds": time.perf_counter() - started}
+    document = found.document | {"curves": [], "seconds": round(time.perf_counter() - started, 3)}
+    predicted = found.found.predicted
+    if predicted is not None:
+        document["predicted"] = {
+            "frequency": predicted.frequency,
+            "before": predicted.before,
+            "after": predicted.after,
+            "input": [str(struck) for _, struck in found.subject.measurement.predict],
+        }
+    return document
+
+
+def _diagnosed(measured: Path, without: tuple[str, ...]) -> Diagnosed:
+    if not (measured / DATABASE).exists():
+        return diagnose_bundle(measured, without, workers=1)
+    with Catalogue.open(f"sqlite:///{measured / DATABASE}") as catalogue:
+        return diagnosed(subject_of_run(catalogue, 1), without, workers=1)

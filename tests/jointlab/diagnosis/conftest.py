@@ -1,0 +1,84 @@
+"""A diagnosis made by hand, to see what is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked, Status
+from analysis.gap.estimate import Estimate
+from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.location import GapMap, Place
+from jointlab.diagnosis.document import diagnosis_document
+from jointlab.diagnosis.track_record import TrackRecord
+
+EFFECT = "out_of_plane_bending"
+
+
+def held_out(percent: float, sigma: float) -> HeldOut:
+    beam, tester = Gap(percent, sigma, percent), Gap(percent / 2, sigma / 2, percent / 2)
+    return HeldOut(beam, tester, (0.9 * percent, 1.1 * percent))
+
+
+def handmade(**others: Any) -> Diagnosis:
+    """Out-of-plane bending at 93 %; `others` replaces fields."""
+    coupling = {EFFECT: {"coupling": Estimate(0.02, (0.018, 0.022), "1")}}
+    fields: dict[str, Any] = {
+        "status": Status.EXPLAINED,
+        "effects": (EFFECT,),
+        "before": held_out(12.3, 41.0),
+        "after": held_out(3.1, 1.2),
+        "floor_percent": 2.9,
+        "where": (
+            Place("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0),
+            Place(
+                "direct",
+                {"specimen": "I", "configuration": "shear", "amplitude_pp_mm": 0.1},
+                (5.0, 50.0),
+                "phase",
+                0.02,
+                3.5,
+            ),
+        ),
+        "maps": (
+            GapMap(
+                "beam rig, 100 N",
+                "inverse",
+                ("1x", "3y"),
+                ({"input": "1x", "response": "3y"}, {"input": "3y", "response": "3y"}),
+                np.array([5.0, 300.0, 360.0, 1024.0]),
+                np.array([[10.0, 400.0, 30.0], [5.0, -1.0, 0.0]]),
+                np.array([[4.0, 88.0, 12.0], [2.0, 0.0, 0.5]]),
+                np.array([[0.5, 0.9, 0.1], [0.5, 0.5, 0.5]]),
+            ),
+        ),
+        "ranking": (
+            Ranked((EFFECT,), ("two modes",), 0.93, held_out(3.1, 1.2), coupling, 0.98),
+            Ranked((), (), 0.04, held_out(12.3, 41.0), {}, 0.0),
+            Ranked(("unknown",), (), 0.03, None, {}, 0.0),
+        ),
+        "twins": (("impact_angle", "cross_axis_sensitivity"),),
+        "next_experiment": "put a triaxial sensor at 3",
+        "faults": (),
+        "predicted": Predicted(np.array([5.0, 5.5, 6.0]), np.full((1, 3), 1 + 2j), np.full((1, 3), 1 - 2j)),
+        "seconds": 12.0,
+    }
+    return Diagnosis(**(fields | others))
+
+
+@pytest.fixture
+def diagnosis() -> Callable[..., Diagnosis]:
+    return handmade
+
+
+@pytest.fixture
+def document() -> Callable[..., dict[str, Any]]:
+    """The document of a handmade diagnosis, beside a track record."""
+
+    def make(record: TrackRecord | None = None, **others: Any) -> dict[str, Any]:
+        return diagnosis_document(handmade(**others), TrackRecord() if record is None else record)
+
+    return make

@@ -1,0 +1,115 @@
+"""The document that other people's programs read, held to the contract."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from analysis.gap.diagnosis import Diagnosis, Status
+from analysis.gap.held_out import HeldOut
+from jointlab.diagnosis.document import diagnosis_document, probability
+from jointlab.diagnosis.track_record import TrackRecord, Verdict, strength
+
+Make = Callable[..., dict[str, Any]]
+
+
+def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
+    found = document()
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["format"] == "jointlab-diagnosis/1"
+    assert found["gap"]["before"] == {"percent": 12.3, "sigma": 41.0}
+    assert found["gap"]["after"] == {"percent": 3.1, "sigma": 1.2}
+    assert found["gap"]["after_ci90_percent"] == pytest.approx([2.79, 3.41])
+    assert found["gap"]["floor_percent"] == 2.9
+    assert found["gap"]["held_out"] is True
+    assert found["gap"]["by_rig"]["inverse"].items() >= {"before": 12.3, "after": 3.1}.items()
+    assert found["gap"]["by_rig"]["direct"].items() >= {"before": 6.15, "after": 1.55}.items()
+    place = {"rig": "inverse", "input": "1x", "response": "3y", "band_hz": [300.0, 360.0], "level": 1}
+    assert found["where"][0].items() >= (place | {"part": "magnitude", "share": 0.41}).items()
+    first = found["ranking"][0]
+    assert first["effects"] == ["out_of_plane_bending"]
+    assert first["probability"] == 0.93
+    assert first["held_out_gap_percent"] == 3.1
+    parameters = {"out_of_plane_bending": {"coupling": {"value": 0.02, "ci90": [0.018, 0.022], "unit": "1"}}}
+    assert first["parameters"] == parameters
+    assert [each["effects"] for each in found["ranking"][1:]] == [[], ["unknown"]]
+    assert found["verdict"] == {
+        "status": "explained",
+        "effects": ["out_of_plane_bending"],
+        "twins": [["impact_angle", "cross_axis_sensitivity"]],
+        "next_experiment": "put a triaxial sensor at 3",
+    }
+    assert found["seconds"] == 12.0
+
+
+def test_a_rig_that_was_not_measured_with_is_not_there(diagnosis: Callable[..., Diagnosis]) -> None:
+    def beam_only(held_out: HeldOut) -> HeldOut:
+        return HeldOut(held_out.inverse, None, held_out.ci90_percent)
+
+    whole = diagnosis()
+    found = diagnosis_document(diagnosis(before=beam_only(whole.before), after=beam_only(whole.after)), TrackRecord())
+    assert set(found["gap"]["by_rig"]) == {"inverse"}
+
+
+def test_numbers_that_are_not_known_are_null(document: Make) -> None:
+    assert document(floor_percent=float("nan"))["gap"]["floor_percent"] is None
+    assert document()["ranking"][2]["held_out_gap_percent"] is None
+
+
+def test_the_probability_of_a_verdict_is_that_of_its_own_entry(document: Make) -> None:
+    assert probability(document()) == 0.93
+    assert probability(document(status=Status.NONE, effects=())) == 0.04
+    assert probability(document(status=Status.UNKNOWN, effects=())) == 0.03
+
+
+def verdict(effect: str, probability: float, right: bool, strong: str = "strong", status: str = "explained") -> Verdict:
+    return Verdict(status, (effect,) if effect else (), strong, probability, right)
+
+
+RECORD = TrackRecord(
+    40,
+    (
+        verdict("out_of_plane_bending", 0.95, True),
+        verdict("out_of_plane_bending", 0.6, False),
+        verdict("out_of_plane_bending", 0.9, True, "clear"),
+        verdict("joint_mass", 0.9, True),
+        verdict("", 0.99, True, "faint", "none"),
+    ),
+)
+
+
+def test_beside_a_verdict_stands_how_often_the_like_was_right(document: Make) -> None:
+    trial = document(RECORD)["trial"]
+    assert trial == {
+        "cases": 40,
+        "strength": "strong",
+        "named": 2,
+        "right": 1,
+        "confidence": {"named": 4, "right": 4},
+    }
+
+
+def test_pairs_are_compared_with_pairs_and_none_with_none() -> None:
+    pair = RECORD.beside("explained", ("a", "b"), "strong", 0.9)
+    assert pair is not None
+    assert pair["named"] == 0
+    none = RECORD.beside("none", (), "faint", 1.0)
+    assert none is not None
+    assert (none["named"], none["right"]) == (1, 1)
+
+
+def test_without_a_trial_there_is_no_score(document: Make) -> None:
+    assert document()["trial"] is None
+
+
+def test_the_strength_of_a_gap_is_that_of_the_rig_where_it_is_larger(document: Make) -> None:
+    found = document()
+    assert strength(found) == "strong"
+    found["gap"]["by_rig"]["inverse"]["before_sigma"] = 1.1
+    found["gap"]["by_rig"]["direct"]["before_sigma"] = 3.0
+    assert strength(found) == "clear"
+    found["gap"]["by_rig"]["direct"]["before_sigma"] = None
+    assert strength(found) == "faint"

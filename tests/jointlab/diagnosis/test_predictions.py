@@ -1,0 +1,42 @@
+"""before.unv and after.unv, read as somebody else's program would."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.dof import Dof
+from analysis.gap.diagnosis import Diagnosis
+from jointlab.diagnosis.predictions import write_predictions
+from jointlab.errors import JointlabError
+from store.accelerance_file import read_accelerances
+from store.errors import StoreError
+
+ASKED = ((Dof.parse("3y"), Dof.parse("5y")),)
+
+
+def test_predictions_are_read_back_as_they_were_written(diagnosis: Callable[..., Diagnosis], tmp_path: Path) -> None:
+    predicted = diagnosis().predicted
+    assert predicted is not None
+    files = write_predictions(tmp_path / "new", predicted, ASKED)
+    assert [file.name for file in files] == ["before.unv", "after.unv"]
+    for file, expected in zip(files, (predicted.before, predicted.after), strict=True):
+        read = read_accelerances(file)
+        assert (str(read.response), [str(dof) for dof in read.inputs]) == ("3y", ["5y"])
+        np.testing.assert_array_equal(read.frequency, predicted.frequency)
+        np.testing.assert_array_equal(read.accelerance, expected)
+
+
+def test_what_has_no_place_is_refused(diagnosis: Callable[..., Diagnosis], tmp_path: Path) -> None:
+    predicted = diagnosis().predicted
+    assert predicted is not None
+    (tmp_path / "file").write_text("")
+    with pytest.raises(JointlabError, match="cannot be made"):
+        write_predictions(tmp_path / "file", predicted, ASKED)
+    uneven = replace(predicted, frequency=np.array([5.0, 5.5, 7.0]))
+    with pytest.raises(StoreError, match="evenly spaced"):
+        write_predictions(tmp_path, uneven, ASKED)

@@ -1,0 +1,53 @@
+"""The one-page report of a diagnosis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from analysis.gap.diagnosis import Status
+from jointlab.report.gap import write_gap_report
+from tests.api.page.diagnosis import row, series
+
+Make = Callable[..., dict[str, Any]]
+
+
+def test_the_page_shows_maps_bars_parameters_and_ranking(document: Make, tmp_path: Path) -> None:
+    write_gap_report(document() | {"title": "a <bench>"}, tmp_path / "gap.html")
+    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    assert "a &lt;bench&gt;: the gap between simulation and measurement" in page
+    assert 'aria-label="Map: beam rig, 100 N"' in page
+    assert 'aria-label="Gap before and after"' in page
+    for text in ("the gap falls from 12.3 % to 3.1 %", "0.018 … 0.022", "93.0 %", "triaxial", "says where", "1x"):
+        assert text in page, text
+    assert "Intervals are 90 %." in page
+    assert not re.search(r"@import|<script|<link|<iframe|http-equiv", page)
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(set(ids)) == len(ids)
+
+
+def test_faults_of_the_measurement_come_before_any_physics(document: Make, tmp_path: Path) -> None:
+    write_gap_report(document(faults=("row 5y has the wrong polarity",)), tmp_path / "gap.html")
+    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    assert page.index("row 5y has the wrong polarity") < page.index("Explained: add")
+
+
+def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_path: Path) -> None:
+    write_gap_report(document(status=Status.UNKNOWN, effects=(), twins=()), tmp_path / "gap.html")
+    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    assert "What the effect measures" not in page
+    assert "cannot tell apart" not in page
+    assert 'aria-label="Map: beam rig, 100 N"' in page
+
+
+def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(document: Make, tmp_path: Path) -> None:
+    one, other, tester = row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()
+    write_gap_report(document() | {"curves": [one, other, tester]}, tmp_path / "both.html")
+    both = (tmp_path / "both.html").read_text(encoding="utf-8")
+    assert 'aria-label="Measured, before and after: beam rig, blow at 3y, level 1"' in both
+    assert "Elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %" in both  # the first of each rig
+    assert "blow at 1x, level 1:" not in both
+    write_gap_report(document() | {"curves": [one, other]}, tmp_path / "beam.html")
+    assert "blow at 1x, level 1: 11.0 % to 2.9 %" in (tmp_path / "beam.html").read_text(encoding="utf-8")

@@ -1,0 +1,62 @@
+"""What a technician reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from analysis.gap.diagnosis import Status
+from jointlab.diagnosis import wording
+from jointlab.diagnosis.track_record import TrackRecord, Verdict
+
+Make = Callable[..., dict[str, Any]]
+
+
+def test_an_explained_gap_says_what_to_add_and_how_far_the_gap_falls(document: Make) -> None:
+    said = wording.verdict_sentence(document())
+    assert said.startswith("add ")
+    assert said.endswith("(out_of_plane_bending): the gap falls from 12.3 % to 3.1 % [2.8, 3.4], floor 2.9 %")
+
+
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [
+        (Status.NONE, "nothing beyond noise and stated tolerances: the gap is 12.3 % [2.8, 3.4], floor 2.9 %"),
+        (Status.UNKNOWN, "a gap of 12.3 % that nothing in the catalogue explains, floor 2.9 %"),
+    ],
+)
+def test_nothing_is_named_where_nothing_is_known(document: Make, status: Status, said: str) -> None:
+    assert wording.verdict_sentence(document(status=status, effects=())).startswith(said)
+
+
+def test_what_remains_is_said(document: Make) -> None:
+    assert "something remains" in wording.verdict_sentence(document(status=Status.PARTIAL))
+
+
+def test_a_probability_stands_beside_the_trial(document: Make) -> None:
+    assert wording.probability_sentence(document()) == "probability 93 %; this catalogue has no published trial yet"
+    like = Verdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
+    said = wording.probability_sentence(document(TrackRecord(7, (like,))))
+    assert "trial of 7 cases, this verdict at a strong gap was right 1 of 1 times" in said
+    other = Verdict("explained", ("joint_mass",), "strong", 0.5, True)
+    assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
+
+
+def test_places_in_both_rigs_are_named(document: Make) -> None:
+    beam, tester = document()["where"]
+    assert wording.place_words(beam) == "beam rig, blow at 1x, level 1"
+    assert wording.band_words(beam) == "300 to 360 Hz"
+    assert wording.place_words(tester) == "elastomer tester, I, shear, 0.1 mm"
+
+
+def test_parameters_are_those_of_the_verdict(document: Make) -> None:
+    assert wording.parameter_lines(document()) == [("out_of_plane_bending", "coupling", "0.02", "0.018 … 0.022")]
+    assert wording.parameter_lines(document(status=Status.UNKNOWN, effects=())) == []
+
+
+def test_twins_are_listed(document: Make) -> None:
+    said = wording.twins_sentence(document())
+    assert said == "these data cannot tell apart: impact_angle, cross_axis_sensitivity"
+    assert wording.twins_sentence(document(twins=())) == ""

@@ -1,0 +1,143 @@
+"""The control lease: one driver at a time, for as long as it is renewed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from jointlab.supervision.events import LeaseChanged
+from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
+from rig.operator import Event
+
+
+@dataclass
+class Clock:
+    now: float = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def told() -> list[Event]:
+    return []
+
+
+@pytest.fixture
+def lease(clock: Clock, told: list[Event]) -> ControlLease:
+    return ControlLease(told.append, clock)
+
+
+def test_it_ends_by_itself_unless_it_is_renewed(lease: ControlLease, clock: Clock) -> None:
+    held = lease.take("page", "key 1")
+    clock.now += DURATION - 1
+    lease.renew(held.token)
+    clock.now += DURATION - 1
+    lease.check(held.token)
+    clock.now += 2
+    assert lease.holder is None
+    with pytest.raises(LeaseError, match="nobody drives the rig"):
+        lease.check(held.token)
+    with pytest.raises(LeaseError, match="nobody drives the rig"):
+        lease.renew(held.token)
+
+
+def test_nobody_else_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:
+    lease.take("page", "key 1")
+    clock.now += 10
+    with pytest.raises(LeaseError, match=r"page drives the rig for 50 s more, unless that is renewed$"):
+        lease.take("script", "key 2")
+    for token in (None, "", "guess", "ü"):
+        with pytest.raises(LeaseError, match="page drives the rig"):
+            lease.check(token)
+
+
+def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLease, told: list[Event]) -> None:
+    former = lease.take("page", "key 1")
+    latter = lease.take("engineer", "key 2", by_force=True, from_others=True)
+    lease.check(latter.token)
+    with pytest.raises(LeaseError, match="engineer drives the rig"):
+        lease.check(former.token)
+    lease.give_back(latter.token)
+    assert told == [LeaseChanged("page"), LeaseChanged("engineer"), LeaseChanged(None)]
+
+
+def test_a_second_client_of_one_key_is_told_who_drives_and_takes_over_by_force(lease: ControlLease) -> None:
+    first = lease.take("page", "key 1")
+    with pytest.raises(
+        LeaseError, match=r"page drives the rig .* another client of your own key, and you may take over"
+    ):
+        lease.take("page", "key 1")
+    second = lease.take("page", "key 1", by_force=True)
+    lease.check(second.token)
+    with pytest.raises(LeaseError, match="page drives the rig"):
+        lease.check(first.token)
+
+
+def test_a_client_of_another_key_takes_over_only_where_it_may_from_others(
+    lease: ControlLease, told: list[Event]
+) -> None:
+    held = lease.take("page", "key 1")
+    with pytest.raises(ForeignLeaseError, match="page drives the rig; to take over from another key needs engineer"):
+        lease.take("script", "key 2", by_force=True)
+    lease.check(held.token)
+    assert told == [LeaseChanged("page")]
+
+
+def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
+    lease: ControlLease, clock: Clock, told: list[Event]
+) -> None:
+    lease.hold("tab 1", "page", "key 1")
+    clock.now += DURATION - 1
+    lease.hold("tab 1", "page", "key 1")
+    clock.now += DURATION - 1
+    assert lease.keep("tab 1")
+    assert not lease.keep("tab 2")
+    with pytest.raises(LeaseError, match="another client of your own key"):
+        lease.hold("tab 2", "page", "key 1")
+    assert told == [LeaseChanged("page")]
+    clock.now += DURATION
+    assert not lease.keep("tab 1")
+    lease.hold("tab 2", "page", "key 1")
+    with pytest.raises(LeaseError, match="page drives the rig"):
+        lease.check("tab 1")
+
+
+@given(st.lists(st.tuples(st.sampled_from(["take", "renew", "give back", "wait"]), st.integers(0, 2)), max_size=40))
+def test_however_often_it_changes_hands_one_token_at_most_is_good(deeds: list[tuple[str, int]]) -> None:
+    clock, told = Clock(), list[Event]()
+    lease, tokens = ControlLease(told.append, clock), ["none", "none", "none"]
+    actions: dict[str, Callable[[int], object]] = {
+        "take": lambda who: lease.take(str(who), "key 1").token,
+        "renew": lambda who: lease.renew(tokens[who]).token,
+        "give back": lambda who: lease.give_back(tokens[who]),
+    }
+    for deed, who in deeds:
+        if deed == "wait":
+            clock.now += DURATION / 2
+            continue
+        try:
+            made = actions[deed](who)
+        except LeaseError:
+            continue
+        if isinstance(made, str):
+            tokens[who] = made
+    good = [who for who in range(3) if _is_good(lease, tokens[who])]
+    assert [str(who) for who in good] == ([] if lease.holder is None else [lease.holder])
+
+
+def _is_good(lease: ControlLease, token: str) -> bool:
+    try:
+        lease.check(token)
+    except LeaseError:
+        return False
+    return True

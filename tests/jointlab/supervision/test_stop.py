@@ -1,0 +1,159 @@
+"""STOP: it waits for nobody, and asks the tester whoever moves it."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from api.service.application import THREADS
+from jointlab.instruments import instruments_of
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.state import Phase
+from jointlab.trials.simulated_laboratory import simulated_settings
+from rig.errors import RigError
+from rig.registers import State
+from rig.sequence import sequence_from
+from rig.tester import connect
+from rig.tester_limits import TesterLimits
+from rig.tester_status import TesterTrippedError
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.api.conftest import paper
+
+Acting = Callable[..., dict[str, Any]]
+SWEEP = {
+    "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],
+    "frequencies": {"first": 20, "last": 200, "step": 1},
+}  # fmt: skip
+
+
+@pytest.fixture
+def run(rig: RunManager) -> int:
+    return rig.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+
+
+def measure(rig: RunManager, run: int) -> None:
+    """Begin the run, and see it measure."""
+    rig.start(run, "test", automatic=True)
+    while rig.state.sines < 1:
+        assert rig.state.ended_as is None, rig.state.reason
+        time.sleep(0.01)
+
+
+def test_a_stop_of_a_run_is_done_before_the_database_is_asked_and_a_repeat_gets_its_answer(
+    rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    measure(rig, run)
+    path, headers = f"/api/runs/{run}/stop", acting()
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other, ThreadPoolExecutor(THREADS + 1) as asking:
+        other.execute("BEGIN IMMEDIATE")
+        waiting = [
+            asking.submit(rig_client.post, "/api/runs", json={"sequence": "paper"}, headers=acting())
+            for _ in range(THREADS)
+        ]
+        time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
+        stopping = asking.submit(rig_client.post, path, headers=headers)
+        while rig.state.phase is not Phase.STOPPING or laboratory.tester.actuator.steady_pp() != 0.0:
+            assert not stopping.done(), stopping.result().text
+            time.sleep(0.01)
+        assert not any(each.done() for each in (*waiting, stopping))
+        other.rollback()
+    stopped = stopping.result()
+    assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
+    again = rig_client.post(path, headers=headers)
+    assert (again.status_code, again.json()) == (200, stopped.json())
+    assert again.headers["idempotency-replayed"] == "true"
+
+
+def test_a_stop_of_a_run_that_cannot_be_noted_says_that_it_was_done(
+    impatient: None, rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting, tmp_path: Path
+) -> None:
+    measure(rig, run)
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        answer = rig_client.post(f"/api/runs/{run}/stop", headers=acting())
+        assert rig.wait(10)
+    assert answer.status_code == 503
+    assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but sqlite:")
+    assert "another program is writing" in answer.json()["detail"]
+
+
+def test_a_stop_of_another_run_leaves_the_one_that_is_carried_out(
+    rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting
+) -> None:
+    other = rig.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+    measure(rig, run)
+    refused = rig_client.post(f"/api/runs/{other}/stop", headers=acting())
+    assert (refused.status_code, refused.json()["detail"]) == (409, f"run {other} is not being carried out here")
+    assert (rig.state.phase, rig.state.run_id) == (Phase.RUNNING, run)
+
+
+def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: int, tmp_path: Path) -> None:
+    measure(rig, run)
+    storing = threading.Thread(target=rig.set_limits, args=(TesterLimits(force=3e3), "test"))
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        storing.start()
+        time.sleep(0.3)  # by now it waits for the database
+        began = time.monotonic()
+        assert rig.stop() == run
+        took = time.monotonic() - began
+        assert storing.is_alive()
+        other.rollback()
+    storing.join()
+    assert took < 2.0  # PATIENCE with a locked database is ten
+    assert rig.instruments.limits.force == 3e3
+
+
+def test_a_stop_halts_a_tester_that_somebody_else_moves(rig: RunManager, laboratory: Laboratory) -> None:
+    with connect(laboratory.addresses.tester) as other:
+        other.start()
+        other.preset(5e-4)
+        other.cycle(1e-4, 50.0)
+        assert other.state() in (State.CYCLING, State.SETTLED)
+        assert rig.stop() is None
+        assert laboratory.tester.actuator.steady_pp() == 0.0
+
+
+def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, laboratory: Laboratory) -> None:
+    settings = simulated_settings(laboratory.addresses)
+    instruments = replace(instruments_of(settings), tester_url="tcp://127.0.0.1:9")
+    manager = RunManager(catalogue, instruments)
+    with pytest.raises(RigError, match=r"127\.0\.0\.1:9"):
+        manager.stop()
+    manager.close()  # nothing is carried out, so nothing has to be confirmed
+
+
+def test_a_rig_without_a_tester_has_nothing_to_halt_and_says_what_a_sweep_lacks(
+    catalogue: Catalogue, laboratory: Laboratory, run: int
+) -> None:
+    instruments = replace(instruments_of(simulated_settings(laboratory.addresses)), tester_url=None)
+    manager = RunManager(catalogue, instruments)
+    assert manager.stop() is None
+    with pytest.raises(RigError, match="this rig has no tester; write tester_url"):
+        manager.start(run, "test", automatic=True)
+    assert manager.state.tester_silent is None
+    manager.close()
+
+
+def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
+    rig: RunManager, run: int, laboratory: Laboratory
+) -> None:
+    laboratory.tester.emergency_stop()
+    with pytest.raises(TesterTrippedError):
+        rig.start(run, "test", automatic=True)
+    rig.wait(10)
+    assert rig.state.interlocks == ("emergency_stop",)
+    laboratory.tester.release_emergency_stop()
+    assert rig.acknowledge_interlocks() == ("emergency stop",)
+    assert not rig.state.interlocks

@@ -1,0 +1,115 @@
+"""The report, with names that are no names and with half of the measurement."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from jointlab.report.plots import as_svg, figure
+from jointlab.report.section import ends, number
+from tests.api.conftest import Command
+
+HOSTILE = '"><script src=http://elsewhere/x.js></script>$\\frac{'
+
+
+class Elements(HTMLParser):
+    """The names of all elements."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.names: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.names.add(tag)
+
+
+def test_a_bundle_is_reported_without_a_database_and_its_names_are_text(
+    jointlab: Command, bundle: Path, tmp_path: Path
+) -> None:
+    setup = json.loads((bundle / "setup.json").read_text(encoding="utf-8"))
+    setup["title"] = HOSTILE
+    setup["joints"][0]["name"] = HOSTILE
+    (bundle / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    rows = [line.split(",") for line in (bundle / "direct.csv").read_text(encoding="utf-8").splitlines()]
+    column = rows[0].index("specimen")
+    quoted = '"' + HOSTILE.replace('"', '""') + '"'
+    table = [[quoted if (at, cell) == (column, "I") else cell for at, cell in enumerate(row)] for row in rows]
+    (bundle / "direct.csv").write_text("\n".join(map(",".join, table)) + "\n", encoding="utf-8")
+
+    answer = jointlab("report", bundle, "-o", "[b]report.html")
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert answer.stdout == "[b]report.html written\n"
+    page = Path("[b]report.html").read_text(encoding="utf-8")
+    elements = Elements()
+    elements.feed(page)
+    assert "script" not in elements.names
+    assert "svg" in elements.names
+    for number_in_paper in (5, 6, 7, 8, 9, 11, 12, 13, 14):
+        assert f"Fig. {number_in_paper}" in page
+    assert "Identified against true" not in page
+    assert 'aria-label="Stabilisation chart"' in page
+    assert page.count("k of joint ") == 4  # of two joints by two methods
+    assert '<td class="unknown">' in page
+    assert "<small>only k11(" in page
+    assert not (tmp_path / "jointlab.db").exists()
+    assert page.count('aria-label="Fig. 11, joint &quot;&gt;&lt;script') == 1
+
+
+def test_a_run_is_reported_and_its_results_stored(
+    jointlab: Command, measured: int, query: Callable[[str], list[tuple[Any, ...]]]
+) -> None:
+    answer = jointlab("report", measured, "-o", "again.html")
+    assert answer.returncode == 0, answer.stderr
+    assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(4, 2)]
+    worst = _table("again.html", "Joint I: reached amplitude").split("<td>shear</td>")[1].split("</tr>")[0]
+    assert re.search(r"<td>0\.1</td><td>0\.\d+ … 0\.\d+</td>(<td>-?[\d.e-]+ ± [\d.e-]+</td>){3}", worst), worst
+
+
+def _table(page: str, caption: str) -> str:
+    """The table of a page whose caption begins so."""
+    tables = Path(page).read_text(encoding="utf-8").split("<table")
+    (found,) = [table for table in tables if f"<caption>{caption}" in table]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0.00"),
+        (1.2345, "1.23"),
+        (123.45, "123"),
+        (1234567.0, "1\u2009234\u2009567"),
+        (12345678.0, "1.23e+07"),
+        (-0.012345, "-0.0123"),
+        (1.2e-5, "1.20e-05"),
+        (float("nan"), "–"),
+    ],
+)
+def test_numbers_are_written_as_people_read_them(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_an_interval_with_an_unknown_end_is_a_dash() -> None:
+    assert ends((1.0, 2.0)) == "1.00 … 2.00"
+    assert ends(np.array([np.nan, 2.0])) == "–"
+
+
+def test_pictures_on_one_page_do_not_share_ids() -> None:
+    def ids(label: str) -> set[str]:
+        drawn, (axes,) = figure()
+        axes.plot([0, 1], [0, 1])
+        axes.semilogy([0, 1], [1, 100])
+        svg = as_svg(drawn, label)
+        found = re.findall(r'\bid="([^"]+)"', svg)
+        assert len(set(found)) == len(found)
+        assert svg.startswith(f'<svg role="img" aria-label="{label}"')
+        return set(found)
+
+    assert not ids("Fig. 1: one") & ids("Fig. 2: other")

@@ -1,0 +1,48 @@
+"""A whole trial of one case, and a killed one that goes on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from jointlab.trials.folder import TrialFolder, read
+from jointlab.trials.plan import plan
+from jointlab.trials.run import Trial, carry_out, seal_all
+from tests.api.conftest import Command
+
+
+def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: Path) -> None:
+    arguments = ("gap", "trial", "--cases", 1, "--seed", 3, "--seal", "trial", "--workers", 1, "--honesty", 0)
+    answer = jointlab(*arguments, "--publish", "scores.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "1 sealed cases; 0 diagnoses failed." in answer.stdout
+    folder = TrialFolder(tmp_path / "trial")
+    assert set(folder.commitments) == {"0001"}
+    assert folder.open(plan(1, 3)[0])["kind"] == "single"
+    written = {file.name for file in folder.path.iterdir()}
+    assert written >= {"scores.json", "scores.md", "reliability.svg", "confusion.svg"}
+    published = json.loads((tmp_path / "scores.json").read_text(encoding="utf-8"))
+    assert (published["cases"], len(published["verdicts"])) == (1, 1)
+    # given again, nothing is left to do
+    file = folder.answer_file(plan(1, 3)[0])
+    before = file.stat().st_mtime_ns
+    assert jointlab(*arguments).returncode == 0
+    assert file.stat().st_mtime_ns == before
+    # and it is no other trial
+    other = jointlab("gap", "trial", "--cases", 2, "--seed", 3, "--seal", "trial")
+    assert other.returncode == 3
+    assert "holds another trial" in other.stderr
+
+
+def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None:
+    trial = Trial(cases=1, seed=3, folder=tmp_path / "trial", workers=1, honesty=0)
+    folder, cases = TrialFolder(trial.folder), plan(1, 3, 0)
+    folder.begin(trial.settings)
+    seal_all(folder, cases)
+    committed = folder.commitments
+    for case in cases:
+        folder.keep(case, {"error": f"answered before it was killed: {case.name}", "seconds": 1.0})
+    found = carry_out(trial)
+    assert folder.commitments == committed
+    assert found["failed"] == ["1: answered before it was killed: 0001"]
+    assert read(trial.folder / "scores.json") == found

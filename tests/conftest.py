@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from tests.recordings import Recording, find_recording
 
 # A shell that runs the tests in the background lets them ignore Ctrl-C, and every process they start inherits that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -17,12 +18,8 @@ settings.register_profile("same", derandomize=True)
 if "CI" in os.environ:
     settings.load_profile("same")
 
-SHARED = Path(__file__).resolve().parents[2] / "shared"
-
 
 @pytest.fixture(scope="session")
-def shared() -> Path:
-    """Folder of recorded data and examples beside the project; tests that need it skip where it is absent."""
-    if not SHARED.is_dir():
-        pytest.skip("no ../shared beside the project: recorded data and examples are not here")
-    return SHARED
+def recording() -> Recording:
+    """Finds recorded data and examples; a test skips where those that it asks for are absent."""
+    return find_recording

@@ -12,6 +12,7 @@ from subprocess import CompletedProcess
 import pytest
 
 from api.cli import main
+from tests.recordings import Recording
 
 Command = Callable[..., CompletedProcess[str]]
 BEAM_MODES = (51.5, 142.18, 278.66, 460.39, 687.16, 958.5)  # Hz, published with the measurement
@@ -35,8 +36,8 @@ def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     return run
 
 
-def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: Command, shared: Path) -> None:
-    answer = jointlab("modes", shared / "data" / "beam" / "beam_accelerance_derived.uff", "--json")
+def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: Command, recording: Recording) -> None:
+    answer = jointlab("modes", recording("data/beam/beam_accelerance_derived.uff"), "--json")
     assert (answer.returncode, answer.stderr) == (0, "")
     found = json.loads(answer.stdout)
     assert found["frequency_hz"] == pytest.approx(BEAM_MODES, rel=1e-3)
@@ -45,8 +46,8 @@ def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: 
     assert all(0 < loss < 0.05 for loss in found["loss_factor"])
 
 
-def test_modes_are_a_table_for_people(jointlab: Command, shared: Path) -> None:
-    answer = jointlab("modes", shared / "data" / "beam" / "beam_accelerance_derived.uff")
+def test_modes_are_a_table_for_people(jointlab: Command, recording: Recording) -> None:
+    answer = jointlab("modes", recording("data/beam/beam_accelerance_derived.uff"))
     lines = answer.stdout.splitlines()
     assert lines[0].split() == ["mode", "frequency", "(Hz)", "95", "%", "loss", "factor", "95", "%"]
     assert [float(line.split()[1]) for line in lines[1:]] == pytest.approx(BEAM_MODES, rel=1e-3)
@@ -54,9 +55,9 @@ def test_modes_are_a_table_for_people(jointlab: Command, shared: Path) -> None:
 
 @pytest.mark.parametrize("name", ["accelerometers_4ch.uff", "Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"])
 def test_a_uff_file_without_accelerances_is_refused_with_what_it_holds(
-    jointlab: Command, shared: Path, name: str
+    jointlab: Command, recording: Recording, name: str
 ) -> None:
-    answer = jointlab("modes", shared / "data" / "uff" / name)
+    answer = jointlab("modes", recording(f"data/uff/{name}"))
     assert answer.returncode == 3
     (line,) = answer.stderr.splitlines()
     assert line.startswith(f"jointlab: {name}")
@@ -65,8 +66,8 @@ def test_a_uff_file_without_accelerances_is_refused_with_what_it_holds(
 @pytest.mark.parametrize(
     "name", ["rubber_mount/Zj_00_digitised.csv", "friction_damper/kd_reference.csv", "beam/meas_point_1.txt"]
 )
-def test_a_recorded_table_is_no_uff_file(jointlab: Command, shared: Path, name: str) -> None:
-    answer = jointlab("modes", shared / "data" / name)
+def test_a_recorded_table_is_no_uff_file(jointlab: Command, recording: Recording, name: str) -> None:
+    answer = jointlab("modes", recording(f"data/{name}"))
     assert answer.returncode == 3
     (line,) = answer.stderr.splitlines()
     assert line.startswith(f"jointlab: {Path(name).name}")

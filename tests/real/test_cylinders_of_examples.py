@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,19 +12,22 @@ from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.pipeline import Identification, identify
 from store.bundle import read_bundle
+from tests.recordings import Recording
 
 
 @pytest.fixture(scope="module")
-def found(shared: Path) -> Identification:
-    whole = measurement_of_bundle(read_bundle(shared / "examples" / "none"))
+def found(recording: Recording) -> Identification:
+    whole = measurement_of_bundle(read_bundle(recording("examples/none")))
     return identify(replace(whole, sets=whole.sets[:1], points=()))
 
 
 @pytest.mark.parametrize("joint", ["I", "II"])
-def test_k11_of_each_joint_is_told_where_matrices_tell_the_sum(found: Identification, shared: Path, joint: str) -> None:
+def test_k11_of_each_joint_is_told_where_matrices_tell_the_sum(
+    found: Identification, recording: Recording, joint: str
+) -> None:
     assert found.inverse is not None
     assert found.inverse.cylinders is not None
-    truth = np.array(json.loads((shared / "examples" / "truth" / "none.json").read_text())["joints"][joint]["k"])
+    truth = np.array(json.loads(recording("examples/truth/none.json").read_text())["joints"][joint]["k"])
     by_matrix, by_cylinders = found.inverse.fit.joints[joint], found.inverse.cylinders.joints[joint]
     low, high = by_cylinders.k_ci95[0, 0]
     assert low < truth[0, 0] < high

@@ -19,6 +19,7 @@ from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
+from tests.recordings import Recording
 
 EXAMPLES = (
     "amplitude",
@@ -72,8 +73,10 @@ def check_form(document: dict[str, Any], joints: set[str]) -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_an_example_is_imported_identified_stored_and_exported_equal(shared: Path, tmp_path: Path, name: str) -> None:
-    original = read_bundle(shared / "examples" / name)
+def test_an_example_is_imported_identified_stored_and_exported_equal(
+    recording: Recording, tmp_path: Path, name: str
+) -> None:
+    original = read_bundle(recording(f"examples/{name}"))
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
         run = import_bundle(catalogue, original)
         measurement = measurement_of_run(catalogue, run)
@@ -91,7 +94,7 @@ def test_an_example_is_imported_identified_stored_and_exported_equal(shared: Pat
         assert plain(responses_of(ours)) == plain(responses_of(theirs))
     assert article_of(measurement) == article_of(from_bundle)
     if name == "none":
-        check_k22(document["inverse_paper"], shared / "examples" / "truth" / "none.json")
+        check_k22(document["inverse_paper"], recording("examples/truth/none.json"))
 
 
 def check_k22(inverse: dict[str, Any], file: Path) -> None:

@@ -11,13 +11,13 @@ import json
 import math
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.frequency_response import Real
+from tests.recordings import Recording
 
 INCH, KIP = 0.0254, 4448.2216152605
 LATENCY = 0.031  # s, from the first upward crossings of the displacement
@@ -57,8 +57,8 @@ class Record:
         return float(np.trapezoid(force, displacement)) / STEADY_CYCLES
 
 
-def read(shared: Path, name: str) -> Record:
-    folder = shared / "data" / "friction_damper"
+def read(recording: Recording, name: str) -> Record:
+    folder = recording("data/friction_damper")
     match = re.fullmatch(r"([\d.]+)Hz(\d+)lbtension([\d.]+)amplitude", name)
     assert match is not None
     wanted = tuple(map(float, match.groups()))
@@ -71,13 +71,13 @@ def read(shared: Path, name: str) -> Record:
     return Record(wanted[0], recorded["sampling freq"], columns[1] * INCH, columns[2] * KIP, reference)
 
 
-def test_every_recorded_file_that_has_a_reference_is_compared(shared: Path) -> None:
-    assert sorted(NAMES) == sorted(path.stem for path in (shared / "data" / "friction_damper").glob("*.json"))
+def test_every_recorded_file_that_has_a_reference_is_compared(recording: Recording) -> None:
+    assert sorted(NAMES) == sorted(path.stem for path in recording("data/friction_damper").glob("*.json"))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_dynamic_stiffness_and_loss_angle_are_those_of_the_reference(shared: Path, name: str) -> None:
-    record = read(shared, name)
+def test_dynamic_stiffness_and_loss_angle_are_those_of_the_reference(recording: Recording, name: str) -> None:
+    record = read(recording, name)
     point = record.point()
     assert 2 * record.reference["X1_mm"] * 1e-3 == pytest.approx(point.amplitude_pp, rel=0.01)
     assert point.magnitude == pytest.approx(record.reference["kd_kN_per_m"] * 1e3, rel=0.01)
@@ -85,30 +85,30 @@ def test_dynamic_stiffness_and_loss_angle_are_those_of_the_reference(shared: Pat
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_loop_energy_is_that_of_the_loop_integral_of_the_samples(shared: Path, name: str) -> None:
-    record = read(shared, name)
+def test_loop_energy_is_that_of_the_loop_integral_of_the_samples(recording: Recording, name: str) -> None:
+    record = read(recording, name)
     assert record.point().loop_energy == pytest.approx(record.loop_integral(), rel=0.01)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != BEGINS_IN_RAMP])
-def test_loop_energy_is_that_of_the_reference(shared: Path, name: str) -> None:
-    record = read(shared, name)
+def test_loop_energy_is_that_of_the_reference(recording: Recording, name: str) -> None:
+    record = read(recording, name)
     assert record.point().loop_energy == pytest.approx(record.reference["W_loop_J"], rel=0.01)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_friction_damper_is_flagged_as_nonlinear(shared: Path, name: str) -> None:
-    point = read(shared, name).point()
+def test_a_friction_damper_is_flagged_as_nonlinear(recording: Recording, name: str) -> None:
+    point = read(recording, name).point()
     assert not point.first_harmonic_sufficient
     assert any("distortion of the force" in reason for reason in point.shortcomings)
 
 
-def test_the_reference_that_differs_in_energy_begins_in_the_ramp(shared: Path) -> None:
+def test_the_reference_that_differs_in_energy_begins_in_the_ramp(recording: Recording) -> None:
     """Its whole row comes out of three cycles begun a quarter of a cycle before the amplitude is steady.
 
     The loop is not closed then, and the energy of the row is the integral along the open path.
     """
-    record = read(shared, BEGINS_IN_RAMP)
+    record = read(recording, BEGINS_IN_RAMP)
     reference = record.reference
     start = RAMP_CYCLES - 0.25
     early = record.point(start)

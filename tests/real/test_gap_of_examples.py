@@ -6,20 +6,20 @@ About 40 s of one core; the other bundles are for trials by hand.
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from jointlab.diagnosis.pipeline import diagnose_bundle
+from tests.recordings import Recording
 
 EXAMPLES = ("sensor_mass", "delay")
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_effect_of_an_example_is_named_and_the_gap_falls_to_its_floor(shared: Path, name: str) -> None:
-    truth: dict[str, Any] = json.loads((shared / "examples/truth" / f"{name}.json").read_text(encoding="utf-8"))
-    found = diagnose_bundle(shared / "examples" / name)
+def test_the_effect_of_an_example_is_named_and_the_gap_falls_to_its_floor(recording: Recording, name: str) -> None:
+    truth: dict[str, Any] = json.loads(recording(f"examples/truth/{name}.json").read_text(encoding="utf-8"))
+    found = diagnose_bundle(recording(f"examples/{name}"))
     verdict, gap = found.document["verdict"], found.document["gap"]
     assert verdict["status"] == "explained"
     assert verdict["effects"] == truth["effects"]

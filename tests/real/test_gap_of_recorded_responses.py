@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pyuff
 
 from analysis.response_gap import response_gap
+from tests.recordings import Recording
 
 FREE_BEAM = np.array([4.7300, 7.8532, 10.9956, 14.1372, 17.2788, 20.4204]) ** 2
 """Of a free Euler-Bernoulli beam, in proportion to frequency (S. S. Rao, Mechanical Vibrations, table 8.1)."""
 
 
-def test_a_measured_response_beside_its_finite_element_prediction(shared: Path) -> None:
-    file = shared / "data/testbench/Y_B_exp_o3_i0.csv"
+def test_a_measured_response_beside_its_finite_element_prediction(recording: Recording) -> None:
+    file = recording("data/testbench/Y_B_exp_o3_i0.csv")
     frequency, size, phase, their_size, their_phase = np.loadtxt(file, delimiter=",", skiprows=2).T
     keep = frequency >= 20.0  # the sensor's own lower end
     measured, simulated = size * np.exp(1j * phase), their_size * np.exp(1j * their_phase)
@@ -29,9 +28,9 @@ def test_a_measured_response_beside_its_finite_element_prediction(shared: Path) 
     assert "measured at 840 Hz is simulated at 925 Hz (+10.1 %)" in found.statements[2]
 
 
-def test_a_recorded_free_beam_beside_the_beam_of_the_textbook(shared: Path) -> None:
+def test_a_recorded_free_beam_beside_the_beam_of_the_textbook(recording: Recording) -> None:
     """Its poles as the textbook has them from the first one on, its shapes as measured."""
-    sets = pyuff.UFF(str(shared / "data/beam/beam_accelerance_derived.uff")).read_sets()
+    sets = pyuff.UFF(str(recording("data/beam/beam_accelerance_derived.uff"))).read_sets()
     frequency = np.asarray(sets[0]["x"])
     measured = np.array([each["data"] for each in sets])
     keep = (frequency >= 20.0) & (frequency <= 800.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from analysis.structure.beam import Mesh, assemble
 from jointlab.identification.inverse import tolerances_of
 from jointlab.identification.structure import beam_of
 from store.bundle import read_bundle
+from tests.recordings import Recording
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Example:
 
 
 @pytest.fixture(scope="module", params=["none", "frame"])
-def example(shared: Path, request: pytest.FixtureRequest) -> Example:
+def example(recording: Recording, request: pytest.FixtureRequest) -> Example:
     """Bundles with nothing but tolerances between bench and drawing; what is wrong in `frame` concerns the tester."""
-    bundle = read_bundle(shared / "examples" / request.param)
+    bundle = read_bundle(recording(f"examples/{request.param}"))
     setup, first = bundle.setup, bundle.inverse[0]
     tolerances = tolerances_of(setup, by_hand=False)
     free = assemble(
@@ -67,7 +67,7 @@ def example(shared: Path, request: pytest.FixtureRequest) -> Example:
         for joint in setup.joints
     )
     return Example(
-        truth=json.loads((shared / "examples/truth" / f"{request.param}.json").read_text(encoding="utf-8"))["joints"],
+        truth=json.loads(recording(f"examples/truth/{request.param}.json").read_text(encoding="utf-8"))["joints"],
         by_modes=start,
         by_terms=identify_from_responses(free, responses, joints, tolerances=tolerances),
         by_cylinders=identify_from_responses(

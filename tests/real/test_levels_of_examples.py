@@ -12,11 +12,12 @@ from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.report.page import write_report
 from store.bundle import read_bundle
+from tests.recordings import Recording
 
 
 @pytest.fixture(scope="module")
-def found(shared: Path) -> Identification:
-    return identify(measurement_of_bundle(read_bundle(shared / "examples" / "amplitude")))
+def found(recording: Recording) -> Identification:
+    return identify(measurement_of_bundle(read_bundle(recording("examples/amplitude"))))
 
 
 @pytest.fixture(scope="module")

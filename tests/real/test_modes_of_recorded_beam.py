@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from analysis.modal.response_variance import smoothed_variance, variance_from_co
 from analysis.structure.beam import Beam, Mesh, assemble
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint
+from tests.recordings import Recording
 
 BEAM_HZ = [51.5, 142.18, 278.66, 460.39, 687.16, 958.5]  # what three other tools agree on
 BUNDLES = {  # modes up to 1024 Hz
@@ -30,8 +30,8 @@ BUNDLES = {  # modes up to 1024 Hz
 }
 
 
-def recorded_beam(shared: Path) -> FrequencyResponses:
-    sets = pyuff.UFF(str(shared / "data/beam/beam_accelerance_derived.uff")).read_sets()
+def recorded_beam(recording: Recording) -> FrequencyResponses:
+    sets = pyuff.UFF(str(recording("data/beam/beam_accelerance_derived.uff"))).read_sets()
     return FrequencyResponses(
         frequency=sets[0]["x"],
         accelerance=np.array([entry["data"] for entry in sets]),
@@ -40,9 +40,9 @@ def recorded_beam(shared: Path) -> FrequencyResponses:
     )
 
 
-def bundle(shared: Path, name: str) -> FrequencyResponses:
+def bundle(recording: Recording, name: str) -> FrequencyResponses:
     """The reference set of a bundle; its coherence is of ten averages."""
-    sets = pyuff.UFF(str(shared / f"examples/{name}/inverse_1.unv")).read_sets()
+    sets = pyuff.UFF(str(recording(f"examples/{name}/inverse_1.unv"))).read_sets()
     accelerances = [entry for entry in sets if entry["func_type"] == 4]
     accelerance = np.array([entry["data"] for entry in accelerances])
     coherence = np.array([entry["data"].real for entry in sets if entry["func_type"] == 6])
@@ -57,13 +57,13 @@ def bundle(shared: Path, name: str) -> FrequencyResponses:
 
 
 @pytest.fixture(scope="module")
-def beam(shared: Path) -> ModalEstimate:
-    return estimate_modes(recorded_beam(shared))
+def beam(recording: Recording) -> ModalEstimate:
+    return estimate_modes(recorded_beam(recording))
 
 
 @pytest.fixture(scope="module")
-def bench(shared: Path) -> ModalEstimate:
-    return estimate_modes(bundle(shared, "none"), band=(20.0, 1024.0))
+def bench(recording: Recording) -> ModalEstimate:
+    return estimate_modes(bundle(recording, "none"), band=(20.0, 1024.0))
 
 
 def test_a_recorded_beam_has_the_six_modes_that_other_tools_find(beam: ModalEstimate) -> None:
@@ -95,10 +95,10 @@ def test_measured_noise_explains_the_residual_of_a_bench(bench: ModalEstimate) -
     assert bench.noise_scale < 1.05
 
 
-def test_the_modes_of_a_bench_are_those_of_its_true_joints(shared: Path, bench: ModalEstimate) -> None:
+def test_the_modes_of_a_bench_are_those_of_its_true_joints(recording: Recording, bench: ModalEstimate) -> None:
     """The beam model with the joints, positions and material that were put in gives what was estimated."""
-    setup = json.loads((shared / "examples/none/setup.json").read_text())
-    truth = json.loads((shared / "examples/truth/none.json").read_text())
+    setup = json.loads(recording("examples/none/setup.json").read_text())
+    truth = json.loads(recording("examples/truth/none.json").read_text())
     put_in, given = truth["baseline"], setup["beam"]
     beam = Beam(
         given["length"],
@@ -121,12 +121,12 @@ def test_the_modes_of_a_bench_are_those_of_its_true_joints(shared: Path, bench: 
 
 
 @pytest.mark.parametrize("name", [name for name in BUNDLES if name != "none"])
-def test_every_mode_of_a_bundle_is_found_and_none_is_invented(shared: Path, name: str) -> None:
-    estimate = estimate_modes(bundle(shared, name), band=(20.0, 1024.0))
+def test_every_mode_of_a_bundle_is_found_and_none_is_invented(recording: Recording, name: str) -> None:
+    estimate = estimate_modes(bundle(recording, name), band=(20.0, 1024.0))
     assert estimate.modes.poles.size == BUNDLES[name]
     assert 0.85 < estimate.chi_square_per_line.mean() < 1.1
 
 
-def test_a_structure_that_changes_between_points_is_not_explained(shared: Path) -> None:
-    estimate = estimate_modes(bundle(shared, "novel_2"), band=(20.0, 1024.0))
+def test_a_structure_that_changes_between_points_is_not_explained(recording: Recording) -> None:
+    estimate = estimate_modes(bundle(recording, "novel_2"), band=(20.0, 1024.0))
     assert estimate.noise_scale > 1.15

@@ -6,21 +6,18 @@ The data were digitised from a plot to 3.5 Hz, 8 % and 0.05 rad. The mount is a 
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from analysis.inverse.apparent_stiffness import StiffnessBands, identifiable_bands
+from tests.recordings import Recording
 
 RELATIVE_ERROR = 0.05
 
 
 @pytest.fixture(scope="module")
-def bands(shared: Path) -> StiffnessBands:
-    frequency, size, angle = np.loadtxt(
-        shared / "data" / "rubber_mount" / "Zj_00_digitised.csv", delimiter=",", unpack=True
-    )
+def bands(recording: Recording) -> StiffnessBands:
+    frequency, size, angle = np.loadtxt(recording("data/rubber_mount/Zj_00_digitised.csv"), delimiter=",", unpack=True)
     return identifiable_bands(frequency, size * np.exp(1j * angle), RELATIVE_ERROR)
 
 

@@ -15,6 +15,7 @@ from store.dof import Dof
 from store.errors import StoreError
 from store.excitation import SINE
 from store.uff import UffDof, UffFunction, write_uff
+from tests.recordings import Recording
 
 FREQUENCY = np.arange(5) / 2.0
 ROWS = np.array([[1, 2j, 3, 4, 5], [6, 7, 8j, 9, 10]], dtype=complex)
@@ -149,8 +150,8 @@ def test_a_computed_axis_is_even() -> None:
     )
 
 
-def test_a_real_beam_is_read_as_one_set(shared: Path) -> None:
-    found = read_accelerances(shared / "data" / "beam" / "beam_accelerance_derived.uff")
+def test_a_real_beam_is_read_as_one_set(recording: Recording) -> None:
+    found = read_accelerances(recording("data/beam/beam_accelerance_derived.uff"))
     assert found.inputs == (Dof(1, "x"), Dof(2, "x"), Dof(3, "x"))
     assert found.accelerance.shape == (3, 1001)
     assert found.coherence is None

@@ -22,6 +22,7 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.runs import list_runs
 from store.uff import read_uff, write_uff
+from tests.recordings import Recording
 
 EXAMPLES = (
     "amplitude", "delay", "foundation", "frame", "none", "novel_1", "novel_2", "out_of_plane", "pair", "sensor_mass"
@@ -226,8 +227,8 @@ def _runs(opened: Catalogue) -> int:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_every_example_is_read_without_a_warning(shared: Path, name: str) -> None:
-    found = read_bundle(shared / "examples" / name)
+def test_every_example_is_read_without_a_warning(recording: Recording, name: str) -> None:
+    found = read_bundle(recording(f"examples/{name}"))
     assert found.warnings == ()
     assert len(found.direct) == 720
     assert len(found.inverse) == len(found.setup.inverse)

@@ -23,6 +23,7 @@ from store.errors import DamagedError, NotFoundError, StoreError
 from store.excitation import SINE
 from store.runs import RunState, get_run, list_runs
 from store.uff import write_uff
+from tests.recordings import Recording
 
 Counts = Callable[[], dict[str, int]]
 EXAMPLES = (
@@ -48,9 +49,11 @@ def assert_equal(found: Any, expected: Any, at: str = "bundle") -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_every_example_comes_out_as_it_went_in(catalogue: Catalogue, shared: Path, tmp_path: Path, name: str) -> None:
-    original = read_bundle(shared / "examples" / name)
-    run_id = import_bundle(catalogue, shared / "examples" / name)
+def test_every_example_comes_out_as_it_went_in(
+    catalogue: Catalogue, recording: Recording, tmp_path: Path, name: str
+) -> None:
+    original = read_bundle(recording(f"examples/{name}"))
+    run_id = import_bundle(catalogue, recording(f"examples/{name}"))
     export_bundle(catalogue, run_id, tmp_path / "out")
     assert_equal(read_bundle(tmp_path / "out"), original)
 

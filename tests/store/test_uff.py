@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from store.errors import StoreError
 from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff, write_uff
+from tests.recordings import Recording
 
 # The folder of a test function is shared by its examples, which overwrite one file.
 PROPERTY = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -220,9 +221,9 @@ def test_bytes_that_are_no_uff_give_an_error_of_the_store(tmp_path: Path, conten
     ],
 )
 def test_files_of_other_vendors_are_read(
-    shared: Path, name: str, count: int, samples: int, rate: float, unit: str, response: str
+    recording: Recording, name: str, count: int, samples: int, rate: float, unit: str, response: str
 ) -> None:
-    functions = read_uff(shared / "data" / "uff" / name)
+    functions = read_uff(recording(f"data/uff/{name}"))
     assert len(functions) == count
     first = functions[0]
     assert first.values.shape == (samples,)
@@ -230,15 +231,15 @@ def test_files_of_other_vendors_are_read(
     assert (first.unit, str(first.response), first.kind) == (unit, response, FunctionKind.TIME_RESPONSE)
 
 
-def test_text_and_binary_of_one_vendor_hold_the_same_signal(shared: Path) -> None:
-    folder = shared / "data" / "uff"
+def test_text_and_binary_of_one_vendor_hold_the_same_signal(recording: Recording) -> None:
+    folder = recording("data/uff")
     (text,) = read_uff(folder / "Sample_UFF58_ascii.uff")
     (binary,) = read_uff(folder / "Sample_UFF58b_bin.uff")
     assert text.values == pytest.approx(binary.values, rel=1e-5)
 
 
-def test_the_accelerances_of_a_real_beam_are_what_its_text_files_say(shared: Path) -> None:
-    folder = shared / "data" / "beam"
+def test_the_accelerances_of_a_real_beam_are_what_its_text_files_say(recording: Recording) -> None:
+    folder = recording("data/beam")
     functions = read_uff(folder / "beam_accelerance_derived.uff")
     assert [str(function.reference) for function in functions] == ["1+x", "2+x", "3+x"]
     for number, function in enumerate(functions, start=1):

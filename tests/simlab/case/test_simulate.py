@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,7 @@ from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 from simlab.case.effects.base import Seen
 from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE
 from simlab.case.simulate import Simulated, simulate
-
-EXAMPLES = Path(__file__).resolve().parents[4] / "shared" / "examples"
+from tests.recordings import find_recording
 
 BOTH_RIGS = {
     "amplitude_dependence",
@@ -188,13 +186,10 @@ def seen_in_tester(amplitude: Real, frequency: Real) -> Seen:
     return Seen(True, "I", frequency, amplitude, np.ones_like(amplitude), np.zeros_like(amplitude))
 
 
-needs_examples = pytest.mark.skipif(not EXAMPLES.is_dir(), reason="the labelled examples are not here")
-
-
 def example(name: str) -> tuple[Case, dict[str, Any], Complex]:
     """A labelled example as a case, its truth and its withheld accelerances at 1, 3, ... of our lines."""
-    truth = json.loads((EXAMPLES / "truth" / f"{name}.json").read_text(encoding="utf-8"))
-    setup = json.loads((EXAMPLES / name / "setup.json").read_text(encoding="utf-8"))
+    truth = json.loads(find_recording(f"examples/truth/{name}.json").read_text(encoding="utf-8"))
+    setup = json.loads(find_recording(f"examples/{name}/setup.json").read_text(encoding="utf-8"))
     base, drawn = truth["baseline"], draw_case(1, Kind.NONE)
     bar = replace(Bar(), youngs_modulus=207e9 * base["E"], density=7850 * base["rho"])
     joints = {
@@ -212,12 +207,11 @@ def example(name: str) -> tuple[Case, dict[str, Any], Complex]:
         for s in truth["lab"]["sets"]
     )
     campaign = replace(drawn.campaign, node_positions=tuple(setup["node_positions"]), setups=setups)
-    stored = np.load(EXAMPLES / "truth" / f"{name}.npz")
+    stored = np.load(find_recording(f"examples/truth/{name}.npz"))
     case = replace(drawn, article=Article(bar, joints, base["sensor_x"]), campaign=campaign)
     return case, truth, stored["H"].astype(np.complex128)
 
 
-@needs_examples
 @pytest.mark.parametrize("name", ["none", "frame", "novel_2"])
 def test_an_example_without_an_effect_on_its_withheld_rows_is_met(name: str) -> None:
     case, _, stored = example(name)
@@ -226,7 +220,6 @@ def test_an_example_without_an_effect_on_its_withheld_rows_is_met(name: str) -> 
     assert percent(ours, stored[:, : ours.shape[1]]) < 0.12
 
 
-@needs_examples
 @pytest.mark.parametrize(
     ("name", "effect"),
     [("foundation", "foundation_compliance"), ("sensor_mass", "accelerometer_mass"), ("novel_1", "absorber")],

@@ -58,7 +58,8 @@ from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
 from store.provenance import who_is_here
 from store.run_lock import discard_lock, holding
-from store.runs import Run, RunState, begin_run, create_run, finish_run, get_run, reopen_run, start_run
+from store.runs import Run, begin_run, create_run, finish_run, get_run, reopen_run, start_run
+from store.states import RunState
 
 KIND = "sequence"
 RESUMED_UNTOLD = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from enum import StrEnum
 from typing import Any
 
 from sqlalchemy import Select, select
@@ -14,17 +13,6 @@ from sqlalchemy.orm import Session
 from store import models
 from store.errors import NotFoundError, StoreError
 from store.provenance import configuration_hash
-
-
-class AnalysisKind(StrEnum):
-    """What is computed; the name is also that of the results' table."""
-
-    FREQUENCY_RESPONSES = "frequency_responses"
-    MODES = "modes"
-    JOINT_MATRICES = "joint_matrices"
-    DYNAMIC_STIFFNESS = "dynamic_stiffness"
-    COMPARISONS = "comparisons"
-    DIAGNOSES = "diagnoses"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from store.accelerance_file import accelerance_functions
-from store.analyses import AnalysisKind, add_analysis, latest_analysis
+from store.analyses import add_analysis, latest_analysis
 from store.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
 from store.blows import Blow, Point, add_blow, add_point, list_blows
 from store.bundle import BLOWS, SETUP, Bundle, read_bundle
@@ -25,7 +25,8 @@ from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffnes
 from store.errors import NotFoundError, StoreError
 from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
-from store.runs import Run, RunState, finish_run, get_run, start_run
+from store.runs import Run, finish_run, get_run, start_run
+from store.states import AnalysisKind, RunState
 from store.uff import write_uff
 from store.waveform import WaveformReference
 

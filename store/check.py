@@ -18,7 +18,7 @@ from store.arrays import decode_array
 from store.catalogue import Catalogue
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
 from store.progress import Progress, silent
-from store.runs import RunState
+from store.states import RunState
 from store.waveforms import WaveformFolder
 
 # Rows with arrays that are in memory at a time.

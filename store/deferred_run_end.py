@@ -10,7 +10,8 @@ from pathlib import Path
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.run_lock import RunBusyError, holding
-from store.runs import Run, RunState, finish_run, get_run, list_runs
+from store.runs import Run, finish_run, get_run, list_runs
+from store.states import RunState
 
 SUFFIX = ".ended"
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from enum import StrEnum
 from typing import Any
 from uuid import uuid4
 
@@ -19,22 +18,10 @@ from sqlalchemy.orm import Session
 
 from store import models
 from store.errors import NotFoundError, StoreError
+from store.states import OVER, JobState
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
-
-
-class JobState(StrEnum):
-    """Where a job stands; the last three are for good."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    DONE = "done"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-
-OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
 
 
 class LeaseLostError(StoreError):

@@ -7,26 +7,16 @@ import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from enum import StrEnum
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store import models
 from store.errors import NotFoundError, StoreError
+from store.states import Scope
 
 PREFIX = "jl_"
 _SECRET_BYTES = 32
-
-
-class Scope(StrEnum):
-    """What a key opens; no scope holds another."""
-
-    READ = "read:data"
-    ANALYSE = "run:analysis"
-    CONTROL = "control:rig"
-    ENGINEER = "engineer"
-    ADMIN = "admin"
 
 
 @dataclass(frozen=True)

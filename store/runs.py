@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
-from enum import StrEnum
 from typing import Any
 from uuid import uuid4
 
@@ -16,17 +15,8 @@ from store import models
 from store.errors import NotFoundError, StoreError
 from store.instruments import Channel, Instrument, add_channels, calibration_id
 from store.provenance import configuration_hash
+from store.states import RunState
 from store.waveforms import SUFFIX
-
-
-class RunState(StrEnum):
-    """Where a run stands; finished is for good, a stopped or failed run may be resumed."""
-
-    CREATED = "created"
-    RUNNING = "running"
-    FINISHED = "finished"
-    STOPPED = "stopped"
-    FAILED = "failed"
 
 
 @dataclass(frozen=True)

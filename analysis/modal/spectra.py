@@ -9,22 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.modal.estimator import Estimator
 from analysis.modal.response_variance import blow_scatter, h2_scatter, smoothed_variance, variance_from_scatter
-
-
-class Estimator(StrEnum):
-    """How force and acceleration are averaged: H1 trusts the force, H2 the acceleration, HV neither more."""
-
-    H1 = "H1"
-    H2 = "H2"
-    HV = "Hv"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.commands.terminal import LARGEST_RUN
 from jointlab.identification.options import (
     LONGEST_WINDOW,

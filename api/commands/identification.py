@@ -12,7 +12,7 @@ from rich.table import Table
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.commands import choices
 from api.commands.progress_bars import on_terminal
 from api.commands.terminal import (

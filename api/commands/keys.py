@@ -11,8 +11,9 @@ from sqlalchemy.orm import Session
 
 from api.commands.terminal import open_catalogue, out
 from store.audit import add_audit_entry
-from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
+from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.provenance import who_is_here
+from store.states import Scope
 
 commands = typer.Typer(name="key", help="Make, list and revoke keys of the service.", no_args_is_help=True)
 

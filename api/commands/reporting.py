@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.commands import choices
 from api.commands.identification import identified
 from api.commands.terminal import open_catalogue, out, run_number

@@ -16,7 +16,7 @@ from jointlab.audit import Deed
 from jointlab.errors import EXPECTED
 from jointlab.supervision.lease import Lease, LeaseError
 from jointlab.supervision.manager import RunManager
-from store.keys import Scope
+from store.states import Scope
 
 Made = TypeVar("Made")
 REFUSALS: tuple[type[Exception], ...] = (*EXPECTED, AccessError)

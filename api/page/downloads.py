@@ -17,15 +17,15 @@ from api.service.context import Services
 from api.service.resources.dynamic_stiffness import StiffnessPoint
 from jointlab.identification.save import why_not_observable
 from jointlab.jobs.kinds import exports_folder
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import latest_analysis
 from store.comparisons import list_comparisons
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
 from store.frequency_responses import list_frequency_responses
 from store.jobs import get_job
 from store.joint_matrices import list_joint_matrices
-from store.keys import Scope
 from store.modes import get_modes
+from store.states import AnalysisKind, Scope
 
 Rows = Iterable[tuple[Any, ...]]
 MEDIA = {".html": "text/html", ".zip": "application/zip", ".h5": "application/x-hdf5"}

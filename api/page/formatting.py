@@ -9,8 +9,10 @@ from statistics import median
 
 from jointlab import durations
 from jointlab.report.section import ends, number
-from jointlab.supervision.state import Phase, RigState
-from store.runs import Run, RunState
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState
+from store.runs import Run
+from store.states import RunState
 
 THIN = "\u202f"
 """A narrow space that keeps a number and its unit on one line."""

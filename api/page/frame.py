@@ -16,8 +16,9 @@ from api.page.markup import show, tabs
 from api.service.access import Caller
 from api.service.problems import AccessError
 from jointlab.errors import EXPECTED
-from jointlab.supervision.state import Phase, RigState
-from store.keys import Scope
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState
+from store.states import Scope
 
 VIEWS = {
     "Dashboard": "/page/",

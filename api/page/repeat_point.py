@@ -7,7 +7,8 @@ from nicegui import ui
 from api.page.controls import button, choice
 from api.page.frame import Frame
 from api.page.hammer_session import HammerSession
-from store.runs import RunState, get_run
+from store.runs import get_run
+from store.states import RunState
 
 
 class Redo:

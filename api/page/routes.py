@@ -16,7 +16,7 @@ from api.page.frame import VIEWS, Frame
 from api.page.login import HOME, add_log_in, log_in_address, visitor_of
 from api.service.context import Services
 from api.service.problems import AccessError
-from store.keys import Scope
+from store.states import Scope
 
 Build = Callable[[Frame, Mapping[str, str]], None]
 

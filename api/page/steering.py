@@ -12,9 +12,11 @@ from api.page.controls import button
 from api.page.current_run import current_run
 from api.page.frame import Frame
 from api.page.markup import show
+from jointlab.supervision.phase import Phase
 from jointlab.supervision.prompts import Prompt
-from jointlab.supervision.state import Phase, RigState
-from store.runs import Run, RunState, get_run
+from jointlab.supervision.state import RigState
+from store.runs import Run, get_run
+from store.states import RunState
 
 ENDED = {
     RunState.CREATED: "is not begun",

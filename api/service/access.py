@@ -15,7 +15,8 @@ from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
 from api.service.context import Context, Services
 from api.service.problems import AccessError
-from store.keys import Scope, count_keys, find_key
+from store.keys import count_keys, find_key
+from store.states import Scope
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
 # Beside the threads in which requests wait for the store to be written: to stop a run waits for none of those.

@@ -40,7 +40,7 @@ from api.service.resources import (
     stiffness_at,
     trials,
 )
-from jointlab.supervision.state import Phase
+from jointlab.supervision.phase import Phase
 from store.provenance import software_version
 
 RESOURCES: tuple[APIRouter, ...] = (

@@ -26,8 +26,8 @@ from api.service.problems import AccessError
 from jointlab.audit import Deed
 from jointlab.errors import ConflictError
 from jointlab.supervision.lease import LeaseError
-from store.keys import Scope
 from store.requests import Answered, answer_request, begin_request, find_request, forget_request
+from store.states import Scope
 
 REPLAYED = "Idempotency-Replayed"
 LONGEST = 100  # characters of a path's parameter in the log

@@ -15,8 +15,7 @@ from pathlib import Path
 
 from jointlab.client import Client, ProblemError
 from rig.sequence import load_sequence
-from store.jobs import JobState
-from store.runs import RunState
+from store.states import JobState, RunState
 
 TERMS = ("x", "y", "rotation")
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Self
 from urllib.parse import quote
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.service.resources.analyses import AnalysisDocument
 from api.service.resources.channels import ChannelDocument
 from api.service.resources.comparisons import ComparisonDocument
@@ -30,9 +30,7 @@ from api.service.resources.stiffness_at import StiffnessDocument
 from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
 from rig.sequence import Sequence
-from store.analyses import AnalysisKind
-from store.jobs import OVER
-from store.runs import RunState
+from store.states import OVER, AnalysisKind, RunState
 
 LOOK = 0.5  # s between looks at what is waited for
 

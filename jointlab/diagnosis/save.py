@@ -6,9 +6,10 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import Diagnosis, add_diagnosis, get_diagnosis, list_diagnoses
+from store.states import AnalysisKind
 
 
 def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], without: tuple[str, ...] = ()) -> int:

@@ -19,11 +19,12 @@ from jointlab.identification.direct import CONFIGURATIONS, direct_of
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import latest_analysis
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
 from store.runs import get_run
+from store.states import AnalysisKind
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from rig.operator import SUPPORTED, SUSPENDED
 from rig.point_blows import inconsistent_blows
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
 from rig.sequence import Sequence as RigSequence
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import latest_analysis
 from store.blows import Blow, list_blows
 from store.bundle import Bundle
 from store.bundle_exchange import stored_blows
@@ -40,6 +40,7 @@ from store.frequency_responses import FrequencyResponseSet, list_frequency_respo
 from store.progress import Advance, Progress, silent
 from store.runs import get_run
 from store.sine_records import BLANK, SineRecord, list_sine_records
+from store.states import AnalysisKind
 
 DIMENSIONS = ("length", "height", "width")
 

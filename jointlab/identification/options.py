@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from store.blow_window import NO_WINDOW, BlowWindow
 
 MOST_ELEMENTS = 32

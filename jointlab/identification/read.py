@@ -6,13 +6,14 @@ from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.sine_points import sine_point
-from store.analyses import Analysis, AnalysisKind, latest_analysis, list_analyses
+from store.analyses import Analysis, latest_analysis, list_analyses
 from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
 from store.joint_matrices import JointMatrix, list_joint_matrices
 from store.runs import Run
+from store.states import AnalysisKind
 
 METHODS = {LIKELIHOOD: "maximum likelihood", PAPER: "paper's method"}
 """The inverse methods by the names that pictures have for them."""

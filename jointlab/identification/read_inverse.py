@@ -17,7 +17,7 @@ from jointlab.identification.measurement import dof, responses_of
 from jointlab.identification.read import METHODS, article_of, newest_joints
 from jointlab.identification.save import SUSPENDED_METHOD
 from jointlab.identification.structure import beam_of, free_beam_with
-from store.analyses import Analysis, AnalysisKind, get_analysis
+from store.analyses import Analysis, get_analysis
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -25,6 +25,7 @@ from store.frequency_responses import list_frequency_responses
 from store.joint_matrices import JointMatrix
 from store.modes import get_modes
 from store.runs import Run
+from store.states import AnalysisKind
 
 EXPONENT = "exponent of joint "
 KEPT = {"youngs_modulus", "density", "elements", "parameters"}

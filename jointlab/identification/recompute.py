@@ -9,10 +9,11 @@ from jointlab.identification.load import measurement_of_run, with_free_beam
 from jointlab.identification.options import options_of
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.save import OPTIONS
-from store.analyses import Analysis, AnalysisKind, list_analyses
+from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.joint_matrices import list_joint_matrices
 from store.progress import Progress, silent
+from store.states import AnalysisKind
 
 ALIKE = 1e-6  # of a stiffness; what another computer's rounding may make of the same records
 

@@ -17,7 +17,7 @@ from analysis.suspended.beam_slopes import PARAMETERS
 from jointlab.identification.inverse import Inverse, Route
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
-from store.analyses import Analysis, AnalysisKind, add_analysis, latest_analysis
+from store.analyses import Analysis, add_analysis, latest_analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
 from store.dof import Dof as StoredDof
@@ -25,6 +25,7 @@ from store.dynamic_stiffness import add_dynamic_stiffness
 from store.frequency_responses import add_frequency_responses
 from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.modes import ModeSet, add_modes
+from store.states import AnalysisKind
 
 SUSPENDED_METHOD = "suspended beam"
 NOT_OBSERVABLE = "not_observable"

@@ -14,7 +14,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError

@@ -12,7 +12,8 @@ from jointlab.jobs.kinds import kind_named
 from jointlab.jobs.stale_workers import StaleWorkers
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.jobs import Job, JobState, add_job, cancel_job, list_jobs, lose_job, signs_of_life, take_job
+from store.jobs import Job, add_job, cancel_job, list_jobs, lose_job, signs_of_life, take_job
+from store.states import JobState
 
 POLL = 0.25  # s
 LOOK = 5.0  # s between looks for workers that give no sign of life

@@ -10,7 +10,8 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.regression import UPPER
-from analysis.modal.spectra import Estimator, Windows
+from analysis.modal.estimator import Estimator
+from analysis.modal.spectra import Windows
 from analysis.modes import Modes
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution

@@ -29,7 +29,8 @@ from rig.tester_poll import poll_tester
 from rig.tester_status import names_of
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
-from store.runs import RunState, get_run
+from store.runs import get_run
+from store.states import RunState
 
 REDONE = "the point is done anew"
 log = logging.getLogger(__name__)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 
 from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
+from jointlab.supervision.phase import Phase
 from rig.operator import (
     BlowAccepted,
     Event,
@@ -24,16 +24,6 @@ from rig.operator import (
     mounting,
 )
 from rig.sequence import Sequence
-
-
-class Phase(StrEnum):
-    """What the rig does."""
-
-    IDLE = "idle"
-    STARTING = "starting"
-    RUNNING = "running"
-    PAUSED = "paused"
-    STOPPING = "stopping"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import pytest
 
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.modal.estimation import estimate_modes
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from jointlab.identification.inverse import LOWEST_LINE, Inverse, inverse_of
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import Measurement

@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 from store.catalogue import Catalogue
-from store.runs import RunState, finish_run, get_run, start_run
+from store.runs import finish_run, get_run, start_run
+from store.states import RunState
 from tests.api.conftest import Command, Contents
 
 BAD_INPUT = 3

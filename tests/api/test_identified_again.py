@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.options import Averaging, Options
 from jointlab.identification.pipeline import identify

@@ -21,7 +21,8 @@ from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.deferred_run_end import defer_run_end
 from store.rig_lock import driving_alone
-from store.runs import RunState, list_runs, start_run
+from store.runs import list_runs, start_run
+from store.states import RunState
 from tests.api.conftest import Command
 
 

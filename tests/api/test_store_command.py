@@ -10,7 +10,8 @@ import pytest
 from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
 from store.dof import Dof
-from store.runs import RunState, finish_run, start_run
+from store.runs import finish_run, start_run
+from store.states import RunState
 from store.waveform import Waveform, WaveformChannel
 from tests.api.conftest import Command
 

@@ -11,12 +11,13 @@ from urllib.parse import urlencode
 import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
 
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.dof import Dof
 from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
 from store.runs import start_run
+from store.states import AnalysisKind
 from tests.api.page.technician import Tab, serving
 
 LINES = 2049

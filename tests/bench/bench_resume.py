@@ -45,8 +45,9 @@ from simlab.operator_server import OperatorClient
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.run_lock import holding
-from store.runs import Run, RunState, list_run_events, list_runs
+from store.runs import Run, list_run_events, list_runs
 from store.sine_records import list_sine_records
+from store.states import RunState
 
 SPEED = 200.0
 # a channel without any noise is taken for a dead one

@@ -20,16 +20,17 @@ from sqlalchemy import event, insert, text
 from sqlalchemy.orm import Session
 
 from store import models
-from store.analyses import AnalysisKind, latest_analysis
+from store.analyses import latest_analysis
 from store.blows import list_blows
 from store.calibrations import list_known_instruments
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.joint_matrices import list_joint_matrices
 from store.result_queries import find_comparisons, find_elements, find_sine_points
-from store.runs import RunState, count_runs, list_runs
+from store.runs import count_runs, list_runs
 from store.sine_records import list_sine_records
 from store.specimens import list_specimens
+from store.states import AnalysisKind, RunState
 from tests.postgresql_server import NotInstalledError, running_server
 
 RUNS, POINTS_OF_A_RUN, ARTICLES = 10_000, 200, 100

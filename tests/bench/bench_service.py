@@ -21,8 +21,9 @@ from jointlab.client import Client, Driver
 from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
-from store.keys import Scope, add_key
+from store.keys import add_key
 from store.sine_records import list_sine_records
+from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.test_serve_command import serving_process
 from tests.bench.bench_stop import RAMP

@@ -36,8 +36,9 @@ from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.run_lock import RunBusyError, holding
-from store.runs import Run, RunState, finish_run, get_run, list_run_events, list_runs, start_run
+from store.runs import Run, finish_run, get_run, list_run_events, list_runs, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.states import RunState
 from tests.bench.bench_resume import (
     SMALL,
     Campaign,

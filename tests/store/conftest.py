@@ -18,7 +18,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store import models
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
 from store.bundle_exchange import export_bundle
@@ -31,14 +31,15 @@ from store.frequency_responses import FrequencyResponseSet, add_frequency_respon
 from store.instruments import Channel, Instrument
 from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
-from store.keys import Scope, add_key
+from store.keys import add_key
 from store.models import Base
 from store.modes import ModeSet, add_modes
 from store.requests import begin_request
 from store.rig_limits import save_rig_limits
-from store.runs import RunState, finish_run, start_run
+from store.runs import finish_run, start_run
 from store.sequence_documents import save_sequence
 from store.sine_records import SineRecord, add_sine_record
+from store.states import AnalysisKind, RunState, Scope
 from store.waveform import Waveform, WaveformChannel
 from tests.postgresql_server import NotInstalledError, Server, running_server
 

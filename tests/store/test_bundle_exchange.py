@@ -21,7 +21,8 @@ from store.catalogue import Catalogue
 from store.dof import Dof
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.excitation import SINE
-from store.runs import RunState, get_run, list_runs
+from store.runs import get_run, list_runs
+from store.states import RunState
 from store.uff import write_uff
 from tests.recordings import Recording
 

@@ -12,7 +12,8 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.runs import RunState, get_run, list_runs, start_run
+from store.runs import get_run, list_runs, start_run
+from store.states import RunState
 
 
 def _start(opened: Catalogue, title: str = "beam 3") -> int:

@@ -17,8 +17,9 @@ from sqlalchemy import text
 from store.catalogue import Catalogue
 from store.check import Claim, Finding, check, check_file
 from store.errors import RESTORE, StoreError
-from store.runs import RunState, finish_run, get_run, start_run
+from store.runs import finish_run, get_run, start_run
 from store.sine_records import SineRecord, add_sine_record
+from store.states import RunState
 from store.waveform import Waveform, WaveformChannel, WaveformReference
 from store.waveforms import WaveformFolder
 

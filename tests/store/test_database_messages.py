@@ -18,7 +18,8 @@ from store.catalogue import Catalogue
 from store.check import check
 from store.database_messages import in_words
 from store.errors import StoreError
-from store.runs import RunState, finish_run, get_run, list_run_events, list_runs, start_run
+from store.runs import finish_run, get_run, list_run_events, list_runs, start_run
+from store.states import RunState
 from store.waveform import Waveform, WaveformChannel, WaveformReference
 from store.waveforms import WaveformFolder
 from tests.postgresql_server import Server

@@ -10,7 +10,8 @@ from store.catalogue import Catalogue
 from store.deferred_run_end import defer_run_end, store_kept_end, store_kept_ends
 from store.errors import StoreError
 from store.run_lock import holding
-from store.runs import Run, RunState, get_run, list_run_events, reopen_run, start_run
+from store.runs import Run, get_run, list_run_events, reopen_run, start_run
+from store.states import RunState
 
 
 def begun(catalogue: Catalogue, started_at: datetime | None = None) -> Run:

@@ -11,7 +11,6 @@ from store.errors import NotFoundError
 from store.jobs import (
     MOST_ATTEMPTS,
     Job,
-    JobState,
     LeaseLostError,
     SignOfLife,
     add_job,
@@ -25,6 +24,7 @@ from store.jobs import (
     signs_of_life,
     take_job,
 )
+from store.states import JobState
 
 
 @pytest.fixture

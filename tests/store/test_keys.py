@@ -9,7 +9,8 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
-from store.keys import Scope, add_key, count_keys, find_key, list_keys, revoke_key
+from store.keys import add_key, count_keys, find_key, list_keys, revoke_key
+from store.states import Scope
 
 
 def test_a_key_is_found_by_its_secret_and_by_nothing_else(catalogue: Catalogue) -> None:

@@ -17,8 +17,9 @@ from store.catalogue import Catalogue
 from store.dof import Dof
 from store.errors import NotFoundError, StoreError
 from store.instruments import Instrument, calibration_id, list_channels, list_instruments
-from store.runs import Run, RunState, finish_run, get_run, list_runs, specimen_id, start_run
+from store.runs import Run, finish_run, get_run, list_runs, specimen_id, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.states import RunState
 from store.waveform import WaveformReference
 
 

@@ -11,7 +11,7 @@ import pytest
 from sqlalchemy import text
 from sqlalchemy.orm import Session
 
-from store.analyses import AnalysisKind, add_analysis, get_analysis, latest_analysis, list_analyses
+from store.analyses import add_analysis, get_analysis, latest_analysis, list_analyses
 from store.arrays import decode_array, encode_array
 from store.catalogue import Catalogue
 from store.comparisons import add_comparisons, list_comparisons
@@ -21,6 +21,7 @@ from store.frequency_responses import add_frequency_responses, list_frequency_re
 from store.joint_matrices import add_joint_matrix, list_joint_matrices
 from store.modes import add_modes, get_modes
 from store.runs import list_runs, start_run
+from store.states import AnalysisKind
 
 
 def assert_same(found: Any, expected: Any) -> None:

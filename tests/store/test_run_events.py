@@ -13,7 +13,8 @@ from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
 from store.migrate import configuration
 from store.run_lock import RunBusyError, discard_lock, holding
-from store.runs import Run, RunState, finish_run, get_run, list_run_events, reopen_run, start_run
+from store.runs import Run, finish_run, get_run, list_run_events, reopen_run, start_run
+from store.states import RunState
 from tests.store.another_process import another_process
 
 

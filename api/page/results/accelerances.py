@@ -10,10 +10,11 @@ from api.page.controls import chart
 from api.page.results.section import Section, analyses_of, inverse_where_known, show_origin
 from jointlab.identification.read_inverse import StoredInverse
 from jointlab.report.curves import FIGURED_POINTS
-from store.analyses import Analysis, AnalysisKind
+from store.analyses import Analysis
 from store.catalogue import Catalogue
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.runs import Run
+from store.states import AnalysisKind
 
 Found = tuple[list[FrequencyResponseSet], Analysis, StoredInverse | None]
 

@@ -12,10 +12,11 @@ from api.page.markup import Cell, show, table
 from api.page.results.section import Section, direct_where_known, newest_of, show_origin
 from jointlab.identification.read import METHODS, newest_joints
 from jointlab.report.curves import Panel, loss_factor_panels, stiffness_panels
-from store.analyses import Analysis, AnalysisKind
+from store.analyses import Analysis
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, list_comparisons
 from store.runs import Run
+from store.states import AnalysisKind
 
 MARKS = {"agree": "✓ agree", "differ": "✗ differ"}
 Found = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]

@@ -14,9 +14,9 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
 from api.service.context import queue
-from store.jobs import Job, JobState, list_jobs
-from store.keys import Scope
+from store.jobs import Job, list_jobs
 from store.runs import Run
+from store.states import JobState, Scope
 
 LOOK = 0.5  # s
 LABELS = {"bundle": "Bundle (UFF, CSV)", "hdf5": "HDF5", "report": "Report"}

@@ -14,13 +14,14 @@ from api.page.results.section import Section, analyses_of, show_origin
 from jointlab.identification.measurement import responses_of
 from jointlab.identification.stabilisation import stabilisation_of
 from jointlab.report.section import ends, number
-from store.analyses import Analysis, AnalysisKind
+from store.analyses import Analysis
 from store.bundle_setup import article_from
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.modes import ModeSet, get_modes
 from store.runs import Run
+from store.states import AnalysisKind
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,11 @@ from api.page.markup import paragraph, show
 from api.page.results.section import Section, direct_where_known, newest_of, show_origin
 from jointlab.identification.direct import Direct
 from jointlab.report.curves import superposition_curves
-from store.analyses import Analysis, AnalysisKind
+from store.analyses import Analysis
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.runs import Run
+from store.states import AnalysisKind
 
 HALF_WIDTH = 1.96  # standard errors of a 95 % interval
 Found = tuple[Analysis, list[DynamicStiffness], dict[str, Direct]]

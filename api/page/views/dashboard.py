@@ -16,11 +16,13 @@ from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
 from api.service.context import Services
 from jointlab.supervision.idle_monitor import INTERVAL
-from jointlab.supervision.state import Phase, RigState
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState
 from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.runs import Run, RunState, list_runs
+from store.runs import Run, list_runs
 from store.sine_records import list_sine_records
+from store.states import RunState
 
 
 @dataclass(frozen=True)

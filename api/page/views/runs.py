@@ -8,8 +8,9 @@ from api.page.formatting import moment, standing
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
 from jointlab.supervision.state import RigState
-from store.runs import Run, RunState, list_runs
+from store.runs import Run, list_runs
 from store.specimens import Specimen, list_specimens
+from store.states import RunState
 
 KINDS = ("sequence", "import")
 LARGEST_PAGE = 100

@@ -15,7 +15,8 @@ from api.page.frame import Frame
 from api.page.markup import show, tabs
 from api.page.steering import steering
 from api.page.sweep_progress import Point, SweepProgress, sweep_progress
-from jointlab.supervision.state import Phase, RigState
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState
 
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:

@@ -14,8 +14,9 @@ from api.service.documents import RunNumber
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
-from store.analyses import Analysis, AnalysisKind, list_analyses
+from store.analyses import Analysis, list_analyses
 from store.runs import get_run
+from store.states import AnalysisKind
 
 router = APIRouter(prefix="/runs/{run_id}/analyses", tags=["analyses"], route_class=TaggedRoute)
 

@@ -13,10 +13,11 @@ from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
-from store.analyses import AnalysisKind, chosen_analysis
+from store.analyses import chosen_analysis
 from store.comparisons import Comparison, list_comparisons
 from store.quantity import quantity
 from store.result_queries import find_comparisons
+from store.states import AnalysisKind
 
 router = APIRouter(tags=["comparisons"], route_class=TaggedRoute)
 UNITS = "N/m, N, N m, or 1 for gamma"

@@ -13,10 +13,11 @@ from api.service.documents import OfAnalysis, RunNumber, Words
 from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
-from store.analyses import AnalysisKind, chosen_analysis
+from store.analyses import chosen_analysis
 from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
 from store.quantity import quantity
 from store.result_queries import Place, find_sine_points
+from store.states import AnalysisKind
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
 Known = float | None

@@ -20,7 +20,7 @@ from api.service.resources.jobs import JobDocument, JobNumber, job_document, pag
 from jointlab.errors import ConflictError
 from jointlab.jobs.kinds import exports_folder
 from store.errors import NotFoundError
-from store.jobs import JobState
+from store.states import JobState
 
 router = APIRouter(prefix="/exports", tags=["exports"], route_class=TaggedRoute)
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import Act

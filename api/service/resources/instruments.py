@@ -24,7 +24,7 @@ from store.calibrations import (
     list_calibrations,
     list_known_instruments,
 )
-from store.keys import Scope
+from store.states import Scope
 
 router = APIRouter(prefix="/instruments", tags=["instruments"], route_class=TaggedRoute)
 Number = Annotated[int, number_of("instrument")]

@@ -20,8 +20,8 @@ from api.service.idempotent_requests import Act, acting
 from api.service.links import first_of
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
-from store.jobs import OVER, Job, JobState, get_job, list_jobs
-from store.keys import Scope
+from store.jobs import Job, get_job, list_jobs
+from store.states import OVER, JobState, Scope
 
 router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
 JobNumber = Annotated[int, number_of("job")]

@@ -15,12 +15,13 @@ from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of
 from api.service.problems import problems
 from jointlab.identification.document import plain
 from jointlab.identification.save import why_not_observable
-from store.analyses import Analysis, AnalysisKind, list_analyses
+from store.analyses import Analysis, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
 from store.quantity import quantity
 from store.result_queries import Element, Place, find_elements
 from store.runs import get_run
+from store.states import AnalysisKind
 
 router = APIRouter(tags=["joint matrices"], route_class=TaggedRoute)
 Known = float | None

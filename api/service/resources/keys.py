@@ -17,7 +17,8 @@ from api.service.links import links
 from api.service.pages import Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from jointlab.errors import JointlabError
-from store.keys import ApiKey, Scope, add_key, list_keys, revoke_key
+from store.keys import ApiKey, add_key, list_keys, revoke_key
+from store.states import Scope
 
 router = APIRouter(prefix="/keys", tags=["keys"], route_class=TaggedRoute)
 

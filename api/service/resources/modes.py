@@ -13,9 +13,10 @@ from api.service.documents import OfAnalysis, RunNumber
 from api.service.etags import TaggedRoute
 from api.service.problems import problems
 from jointlab.identification.document import plain
-from store.analyses import AnalysisKind, chosen_analysis
+from store.analyses import chosen_analysis
 from store.modes import get_modes
 from store.quantity import quantity
+from store.states import AnalysisKind
 
 router = APIRouter(prefix="/runs/{run_id}/modes", tags=["modes"], route_class=TaggedRoute)
 Known = float | None

@@ -19,9 +19,9 @@ from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from store.blows import Blow, get_blow, list_blows
 from store.errors import NotFoundError
-from store.keys import Scope
 from store.quantity import quantity
 from store.sine_records import SineRecord, get_sine_record, list_sine_records
+from store.states import Scope
 from store.waveform import WaveformReference
 
 router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)

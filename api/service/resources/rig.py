@@ -22,12 +22,12 @@ from api.service.rig_events import described_events
 from jointlab.supervision.journal import Entry, Journal
 from jointlab.supervision.lease import Lease
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import Phase
+from jointlab.supervision.phase import Phase
 from rig.errors import RigError
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
-from store.keys import Scope
 from store.quantity import quantity
+from store.states import Scope
 
 router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)
 

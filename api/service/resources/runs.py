@@ -22,8 +22,8 @@ from jointlab.errors import ConflictError
 from rig.errors import RigError
 from rig.sequence import Sequence
 from store.errors import StoreError
-from store.keys import Scope
-from store.runs import Run, RunState, get_run, list_run_events, list_runs
+from store.runs import Run, get_run, list_run_events, list_runs
+from store.states import RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
 DRIVING = problems(401, 403, 404, 409, 502)

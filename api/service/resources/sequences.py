@@ -21,8 +21,8 @@ from jointlab.errors import ConflictError, JointlabError
 from jointlab.sequences import NAMES, built_in
 from rig.sequence import Sequence, sequence_from
 from store.errors import NotFoundError
-from store.keys import Scope
 from store.sequence_documents import SequenceDocument, get_sequence, list_sequences, remove_sequence, save_sequence
+from store.states import Scope
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
 NEXT = links(200, "name", "sequences-get", "sequences-delete", field="name")

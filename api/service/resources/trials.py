@@ -15,7 +15,7 @@ from api.service.links import job_links
 from api.service.pages import LARGEST, Cursor, Limit, Page
 from api.service.problems import problems
 from api.service.resources.jobs import JobDocument, page_of_jobs, queue_job, queueing
-from store.jobs import JobState
+from store.states import JobState
 
 router = APIRouter(prefix="/trials", tags=["trials"], route_class=TaggedRoute)
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.modal.spectra import Estimator, Windows, responses_from_blows
+from analysis.modal.estimator import Estimator
+from analysis.modal.spectra import Windows, responses_from_blows
 from analysis.modes import Modes, poles_from
 
 RATE = 1024.0

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import Diagnosis, add_diagnosis
+from store.states import AnalysisKind
 
 
 def example_document() -> dict[str, Any]:

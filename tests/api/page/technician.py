@@ -18,7 +18,8 @@ from playwright.sync_api import Page, Request
 
 from jointlab.client import Client
 from store.catalogue import Catalogue
-from store.keys import Scope, add_key
+from store.keys import add_key
+from store.states import Scope
 
 ROOT = Path(__file__).resolve().parents[3]
 START = 120.0  # s

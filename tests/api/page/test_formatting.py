@@ -11,9 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.page.formatting import INTERLOCKS, duration, interlock, interval, quantity, scaled, standing, time_left
-from jointlab.supervision.state import Phase, RigState
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState
 from rig.registers import Interlock, name_of
-from store.runs import Run, RunState
+from store.runs import Run
+from store.states import RunState
 
 NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
 

@@ -26,7 +26,8 @@ from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store import models
 from store.catalogue import Catalogue
-from store.keys import Scope, add_key, revoke_key
+from store.keys import add_key, revoke_key
+from store.states import Scope
 
 PROBLEM = "application/problem+json"
 MakeKey = Callable[..., str]

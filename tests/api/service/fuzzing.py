@@ -20,7 +20,8 @@ from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
-from store.keys import Scope, add_key
+from store.keys import add_key
+from store.states import Scope
 from tests.api.service.conftest import served
 from tests.store.conftest import fill
 

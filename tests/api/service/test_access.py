@@ -19,7 +19,7 @@ from jointlab.settings import Settings
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import CHANNELS
 from store.catalogue import Catalogue
-from store.keys import Scope
+from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, MakeKey, make_key_in, served
 

@@ -13,7 +13,7 @@ from jointlab.audit import HOUR, NOTED, Deed, Refusals
 from jointlab.supervision.manager import RunManager
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
-from store.keys import Scope
+from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
 

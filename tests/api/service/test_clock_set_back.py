@@ -17,7 +17,8 @@ from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.check import check
-from store.keys import Scope, add_key
+from store.keys import add_key
+from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, served
 from tests.waiting import until

@@ -15,7 +15,7 @@ from jointlab.client import Client, ProblemError
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.check import check
-from store.runs import RunState
+from store.states import RunState
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, Acting
 from tests.api.test_serve_command import serving_process

@@ -14,9 +14,10 @@ from api.service.application import create_app
 from api.service.context import Services
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import Diagnosis, add_diagnosis
+from store.states import AnalysisKind
 from tests.api.service.conftest import Acting, served
 
 

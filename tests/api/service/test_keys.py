@@ -6,7 +6,7 @@ import httpx
 from sqlalchemy import text
 
 from store.catalogue import Catalogue
-from store.keys import Scope
+from store.states import Scope
 from tests.api.service.conftest import Acting, MakeKey
 
 

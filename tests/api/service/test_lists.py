@@ -10,11 +10,11 @@ from typing import Any
 import httpx
 import pytest
 
-from store.analyses import AnalysisKind, add_analysis
+from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.frequency_responses import add_frequency_responses
-from store.keys import Scope
 from store.modes import add_modes
+from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import MakeKey
 from tests.store.conftest import fill, frequency_response_set, mode_set
 

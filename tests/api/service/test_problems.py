@@ -10,8 +10,8 @@ import httpx
 import pytest
 
 from store.catalogue import Catalogue
-from store.keys import Scope
 from store.runs import start_run
+from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, MakeKey
 

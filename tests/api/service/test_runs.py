@@ -8,11 +8,11 @@ import httpx
 import pytest
 
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import Phase
+from jointlab.supervision.phase import Phase
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
-from store.keys import Scope
-from store.runs import RunState, finish_run, start_run
+from store.runs import finish_run, start_run
+from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
 

@@ -19,8 +19,8 @@ from api.service.context import Services
 from jointlab.client import Client, ProblemError
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
-from store.keys import Scope
-from store.runs import RunState, start_run
+from store.runs import start_run
+from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import MakeKey, served
 from tests.api.test_serve_command import serving

@@ -7,7 +7,7 @@ from datetime import date
 
 import pytest
 
-from analysis.modal.spectra import Estimator
+from analysis.modal.estimator import Estimator
 from api.service.application import create_app
 from api.service.context import Services
 from api.service.resources.instruments import NewCalibration
@@ -16,10 +16,8 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from rig.sequence import sequence_from
-from store.analyses import AnalysisKind
 from store.catalogue import Catalogue
-from store.jobs import JobState
-from store.keys import Scope
+from store.states import AnalysisKind, JobState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import MakeKey, served
 from tests.store.conftest import fill, frequency_response_set, mode_set

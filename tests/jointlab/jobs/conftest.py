@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from store.catalogue import Catalogue
-from store.jobs import OVER, Job, get_job
+from store.jobs import Job, get_job
+from store.states import OVER
 
 Wait = Callable[..., Job]
 

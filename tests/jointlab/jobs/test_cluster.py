@@ -13,7 +13,7 @@ from jointlab.errors import JointlabError
 from jointlab.jobs.executors import DaskExecutor
 from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
-from store.jobs import JobState
+from store.states import JobState
 from tests.api.conftest import Command
 from tests.jointlab.jobs.conftest import Wait
 

@@ -15,7 +15,7 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.kinds import exports_folder
 from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
-from store.jobs import JobState
+from store.states import JobState
 from tests.jointlab.jobs.conftest import Wait
 
 

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from jointlab.supervision.events import TesterAnswers, TesterSilent
 from jointlab.supervision.idle_monitor import MISSES, IdleWatch, Seen, news
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import Phase, RigState, after
+from jointlab.supervision.phase import Phase
+from jointlab.supervision.state import RigState, after
 from rig.errors import RigError
 from rig.operator import Event, InterlockReset, InterlockTripped
 from rig.registers import CommandCode, Interlock, Refusal, State

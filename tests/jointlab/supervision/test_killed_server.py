@@ -19,7 +19,7 @@ from simlab.laboratory import LaboratoryProcess
 from simlab.tester_device import DeviceLimits
 from store.catalogue import Catalogue
 from store.check import check
-from store.runs import RunState
+from store.states import RunState
 from tests.api.conftest import paper
 from tests.api.test_serve_command import serving_process
 

@@ -9,15 +9,16 @@ from pathlib import Path
 import pytest
 
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import Phase
+from jointlab.supervision.phase import Phase
 from rig.registers import State
 from rig.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from store.check import check
 from store.errors import StoreError
-from store.runs import RunState, list_run_events
+from store.runs import list_run_events
 from store.sine_records import SineRecord, list_sine_records
+from store.states import RunState
 from tests.api.conftest import paper
 from tests.store.another_process import another_process
 

@@ -18,7 +18,7 @@ import pytest
 from api.service.application import THREADS
 from jointlab.instruments import instruments_of
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import Phase
+from jointlab.supervision.phase import Phase
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.errors import RigError
 from rig.registers import State

@@ -1,0 +1,50 @@
+"""Enumerations of the catalogue that programs without a database need, too. This module imports nothing heavy."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class RunState(StrEnum):
+    """State of a run. A finished run stays finished; a stopped or failed one may be resumed."""
+
+    CREATED = "created"
+    RUNNING = "running"
+    FINISHED = "finished"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+class JobState(StrEnum):
+    """State of a job."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
+"""States of a job that will not change any more."""
+
+
+class AnalysisKind(StrEnum):
+    """Kind of an analysis; the value is also the name of the table with its results."""
+
+    FREQUENCY_RESPONSES = "frequency_responses"
+    MODES = "modes"
+    JOINT_MATRICES = "joint_matrices"
+    DYNAMIC_STIFFNESS = "dynamic_stiffness"
+    COMPARISONS = "comparisons"
+    DIAGNOSES = "diagnoses"
+
+
+class Scope(StrEnum):
+    """Permission of a key. No scope includes another one."""
+
+    READ = "read:data"
+    ANALYSE = "run:analysis"
+    CONTROL = "control:rig"
+    ENGINEER = "engineer"
+    ADMIN = "admin"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from tests.api.test_serve_command import serving_process
 
 from jointlab.client import Client, ProblemError
 from jointlab.supervision.manager import RunManager
@@ -18,7 +19,6 @@ from store.check import check
 from store.states import RunState
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, Acting
-from tests.api.test_serve_command import serving_process
 
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],

@@ -13,6 +13,7 @@ from typing import Any
 import httpx
 import pytest
 import yaml
+from tests.api.test_serve_command import serving
 
 from api.service.application import create_app
 from api.service.context import Services
@@ -23,7 +24,6 @@ from store.runs import start_run
 from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import MakeKey, served
-from tests.api.test_serve_command import serving
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "automated_sequence.py"
 SMALL = {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}

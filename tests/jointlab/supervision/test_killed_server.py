@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.api.test_serve_command import serving_process
 
 from jointlab.client import Client, Driver, ProblemError
 from jointlab.trials.simulated_laboratory import as_toml
@@ -21,7 +22,6 @@ from store.catalogue import Catalogue
 from store.check import check
 from store.states import RunState
 from tests.api.conftest import paper
-from tests.api.test_serve_command import serving_process
 
 POINTS = 12
 SWEEP = {

@@ -23,8 +23,8 @@ from rig.control import RunControl
 from rig.errors import RigError
 from rig.registers import State
 from simlab.laboratory import Laboratory
+from tests.api.commands.keyboard import press
 from tests.api.conftest import Command, Query, Write
-from tests.api.keyboard import press
 from tests.waiting import LONG, until
 
 AT_A_TERMINAL = """

@@ -208,7 +208,7 @@ def test_ctrl_c_in_a_demo_stores_what_was_measured_as_a_stopped_run(tmp_path: Pa
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        cwd=Path(__file__).resolve().parents[2],
+        cwd=Path(__file__).resolve().parents[3],
     )
     with process:
         database, patience_ends = tmp_path / "jointlab.db", time.monotonic() + 60

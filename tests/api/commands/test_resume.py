@@ -15,11 +15,11 @@ from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from tests.api.commands.keyboard import press
 from tests.api.conftest import Command, Query, Write
-from tests.api.keyboard import press
 
 BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "sequences.md"
+DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "sequences.md"
 
 
 def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(

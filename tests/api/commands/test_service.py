@@ -37,7 +37,7 @@ def serving_process(folder: Path, *options: str) -> Iterator[tuple[str, subproce
         **({"JOINTLAB_CONFIG": str(config)} if config.exists() else {}),
     }
     command = [sys.executable, "-m", "api.cli", "serve", "--port", "0", *options]
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=root)
     with process:
         try:

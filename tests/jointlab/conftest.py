@@ -1,0 +1,31 @@
+"""The fixtures of the command line: what it offers is asked here without it."""
+
+from tests.api.conftest import (
+    bundle,
+    contents,
+    demo,
+    exported,
+    jointlab,
+    laboratory,
+    measured,
+    measured_catalogue,
+    operator,
+    query,
+    running_laboratory,
+    sequence,
+)
+
+__all__ = [
+    "bundle",
+    "contents",
+    "demo",
+    "exported",
+    "jointlab",
+    "laboratory",
+    "measured",
+    "measured_catalogue",
+    "operator",
+    "query",
+    "running_laboratory",
+    "sequence",
+]

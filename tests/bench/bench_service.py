@@ -16,7 +16,6 @@ from typing import Any
 
 import httpx
 import numpy as np
-from tests.api.test_serve_command import serving_process
 
 from jointlab.client import Client, Driver
 from jointlab.trials.simulated_laboratory import as_toml
@@ -25,6 +24,7 @@ from store.catalogue import Catalogue
 from store.keys import add_key
 from store.sine_records import list_sine_records
 from store.states import Scope
+from tests.api.commands.test_service import serving_process
 from tests.api.conftest import paper
 from tests.bench.bench_stop import RAMP
 from tests.store.conftest import fill

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.api.test_serve_command import serving_process
 
 from jointlab.client import Client, ProblemError
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.check import check
 from store.states import RunState
+from tests.api.commands.test_service import serving_process
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, Acting
 

@@ -13,7 +13,6 @@ from typing import Any
 import httpx
 import pytest
 import yaml
-from tests.api.test_serve_command import serving
 
 from api.service.application import create_app
 from api.service.context import Services
@@ -22,6 +21,7 @@ from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
 from store.runs import start_run
 from store.states import RunState, Scope
+from tests.api.commands.test_service import serving
 from tests.api.conftest import paper
 from tests.api.service.conftest import MakeKey, served
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.api.test_serve_command import serving_process
 
 from jointlab.client import Client, Driver, ProblemError
 from jointlab.trials.simulated_laboratory import as_toml
@@ -21,6 +20,7 @@ from simlab.tester_device import DeviceLimits
 from store.catalogue import Catalogue
 from store.check import check
 from store.states import RunState
+from tests.api.commands.test_service import serving_process
 from tests.api.conftest import paper
 
 POINTS = 12

@@ -123,14 +123,6 @@ class RigCorrections:
         )
 
 
-def measured_stiffness(specimen: complex, frequency: float, values: Mapping[Effect, float]) -> complex:
-    """What the tester shows, N/m, of a specimen of `specimen` N/m; the inverse of correcting."""
-    omega = 2 * math.pi * frequency
-    sprung = specimen - omega**2 * values.get(Effect.FIXTURE_INERTIA, 0.0)
-    in_series = sprung / (1 + values.get(Effect.FRAME_COMPLIANCE, 0.0) * sprung)
-    return in_series * cmath.exp(1j * omega * values.get(Effect.TRANSDUCER_LAG, 0.0))
-
-
 def correct(points: Sequence[DynamicStiffness], corrections: RigCorrections) -> tuple[DynamicStiffness, ...]:
     """The specimen's own dynamic stiffness at each point, and the amplitude that the specimen itself saw.
 

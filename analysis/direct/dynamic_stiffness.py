@@ -16,7 +16,6 @@ of the ellipse, pi X^2 h, to 1 %, or to within its scatter where that is larger.
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -216,43 +215,6 @@ def dynamic_stiffness(
             "lost in noise; raise the amplitude or record more cycles"
         )
     return _from_fit(fit)
-
-
-def from_polar(
-    frequency: float,
-    amplitude_pp: float,
-    magnitude: float,
-    loss_angle: float,
-    relative_standard_deviation: float,
-    thd_force: float | None = None,
-) -> DynamicStiffness:
-    """A point whose record is not at hand, as a measurement bundle gives it.
-
-    Args:
-        frequency: in Hz.
-        amplitude_pp: in m.
-        magnitude: |k_d| in N/m.
-        loss_angle: in rad.
-        relative_standard_deviation: of the complex stiffness, per real and imaginary part.
-        thd_force: total harmonic distortion of the force, 1.
-
-    Raises:
-        AnalysisError: frequency, amplitude or magnitude is not positive, or the deviation is negative.
-    """
-    for name, value in (("frequency", frequency), ("amplitude", amplitude_pp), ("magnitude", magnitude)):
-        if not (math.isfinite(value) and value > 0):
-            raise AnalysisError(f"the {name} of a dynamic stiffness is {value}; it has to be positive")
-    if not (math.isfinite(loss_angle) and math.isfinite(relative_standard_deviation)):
-        raise AnalysisError("loss angle and relative standard deviation have to be finite numbers")
-    if relative_standard_deviation < 0:
-        raise AnalysisError(f"the relative standard deviation is {relative_standard_deviation}; it cannot be negative")
-    return DynamicStiffness(
-        frequency=frequency,
-        amplitude_pp=amplitude_pp,
-        complex_stiffness=cmath.rect(magnitude, loss_angle),
-        covariance=np.eye(2) * (relative_standard_deviation * magnitude) ** 2,
-        thd_force=thd_force,
-    )
 
 
 def _from_fit(fit: SineFit) -> DynamicStiffness:

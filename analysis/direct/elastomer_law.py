@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,29 +43,6 @@ class MeasuredPoints:
     residual: Real
     slopes: Real
     shared: Mapping[str, Real]
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """k and gamma over amplitude and frequency, for reports.
-
-    Attributes:
-        amplitudes_pp: (amplitudes,) m.
-        frequencies: (frequencies,) Hz.
-        stiffness: (amplitudes, frequencies) k, N/m.
-        stiffness_ci95: (amplitudes, frequencies, 2) its 95 % interval.
-        loss_factor: (amplitudes, frequencies) gamma.
-        loss_factor_ci95: (amplitudes, frequencies, 2) its 95 % interval.
-        measured: (amplitudes, frequencies) whether within the measured range.
-    """
-
-    amplitudes_pp: Real
-    frequencies: Real
-    stiffness: Real
-    stiffness_ci95: Real
-    loss_factor: Real
-    loss_factor_ci95: Real
-    measured: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,30 +110,6 @@ class ElastomerLaw:
             covariance=turn @ relative @ turn.T + moves.T @ moves,
             corrections=self.corrections,
             shared_errors=shared,
-        )
-
-    def surface(self, amplitudes_pp: Sequence[float], frequencies: Sequence[float]) -> Surface:
-        """k and gamma with their intervals on a grid.
-
-        Raises:
-            AnalysisError: an amplitude or a frequency is not positive.
-        """
-        grid = [[self.at(amplitude, frequency) for frequency in frequencies] for amplitude in amplitudes_pp]
-
-        def values(name: str) -> tuple[Real, Real]:
-            found = [[getattr(point, name) for point in row] for row in grid]
-            return (
-                np.array([[estimate.value for estimate in row] for row in found]),
-                np.array([[estimate.interval() for estimate in row] for row in found]),
-            )
-
-        inside = [[not self.beyond(amplitude, frequency) for frequency in frequencies] for amplitude in amplitudes_pp]
-        return Surface(
-            np.array(amplitudes_pp),
-            np.array(frequencies),
-            *values("stiffness_estimate"),
-            *values("loss_factor_estimate"),
-            measured=np.array(inside),
         )
 
     @property

@@ -84,19 +84,9 @@ class SineFit:
         return np.asarray((of_higher - of_first) / first)
 
     @property
-    def residual_rms(self) -> Real:
-        """(signals,) root mean square of the residual."""
-        return np.asarray(np.sqrt(np.mean(self.residual**2, axis=1)))
-
-    @property
     def amplitude_scatter(self) -> Real:
         """(signals,) standard deviation of |X_1| from block to block, relative."""
         return np.asarray(np.std(self._relative_blocks.real, axis=0, ddof=1))
-
-    @property
-    def phase_scatter(self) -> Real:
-        """(signals,) standard deviation of the phase of X_1 from block to block, in rad."""
-        return np.asarray(np.std(self._relative_blocks.imag, axis=0, ddof=1))
 
     @property
     def amplitude_pp_standard_error(self) -> Real:

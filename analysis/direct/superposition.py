@@ -61,12 +61,6 @@ class SuperpositionPoint:
         )
 
     @property
-    def loss_angle_difference(self) -> Estimate:
-        """Loss angle, measured less computed, rad."""
-        measured, computed = self.measured.loss_angle_estimate, self.computed.loss_angle_estimate
-        return _difference(measured.value - computed.value, (measured, computed), (1.0, 1.0))
-
-    @property
     def p_value(self) -> float:
         """Of the hypothesis that the difference is at or beyond the margin; small speaks for superposition."""
         return max(self.difference.probability_below(-self.margin), 1 - self.difference.probability_below(self.margin))

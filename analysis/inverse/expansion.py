@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
@@ -61,31 +61,6 @@ def joint_motion(
     displacement = free_beam.receptance(poles, at_joints, at_joints) @ forces[..., None]
     split = (len(forces), len(joint_nodes), 3)
     return JointMotion(displacement.reshape(split), forces.reshape(split))
-
-
-def expand(
-    free_beam: FreeBeam,
-    pole: complex,
-    shape: ArrayLike,
-    measured: Sequence[Dof],
-    joint_nodes: Sequence[int],
-) -> Complex:
-    """(N,) the whole shape of one mode from its measured components, Eq. (44).
-
-    Args:
-        free_beam: the beam without joints.
-        pole: lambda_r, rad/s.
-        shape: (measured,) components at `measured`.
-        measured: at least three for each joint.
-        joint_nodes: (joints,) numbered from 1.
-
-    Raises:
-        AnalysisError: too few components, or components that leave a joint motion undetermined.
-    """
-    poles = np.array([pole])
-    forces = _forces(free_beam, poles, np.asarray(shape)[None], measured, joint_nodes)
-    everywhere = np.arange(free_beam.mesh.degrees)
-    return np.asarray(free_beam.receptance(poles, everywhere, joint_degrees(free_beam, joint_nodes))[0] @ forces[0])
 
 
 def joint_degrees(free_beam: FreeBeam, joint_nodes: Sequence[int]) -> NDArray[np.intp]:

@@ -81,14 +81,12 @@ class BlowVerdict:
     Attributes:
         reasons: why the blow is refused; empty where it counts.
         peak_force: in N.
-        peak_delay: from the trigger to the peak, in s.
         second_contact: largest contact but the main one, as a fraction of it; 0 where there is none.
         force_noise: standard deviation of the force while nothing touches, in N.
     """
 
     reasons: tuple[BlowReason, ...]
     peak_force: float
-    peak_delay: float
     second_contact: float
     force_noise: float
 
@@ -147,7 +145,6 @@ def check_blow(
     return BlowVerdict(
         reasons=tuple(reasons),
         peak_force=float(force[peak]),
-        peak_delay=(peak - trigger_index) / sample_rate,
         second_contact=contacts.second,
         force_noise=_robust_deviation(force),
     )

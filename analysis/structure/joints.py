@@ -141,26 +141,6 @@ def inclined_support(
     return Joint(name, node, effective_stiffness(leaning, inclination, eccentricity=0.0))
 
 
-def asymmetry(dynamic_stiffness: Complex) -> float:
-    """How far a (3, 3) matrix is from symmetric: largest |z_pq - z_qp| by sqrt(|z_pp z_qq|); 0 is reciprocal."""
-    return float(np.max(np.abs(_dimensionless(dynamic_stiffness - dynamic_stiffness.T, dynamic_stiffness))))
-
-
-def dissipation(dynamic_stiffness: Complex) -> Real:
-    """(3, 3) symmetric part of h, N/m, N, N m: a harmonic motion of real amplitude u loses pi u^T h u a cycle."""
-    return np.asarray((dynamic_stiffness + dynamic_stiffness.T).imag / 2)
-
-
-def is_passive(dynamic_stiffness: Complex, tolerance: float = 1e-9) -> bool:
-    """Whether no motion draws energy from the joint: (z - z^H) / 2i has no negative eigenvalue.
-
-    Args:
-        dynamic_stiffness: (3, 3) k + i h.
-        tolerance: largest negative loss, as a share of stiffness, that is taken for rounding.
-    """
-    return least_loss(dynamic_stiffness)[0] >= -tolerance
-
-
 def least_loss(dynamic_stiffness: Complex) -> tuple[float, Complex]:
     """The least eigenvalue of (z - z^H) / 2i as a share of stiffness, and the motion u (3,) that loses so little.
 

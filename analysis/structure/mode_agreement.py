@@ -36,11 +36,6 @@ class ModeError:
         """Predicted over measured frequency, less one."""
         return self.predicted_frequency / self.frequency - 1
 
-    @property
-    def loss_factor_error(self) -> float:
-        """Predicted less measured loss factor."""
-        return self.predicted_loss_factor - self.loss_factor
-
 
 def mac(first: Complex, second: Complex) -> Real:
     """(first modes, second modes) modal assurance criterion |a^H b|^2 / (a^H a b^H b) of complex shapes.

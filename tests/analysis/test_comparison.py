@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Agreement, Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointTerms, cylinder_terms, joint_terms
-from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from tests.analysis.direct.points import from_polar
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 LEANING = {"I": -math.pi / 4, "II": math.pi / 4}

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import Effect, RigCorrections, correct, joint_covariance, measured_stiffness
-from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, from_polar
+from analysis.direct.corrections import Effect, RigCorrections, correct, joint_covariance
+from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar, measured_stiffness
 
 LAG, FRAME, INERTIA = Effect.TRANSDUCER_LAG, Effect.FRAME_COMPLIANCE, Effect.FIXTURE_INERTIA
 VALUES = {LAG: 100e-6, FRAME: 0.05e-6, INERTIA: 0.15}

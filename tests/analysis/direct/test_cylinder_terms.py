@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import Effect, RigCorrections, correct, measured_stiffness
+from analysis.direct.corrections import Effect, RigCorrections, correct
 from analysis.direct.cylinder_terms import cylinder_terms, joint_terms, match_configurations
-from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar, measured_stiffness
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 Series = list[DynamicStiffness]

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from analysis.direct.dynamic_stiffness import LARGEST_DISTORTION, dynamic_stiffness, from_polar
+from analysis.direct.dynamic_stiffness import LARGEST_DISTORTION, dynamic_stiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar
 
 RATE = 2560.0
 TRUTH = 2.3e6 * (1 + 0.12j)
@@ -235,13 +236,6 @@ def test_a_point_of_a_bundle_has_the_errors_that_its_relative_deviation_says() -
     assert point.loop_energy is None
     assert point.loop_energy_estimate is None
     assert point.thd_force_standard_error is None
-
-
-@pytest.mark.parametrize(("change", "said"), [({"magnitude": -1.0}, "magnitude"), ({"frequency": 0.0}, "frequency")])
-def test_a_point_that_cannot_be_is_refused(change: dict[str, float], said: str) -> None:
-    point = {"frequency": 50.0, "amplitude_pp": 1e-5, "magnitude": 2e6, "loss_angle": 0.1} | change
-    with pytest.raises(AnalysisError, match=said):
-        from_polar(**point, relative_standard_deviation=0.01)
 
 
 def test_an_interval_of_few_blocks_is_wider_by_students_factor() -> None:

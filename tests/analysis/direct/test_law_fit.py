@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from analysis.direct.constitutive import Parameter, dynamic_stiffness
-from analysis.direct.corrections import Effect, RigCorrections, correct, measured_stiffness
+from analysis.direct.corrections import Effect, RigCorrections, correct
 from analysis.direct.cylinder_terms import cylinder_terms
-from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.direct.law_fit import fit_elastomer_law
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar, measured_stiffness
 
 TRUE = np.log([0.8e6, 1.3, 0.06, 0.2, 2e-5, 0.55, 0.3, 0.8, 1e-2, 0.4])
 AMPLITUDES_PP, FREQUENCIES = (1e-5, 5e-5, 1e-4), (5.0, 10.0, 20.0, 35.0, 60.0, 90.0, 130.0, 200.0)
@@ -130,16 +131,6 @@ def test_what_points_share_is_shared_by_predictions() -> None:
     k_inf = found.parameter(Parameter.K_INF)
     assert k_inf.standard_error > k_inf.value * math.sqrt(found.covariance[Parameter.K_INF, Parameter.K_INF])
     assert [record.effect for record in point.corrections] == ["frame_compliance"]
-
-
-def test_a_surface_is_the_law_point_by_point(law: ElastomerLaw) -> None:
-    surface = law.surface((4e-6, 2e-5), (10.0, 50.0, 300.0))
-    assert surface.stiffness.shape == (2, 3)
-    assert surface.stiffness_ci95.shape == (2, 3, 2)
-    point = law.at(2e-5, 50.0)
-    assert surface.stiffness[1, 1] == point.stiffness
-    assert tuple(surface.loss_factor_ci95[1, 1]) == point.loss_factor_estimate.interval()
-    np.testing.assert_array_equal(surface.measured, [[False, False, False], [True, True, False]])
 
 
 def test_a_joints_law_has_the_terms_of_its_cylinders() -> None:

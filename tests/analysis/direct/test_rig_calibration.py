@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import Effect, measured_stiffness
-from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.corrections import Effect
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, RigCalibration, calibrate_rig
 from analysis.errors import AnalysisError
+from tests.analysis.direct.points import from_polar, measured_stiffness
 
 LAG, FRAME, INERTIA = Effect.TRANSDUCER_LAG, Effect.FRAME_COMPLIANCE, Effect.FIXTURE_INERTIA
 VALUES = {LAG: 120e-6, FRAME: 0.2e-6, INERTIA: 0.12}

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import Effect, RigCorrections, correct, measured_stiffness
+from analysis.direct.corrections import Effect, RigCorrections, correct
 from analysis.direct.cylinder_terms import CylinderTerms, cylinder_terms
-from analysis.direct.dynamic_stiffness import from_polar
 from analysis.direct.joint_law import CylinderLaw, fit_cylinder_law
 from analysis.direct.specimen_scatter import scatter_of_laws, specimen_scatter
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar, measured_stiffness
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 FRAME = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 4e-9)})

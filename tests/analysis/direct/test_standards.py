@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from analysis.direct.dynamic_stiffness import DynamicStiffness, from_polar
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.standards import claims, linearity_difference_db
+from tests.analysis.direct.points import from_polar
 
 
 def point(frequency: float, amplitude_pp: float = 1e-5, magnitude: float = 2e6) -> DynamicStiffness:

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.direct.corrections import joint_covariance
-from analysis.direct.dynamic_stiffness import from_polar
 from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
+from tests.analysis.direct.points import from_polar
 
 COMPOUND = TemperatureCoefficients(Estimate(-0.003, 0.001), Estimate(-0.004, 0.002))
 POINT = from_polar(50.0, 1e-5, 2e6, 0.12, 0.001)

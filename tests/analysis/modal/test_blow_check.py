@@ -187,7 +187,6 @@ def test_a_peak_far_from_the_trigger_is_a_late_trigger() -> None:
     verdict = check_blow(clean_force(), beam(), 4096.0, TRIGGER - 30, LIMITS)
     assert verdict.faults == (BlowFault.LATE_TRIGGER,)
     assert "7.3 ms after" in str(verdict.reasons[0])
-    assert verdict.peak_delay == pytest.approx(30 / 4096)
 
 
 def test_a_dead_accelerometer_is_named() -> None:

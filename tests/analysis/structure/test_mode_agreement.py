@@ -28,7 +28,7 @@ def test_modes_in_another_order_are_paired_and_their_errors_told(bench: Bench) -
     assert [error.predicted for error in errors] == order
     for error in errors:
         assert error.frequency_error == pytest.approx(0.01)
-        assert error.loss_factor_error == pytest.approx(0.0, abs=1e-12)
+        assert error.predicted_loss_factor == pytest.approx(error.loss_factor, abs=1e-12)
         assert error.mac == pytest.approx(1.0)
 
 

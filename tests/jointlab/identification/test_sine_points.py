@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.direct.corrections import Effect, RigCorrections, correct
-from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, from_polar
+from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.interval import Estimate
 from jointlab.identification.sine_points import SinePoint, sine_point, stored_point
+from tests.analysis.direct.points import from_polar
 
 RATE = 2560.0
 

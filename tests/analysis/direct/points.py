@@ -1,0 +1,37 @@
+"""Points of the tester for tests, from magnitude and loss angle, and what a tester with faults makes of them."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from analysis.direct.corrections import Effect
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+
+
+def from_polar(
+    frequency: float,
+    amplitude_pp: float,
+    magnitude: float,
+    loss_angle: float,
+    relative_standard_deviation: float,
+    thd_force: float | None = None,
+) -> DynamicStiffness:
+    return DynamicStiffness(
+        frequency=frequency,
+        amplitude_pp=amplitude_pp,
+        complex_stiffness=cmath.rect(magnitude, loss_angle),
+        covariance=np.eye(2) * (relative_standard_deviation * magnitude) ** 2,
+        thd_force=thd_force,
+    )
+
+
+def measured_stiffness(specimen: complex, frequency: float, values: Mapping[Effect, float]) -> complex:
+    """What the tester shows, N/m, of a specimen of `specimen` N/m; the inverse of correcting."""
+    omega = 2 * math.pi * frequency
+    sprung = specimen - omega**2 * values.get(Effect.FIXTURE_INERTIA, 0.0)
+    in_series = sprung / (1 + values.get(Effect.FRAME_COMPLIANCE, 0.0) * sprung)
+    return in_series * cmath.exp(1j * omega * values.get(Effect.TRANSDUCER_LAG, 0.0))

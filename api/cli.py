@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 from typer.core import TyperGroup
+
+from store.version import software_version
 
 INTERRUPTED = 130
 
@@ -63,6 +65,21 @@ app = typer.Typer(
 )
 for command, (_, what_it_does) in COMMANDS.items():
     app.command(command, help=what_it_does)(lambda: None)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"jointlab {software_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Options of the command itself."""
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ from store.database_messages import in_words
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.migrate import current_revision
 from store.progress import Progress, silent
-from store.provenance import software_version
+from store.version import software_version
 from store.waveforms import WaveformFolder
 
 

@@ -1,4 +1,4 @@
-"""Where a stored row comes from: the software's version, a hash of the configuration, and who was at it."""
+"""Where a stored row comes from: a hash of its configuration, and who stored it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,9 @@ import hashlib
 import json
 import os
 import socket
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from store.errors import StoreError
-
-
-@cache
-def software_version() -> str:
-    """Version of the installed distribution, or a text that says it runs uninstalled."""
-    try:
-        return version("jointlab")
-    except PackageNotFoundError:
-        return "uninstalled"
 
 
 def to_json(document: Any) -> str:

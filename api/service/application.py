@@ -41,7 +41,7 @@ from api.service.resources import (
     trials,
 )
 from jointlab.supervision.phase import Phase
-from store.provenance import software_version
+from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (
     health.router,
@@ -93,7 +93,7 @@ def create_app(services: Services) -> FastAPI:
             services.jobs.close()
 
     app = FastAPIOffline(
-        title="Jointlab", version=software_version(), description=DESCRIPTION.strip(), lifespan=lifespan,
+        title="Jointlab", version=release(), description=DESCRIPTION.strip(), lifespan=lifespan,
         generate_unique_id_function=operation_id,
     )  # fmt: skip
     app.state.services = services

@@ -17,7 +17,7 @@ from jointlab.report.inverse import inverse_sections
 from jointlab.report.levels import levels_section
 from jointlab.report.section import Section, Table
 from jointlab.report.suspended import suspended_section
-from store.provenance import software_version
+from store.version import software_version
 
 
 def write_report(found: Identification, path: Path, *, more: tuple[Section, ...] = (), standing: str = "") -> None:

@@ -11,7 +11,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
 from store.errors import StoreError
-from store.provenance import software_version
+from store.version import software_version
 
 
 class UtcDateTime(TypeDecorator[datetime]):

@@ -25,6 +25,7 @@ from rig.sweep import PlanError
 from rig.tester_limits import LimitExceededError
 from rig.tester_status import TesterRefusedError
 from store.errors import NotFoundError, StoreError
+from store.version import software_version
 from tests.api.conftest import Command
 
 PROMISED = ("demo", "simulate", "run", "import", "export", "identify", "modes", "report", "serve", "config")
@@ -37,6 +38,11 @@ def test_help_lists_every_command_with_what_it_does(jointlab: Command) -> None:
     assert set(COMMANDS) >= set(PROMISED)
     for command in COMMANDS:
         assert re.search(rf"^\W*{command}\s+[A-Z][a-z ]+", answer.stdout, re.MULTILINE), command
+
+
+def test_the_version_names_release_and_commit(jointlab: Command) -> None:
+    answer = jointlab("--version")
+    assert (answer.returncode, answer.stdout.strip()) == (0, f"jointlab {software_version()}")
 
 
 def test_every_command_of_every_module_is_listed() -> None:

@@ -7,8 +7,8 @@ from pydantic import BaseModel
 
 from api.service.context import Context
 from api.service.problems import problems
-from store.provenance import software_version
 from store.runs import list_runs
+from store.version import software_version
 
 router = APIRouter(prefix="/health", tags=["health"])
 

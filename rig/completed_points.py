@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from analysis.dof import Dof
 from rig.errors import RequestError
-from rig.hammer import PointSoFar
+from rig.hammer import PointProgress
 from rig.point_blows import PointBlows
 from rig.sequence import HammerStep, Sequence, SineStep, Step
 from rig.steps import sweep_plan
-from rig.sweep import SweepPlan
+from rig.sweep_plan import SweepPlan
 from store.blows import Blow, list_blows
 from store.catalogue import Catalogue
 from store.runs import Run
@@ -24,7 +24,7 @@ class ResumeError(RequestError):
 
 
 @dataclass(frozen=True)
-class Measured:
+class CompletedPoints:
     """What is stored of a run.
 
     Attributes:
@@ -33,7 +33,7 @@ class Measured:
         elapsed: s from the start of the run to the latest sine point.
     """
 
-    points: Mapping[tuple[int, Dof], PointSoFar] = field(default_factory=dict)
+    points: Mapping[tuple[int, Dof], PointProgress] = field(default_factory=dict)
     sines: frozenset[int] = frozenset()
     elapsed: float = 0.0
 
@@ -42,7 +42,7 @@ class Measured:
         """Accepted blows."""
         return sum(point.accepted for point in self.points.values())
 
-    def points_of(self, set_number: int) -> dict[Dof, PointSoFar]:
+    def points_of(self, set_number: int) -> dict[Dof, PointProgress]:
         """What was struck in a set."""
         return {point: so_far for (number, point), so_far in self.points.items() if number == set_number}
 
@@ -60,7 +60,7 @@ class Measured:
             if isinstance(step, HammerStep):
                 number = set_number = set_number - 1
                 points = self.points_of(set_number)
-                needed = any(points.get(Dof.parse(p), PointSoFar()).accepted < step.blows for p in step.points)
+                needed = any(points.get(Dof.parse(p), PointProgress()).accepted < step.blows for p in step.points)
             elif isinstance(step, SineStep):
                 _, number = sine_steps.pop()
                 needed = not self.sines.issuperset(range(number, number + step.points))
@@ -69,7 +69,7 @@ class Measured:
         return tuple(reversed(left))
 
 
-def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
+def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> CompletedPoints:
     """What is stored of `run`, which carries out `sequence`.
 
     The accepted blows of a point are judged beside each other once more: what an interrupted session thought of them
@@ -88,17 +88,17 @@ def measured_of(catalogue: Catalogue, run: Run, sequence: Sequence) -> Measured:
     steps = dict(enumerate(sequence.hammer_steps, 1))
     if unknown := sorted({blow.set_number for blow in blows} - set(steps)):
         raise ResumeError(f"run {run.id} holds blows of set {unknown[0]}, its sequence has {len(steps)} hammer steps")
-    return Measured(
+    return CompletedPoints(
         {place: _so_far(catalogue, struck, steps[place[0]]) for place, struck in points.items()},
         frozenset(record.order_number for record in records),
         max((record.elapsed for record in records), default=0.0),
     )
 
 
-def _so_far(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointSoFar:
+def _so_far(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointProgress:
     together = _together(catalogue, [blow for blow in struck if blow.accepted], step)
     accepted = 0 if together is None else together.accepted
-    return PointSoFar(accepted, len(struck) - accepted, max(blow.number for blow in struck), together)
+    return PointProgress(accepted, len(struck) - accepted, max(blow.number for blow in struck), together)
 
 
 def _together(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:

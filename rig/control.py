@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from daq.errors import AcquisitionCancelledError
 from rig.errors import RigError
-from rig.operator import Observer, RunPaused, RunResumed
+from rig.events import Observer, RunPaused, RunResumed
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError
 

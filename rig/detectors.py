@@ -1,16 +1,17 @@
-"""Limit detectors of the tester that a step sets tighter than they are: as a document, in SI units, and checked."""
+"""Limit detectors of the tester that a step tightens: as a document, in SI units, checked, and in force for a sweep."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from rig.document import Document
 from rig.errors import RigError
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
+from rig.tester import Tester
 from rig.tester_status import Detector
 from store.quantity import quantity
 
@@ -18,6 +19,12 @@ TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
 """Of the others, a lower limit is tighter."""
 
 ActionName = Literal["indicate", "hold", "stop", "program_interlock", "hydraulic_interlock"]
+
+
+class Document(BaseModel):
+    """A part of a sequence: a misspelt key is refused, nothing changes once it is read, numbers are finite."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class DetectorError(RigError):
@@ -131,3 +138,46 @@ def _looser(interlock: Interlock, wanted: str, in_force: str) -> DetectorError:
         f"detector {name_of(interlock)}: {wanted} is asked for, looser than {in_force}, which is in force at the "
         "tester; nothing was sent. A sequence may tighten detectors; set them looser at the instrument"
     )
+
+
+@contextmanager
+def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetector]) -> Iterator[None]:
+    """Put `wanted` in force, each read back, and when the context is left what was in force before.
+
+    To be left with the actuator at rest, as nothing may move under a detector that is being loosened. Detectors that
+    cannot be put back stay tight.
+
+    Raises:
+        DetectorError: one is looser than what is in force; nothing was sent.
+        RigError: the tester refused or does not answer; an error inside is what comes out.
+    """
+    if not wanted:
+        yield
+        return
+    before = tester.detectors()
+    check_tighter(wanted, before)
+    try:
+        for interlock, tighter in wanted.items():
+            _put(tester, interlock, tighter.beside(before[interlock]))
+        yield
+    except BaseException as error:
+        try:
+            _put_back(tester, wanted, before)
+        except RigError as failure:
+            error.add_note(str(failure))
+        raise
+    _put_back(tester, wanted, before)
+
+
+def _put_back(tester: Tester, wanted: Iterable[Interlock], before: Mapping[Interlock, Detector]) -> None:
+    try:
+        for interlock in wanted:
+            _put(tester, interlock, before[interlock])
+    except RigError as error:
+        raise RigError(
+            f"the tester's detectors stay as tight as the step had them ({error}); set them at the instrument"
+        ) from error
+
+
+def _put(tester: Tester, interlock: Interlock, detector: Detector) -> None:
+    tester.set_detector(interlock, detector.limit, detector.action)

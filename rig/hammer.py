@@ -18,18 +18,18 @@ from daq.errors import TriggerTimeoutError
 from daq.task import EdgeTrigger, TriggeredTask
 from rig.control import RunControl
 from rig.errors import RequestError, RigError
-from rig.operator import (
+from rig.events import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
     BlowSuspected,
     Observer,
-    Operator,
     PointFinished,
     PointStarted,
     RateCoerced,
-    unobserved,
+    ignore_event,
 )
+from rig.operator import Operator
 from rig.point_blows import PointBlows
 
 PAPER_POINTS = (
@@ -59,7 +59,7 @@ class BlowSink(Protocol):
 
 
 @dataclass(frozen=True)
-class PointSoFar:
+class PointProgress:
     """What a point has already, from a session that was interrupted.
 
     Attributes:
@@ -123,9 +123,9 @@ def run_hammer_session(
     settings: HammerSettings,
     operator: Operator,
     sink: BlowSink,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
     control: RunControl | None = None,
-    so_far: Mapping[Dof, PointSoFar] | None = None,
+    so_far: Mapping[Dof, PointProgress] | None = None,
 ) -> None:
     """Strike every point of the settings until each has its accepted blows.
 
@@ -152,7 +152,7 @@ def run_hammer_session(
         if task.rate_note is not None:
             observer(RateCoerced(task.requested_rate, task.sample_rate))
         session = _Session(task, accelerometers, settings, operator, sink, observer, control or RunControl())
-        points = {point: (so_far or {}).get(point, PointSoFar()) for point in settings.points}
+        points = {point: (so_far or {}).get(point, PointProgress()) for point in settings.points}
         while lacking := [point for point, already in points.items() if session.lacks(point, already.accepted)]:
             for point in lacking:  # again where a blow was taken back after its point was left
                 observer(PointStarted(point, settings.points.index(point) + 1, len(settings.points)))
@@ -185,7 +185,7 @@ class _Session:
         """Whether a point with so many accepted blows, taken back or not, needs more."""
         return accepted - self.sink.withdrawn(point) < self.settings.blows
 
-    def measure(self, point: Dof, already: PointSoFar) -> PointSoFar:
+    def measure(self, point: Dof, already: PointProgress) -> PointProgress:
         """Take blows at `point` until enough count; what it has then, those taken back included.
 
         Raises:
@@ -213,7 +213,7 @@ class _Session:
                     f"{self.settings.blows} accepted; the last: {reason}"
                 )
         self.observer(PointFinished(point, accepted, refused))
-        return PointSoFar(accepted, refused, blow, together, taken_back)
+        return PointProgress(accepted, refused, blow, together, taken_back)
 
     def _together(self) -> PointBlows:
         return PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)

@@ -10,21 +10,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from rig.completed_points import Measured, ResumeError, measured_of
+from rig.completed_points import CompletedPoints, ResumeError, completed_points
 from rig.control import RunControl, RunStoppedError
 from rig.errors import RigError
+from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
-from rig.operator import (
-    BEAM,
-    HammerStarted,
-    Observer,
-    Operator,
-    PromptStarted,
-    RunContinued,
-    RunStarted,
-    unobserved,
-)
+from rig.operator import BEAM, Operator
 from rig.recording import BlowRecorder, SineRecorder
 from rig.registers import Interlock, name_of
 from rig.sequence import (
@@ -49,7 +41,7 @@ from rig.steps import (
 )
 from rig.sweep import run_sweep
 from rig.tester_limits import TesterLimits
-from rig.tester_status import names_of
+from rig.tester_status import interlock_text
 from rig.waiting import soak, wait
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
@@ -83,7 +75,7 @@ def run_sequence(
     instruments: Instruments,
     catalogue: Catalogue,
     operator: Operator,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
     control: RunControl | None = None,
     *,
     planned: int | None = None,
@@ -138,9 +130,10 @@ def run_sequence(
                 run = begin_run(session, planned, sequence=described["sequence"], **begun)
             held.enter_context(holding(catalogue, run))  # before anybody else can see it
         observer(RunStarted(run.id))
-        steps = Measured().left_of(sequence)
+        steps = CompletedPoints().left_of(sequence)
         _carry_out(
-            _Work(run, Measured(), instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
+            _Work(run, CompletedPoints(), instruments, catalogue, operator, observer, control, sequence.hangs_beam),
+            steps,
         )
     return run.id
 
@@ -150,7 +143,7 @@ def resume_run(
     instruments: Instruments,
     catalogue: Catalogue,
     operator: Operator,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
     control: RunControl | None = None,
     *,
     reset: bool = False,
@@ -189,7 +182,7 @@ def resume_run(
             raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
         sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
         check_plan(sequence, instruments.limits)
-        measured = measured_of(catalogue, run, sequence)
+        measured = completed_points(catalogue, run, sequence)
         steps = measured.left_of(sequence)
         left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
         reason = RESUMED_UNTOLD if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
@@ -212,7 +205,7 @@ class _Work:
     """The steps of one run."""
 
     run: Run
-    measured: Measured
+    measured: CompletedPoints
     instruments: Instruments
     catalogue: Catalogue
     operator: Operator
@@ -367,7 +360,7 @@ def _reset(
             _note_reset(catalogue, tripped, target, who, str(error))
             raise
         _note_reset(catalogue, tripped, target, who, "done")
-    return f"tester reset after {names_of(tripped)}"
+    return f"tester reset after {interlock_text(tripped)}"
 
 
 def _note_reset(catalogue: Catalogue, tripped: Interlock, target: str, who: str, outcome: str) -> None:

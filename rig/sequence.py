@@ -12,10 +12,9 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
-from rig.detectors import StepDetectors
-from rig.document import Document
+from rig.detectors import Document, StepDetectors
 from rig.errors import RequestError
-from rig.sweep_order import Order
+from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
 

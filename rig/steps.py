@@ -7,14 +7,14 @@ from analysis.modal.blow_check import BlowLimits
 from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.detectors import check_tighter
+from rig.events import Observer, ignore_event
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
-from rig.operator import Observer, unobserved
 from rig.registers import MAP_VERSION, name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step
-from rig.sweep import SweepPlan
+from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
-from rig.tester_status import TesterIdentity, TesterTrippedError, names_of
+from rig.tester_status import TesterIdentity, TesterTrippedError, interlock_text
 from rig.waiting import Soak
 from store.instruments import Instrument
 from store.sine_records import BLANK
@@ -35,7 +35,7 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
 
 
 def check_instruments(
-    sequence: Sequence, instruments: Instruments, observer: Observer = unobserved
+    sequence: Sequence, instruments: Instruments, observer: Observer = ignore_event
 ) -> tuple[Instrument, ...]:
     """Connect to everything that `sequence` needs, move nothing, and say what is there; `observer` is told of trips.
 
@@ -57,7 +57,7 @@ def check_instruments(
             tester.stop()  # it is at rest: what counts is that it obeys
             status = tester.status()
             if status.stopped_by:
-                held = names_of(status.stopped_by)
+                held = interlock_text(status.stopped_by)
                 why = f"{instruments.tester_url} is stopped by {held}; see to the cause, then reset"
                 raise TesterTrippedError(why, status.interlocks)
             found.append(

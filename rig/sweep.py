@@ -3,16 +3,14 @@
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
 handed to a sink with what was asked, what was reached and the temperature. A sweep can be paused, resumed and stopped.
-From hydraulics on to hydraulics off the tester is watched, also while a record is taken or stored.
+From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from typing import Protocol
 
 from numpy.typing import ArrayLike
@@ -24,122 +22,16 @@ from daq.block import Block
 from daq.errors import AcquisitionCancelledError
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
-from rig.detector_override import tightened
-from rig.detectors import TighterDetector
-from rig.errors import RequestError
-from rig.operator import Observer, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted, unobserved
-from rig.registers import Interlock
-from rig.sweep_order import Mounting, Order, Sine, in_order
+from rig.detectors import tightened_detectors
+from rig.events import Observer, SinePointMeasured, SinePointRefused, SpecimenMounted, ignore_event
+from rig.operator import Operator
+from rig.sweep_plan import Mounting, Sine, SweepPlan
 from rig.tester import Tester
-from rig.tester_limits import TesterLimits
-from rig.tester_monitor import watched
+from rig.tester_monitor import monitored
 from rig.thermometer import Thermometer
 
 RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
 HARMONICS = 3
-
-
-class PlanError(RequestError):
-    """The plan of a sweep asks for something that cannot be."""
-
-
-@dataclass(frozen=True)
-class SweepPlan:
-    """What to measure; the defaults are the paper's direct test, 720 points. SI units.
-
-    Attributes:
-        frequencies: Hz.
-        amplitudes_pp: peak-to-peak displacements, m.
-        preset: mean displacement, m.
-        configurations: compression, shear, angled.
-        specimens: joints whose cylinders are measured.
-        tolerance: relative, of the amplitude reached.
-        fine_amplitude_pp: amplitudes up to this are near the limit of the machine, m.
-        fine_tolerance: relative, for those.
-        fewest_cycles: in a record; of ten, 98 % of stiffnesses lay within three of the errors that their scatter tells.
-        most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
-        shortest_record: s.
-        order: what is shuffled; everything else is measured as it is given above.
-        seed: of the shuffling.
-        first_number: order number of the first point, where a run has measured others before.
-        detectors: of the tester, that are tighter while the sweep lasts.
-
-    Raises:
-        PlanError: there is nothing to measure, or a figure makes no sense.
-    """
-
-    frequencies: tuple[float, ...] = tuple(float(frequency) for frequency in range(5, 201, 5))
-    amplitudes_pp: tuple[float, ...] = (1e-4, 5e-5, 1e-5)
-    preset: float = 5e-4
-    configurations: tuple[str, ...] = ("compression", "shear", "angled")
-    specimens: tuple[str, ...] = ("I", "II")
-    tolerance: float = 0.02
-    fine_amplitude_pp: float = 1.5e-5
-    fine_tolerance: float = 0.05
-    fewest_cycles: int = 24
-    most_cycles: int = 60
-    shortest_record: float = 0.5
-    order: Order = Order.SEQUENTIAL
-    seed: int = 0
-    first_number: int = 1
-    detectors: Mapping[Interlock, TighterDetector] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for name in ("frequencies", "amplitudes_pp", "configurations", "specimens"):
-            values = getattr(self, name)
-            if not values or len(set(values)) < len(values):
-                raise PlanError(f"{name} of the sweep are {values}; give at least one, and none twice")
-        for name in ("tolerance", "fine_tolerance"):
-            if not 0 < getattr(self, name) < 1:
-                raise PlanError(f"{name} of the sweep is {getattr(self, name)}; it is relative, between 0 and 1")
-        if not 2 <= self.fewest_cycles <= self.most_cycles:
-            raise PlanError(f"a record of {self.fewest_cycles} to {self.most_cycles} cycles cannot be; use 2 or more")
-        if not 0 <= self.shortest_record < math.inf:
-            raise PlanError(f"the shortest record of the sweep is {self.shortest_record} s")
-
-    @property
-    def points(self) -> int:
-        """Number of sine points."""
-        return math.prod(map(len, (self.specimens, self.configurations, self.amplitudes_pp, self.frequencies)))
-
-    def check(self, limits: TesterLimits) -> None:
-        """Let the plan pass if every point and detector is within `limits`, before anything moves.
-
-        Raises:
-            LimitExceededError: one is not.
-        """
-        limits.check_preset(self.preset)
-        for interlock, detector in self.detectors.items():
-            limits.check_detector(interlock, detector.limit)
-        for amplitude_pp, frequency in self.sines():
-            limits.check_cycle(amplitude_pp, frequency)
-
-    def sines(self) -> Iterator[tuple[float, float]]:
-        """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, as they are given."""
-        return product(self.amplitudes_pp, self.frequencies)
-
-    def mountings(self) -> tuple[Mounting, ...]:
-        """What to measure, in the order of measuring; the same whenever it is asked."""
-        return in_order(
-            self.specimens,
-            self.configurations,
-            self.amplitudes_pp,
-            self.frequencies,
-            self.order,
-            self.seed,
-            self.first_number,
-        )
-
-    def tolerance_at(self, amplitude_pp: float) -> float:
-        """Relative tolerance of the amplitude reached when `amplitude_pp` m is asked for."""
-        return self.fine_tolerance if amplitude_pp <= self.fine_amplitude_pp else self.tolerance
-
-    def record_duration(self, frequency: float, scatter: float, tolerance: float) -> float:
-        """Length of a record in s: enough cycles of relative `scatter` to know their mean to a tenth of `tolerance`."""
-        wanted = math.ceil((10 * scatter / tolerance) ** 2)
-        cycles = min(max(wanted, self.fewest_cycles), self.most_cycles)
-        # whole cycles, so that the mean of the record is that of its cycles
-        return max(cycles, math.ceil(self.shortest_record * frequency)) / frequency
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +90,7 @@ def run_sweep(
     thermometer: Thermometer,
     operator: Operator,
     sink: SineSink,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
     control: RunControl | None = None,
     measured: Collection[int] = (),
 ) -> None:
@@ -218,7 +110,7 @@ def run_sweep(
     sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
     with (
         tester.telling(observer),
-        tightened(tester, plan.detectors),
+        tightened_detectors(tester, plan.detectors),
         tester.at_rest_afterwards(),
         control.driving(tester),
     ):
@@ -229,7 +121,7 @@ def run_sweep(
             tester.shut_down()  # hands go in
             operator.mount(mounting.specimen, mounting.configuration)
             observer(SpecimenMounted(mounting.specimen, mounting.configuration))
-            with watched(tester):
+            with monitored(tester):
                 control.carry_out(sweep.begin, observer)
                 amplitudes = AmplitudeControl(tester)
                 for sine in sines:

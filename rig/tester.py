@@ -13,9 +13,8 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 
 from rig.errors import RigError
-from rig.heartbeat import Heartbeat
+from rig.events import InterlockReset, InterlockTripped, Observer, ignore_event
 from rig.modbus import ModbusLink, ModbusProtocolError
-from rig.operator import InterlockReset, InterlockTripped, Observer, unobserved
 from rig.registers import (
     DETECTORS,
     IDENTITY,
@@ -36,9 +35,9 @@ from rig.tester_status import (
     TesterMismatchError,
     TesterStatus,
     detectors_from,
-    names_of,
+    interlock_text,
 )
-from rig.tester_wire import TesterWire
+from rig.tester_wire import Heartbeat, TesterWire
 
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
@@ -55,7 +54,7 @@ def connect(
     *,
     timeout: float = 0.5,
     device_id: int = 1,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
 
@@ -84,7 +83,7 @@ def connect(
 class Tester:
     """The driver of one tester, made by `connect`. Any thread may call it."""
 
-    def __init__(self, wire: TesterWire, limits: TesterLimits, observer: Observer = unobserved) -> None:
+    def __init__(self, wire: TesterWire, limits: TesterLimits, observer: Observer = ignore_event) -> None:
         self.limits = limits
         self._wire = wire
         self._observer = observer
@@ -217,7 +216,7 @@ class Tester:
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
         self._told = Interlock(0)
-        log.warning("interlocks of %s reset: %s", self.identity.serial, names_of(before))
+        log.warning("interlocks of %s reset: %s", self.identity.serial, interlock_text(before))
         self._observer(InterlockReset(tuple(name_of(one) for one in before)))
 
     def detectors(self) -> dict[Interlock, Detector]:
@@ -390,5 +389,5 @@ class Tester:
             new, self._told = status.interlocks & ~self._told, status.interlocks
         if new:
             stopped = bool(new & status.stopped_by)
-            log.warning("interlocks of %s: %s", self.identity.serial, names_of(new))
+            log.warning("interlocks of %s: %s", self.identity.serial, interlock_text(new))
             self._observer(InterlockTripped(tuple(name_of(one) for one in new), stopped))

@@ -10,11 +10,13 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 from rig.errors import RigError
+from rig.modbus import ModbusLink
+from rig.registers import STATUS, ChecksumError
 from rig.tester import Tester
-from rig.tester_status import MotionHaltedError
+from rig.tester_status import MotionHaltedError, TesterStatus, status_from
 
 INTERVAL = 0.1  # s, between two looks
 
@@ -22,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 @contextmanager
-def watched(tester: Tester) -> Iterator[None]:
+def monitored(tester: Tester) -> Iterator[None]:
     """Look at `tester` every `INTERVAL` s while the context lasts, and shut it down at once where something is wrong.
 
     Wrong is what `Tester.measured` does not let pass: an interlock, a limit of the rig, a tester that does not answer
@@ -60,3 +62,20 @@ def _give_up(tester: Tester, why: Exception) -> None:
         tester.give_up(why)
     except RigError as error:
         log.warning("%s", error)  # the run, which ends now, shuts down once more and raises it
+
+
+TIMEOUT = 0.25  # s, of connecting and of the reply, so that whoever wants the line next has it soon
+
+
+def poll_tester(url: str) -> TesterStatus:
+    """What the tester at `url` reports, asked once.
+
+    Raises:
+        RigError: it does not answer within `TIMEOUT`, or not with a status.
+    """
+    with closing(ModbusLink(url, timeout=TIMEOUT)) as link:
+        words = link.read_input(STATUS.address, STATUS.count)
+    try:
+        return status_from(STATUS.unpack(words))
+    except ChecksumError as error:
+        raise RigError(f"{url}: {error}") from error

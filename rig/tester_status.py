@@ -147,6 +147,6 @@ def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
         raise RigError(f"the tester reports a code that its map does not have: {error}") from error
 
 
-def names_of(interlocks: Interlock) -> str:
+def interlock_text(interlocks: Interlock) -> str:
     """The interlocks in words, for a message."""
     return ", ".join(name_of(one).replace("_", " ") for one in interlocks) or "nothing"

@@ -7,10 +7,13 @@ and what is in force is read back afterwards, so that nothing else passes for it
 
 from __future__ import annotations
 
+import logging
+import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import TypeVar, cast
 
+from rig.errors import RigError
 from rig.fair_lock import FairLock
 from rig.modbus import ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.registers import (
@@ -29,7 +32,7 @@ from rig.registers import (
     float32,
     name_of,
 )
-from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedError, names_of, status_from
+from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedError, interlock_text, status_from
 
 ATTEMPTS = 3  # at the transactions of one call
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
@@ -165,7 +168,7 @@ class TesterWire:
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
         """The error that says that `interlocks` stopped the actuator."""
         return TesterTrippedError(
-            f"{self.url} was stopped by {names_of(interlocks)}; see to the cause, then reset", interlocks
+            f"{self.url} was stopped by {interlock_text(interlocks)}; see to the cause, then reset", interlocks
         )
 
     def _send(self, code: CommandCode, words: list[int], patience: _Patience) -> None:
@@ -223,3 +226,40 @@ class TesterWire:
                 if error.refusal not in WORTH_ANOTHER_TRY or patience.is_over():
                     raise
                 time.sleep(BUSY_PAUSE)
+
+
+BEATS = 5  # in one watchdog time
+
+log = logging.getLogger(__name__)
+
+
+class Heartbeat:
+    """Beats until it is stopped, or the thread that made it has ended: a beat without an owner guards nothing."""
+
+    def __init__(self, wire: TesterWire, watchdog_time: float) -> None:
+        self._wire = wire
+        self._pause = watchdog_time / BEATS
+        self._stopped = threading.Event()
+        self._owner = threading.current_thread()
+        self._thread = threading.Thread(target=self._beat, name="tester heartbeat", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Beat no more; from now on the watchdog acts."""
+        self._stopped.set()
+
+    def join(self) -> None:
+        """Stop, and return when the last beat is over."""
+        self.stop()
+        self._thread.join()
+
+    def _beat(self) -> None:
+        count = 0
+        while self._owner.is_alive() and not self._stopped.is_set():
+            count = count % 0xFFFF + 1
+            try:
+                self._wire.beat(count)
+            except RigError as error:
+                # nothing else to do here: the watchdog acts when beats stay away, and every command shows the error
+                log.info("a heartbeat did not arrive: %s", error)
+            self._stopped.wait(self._pause)

@@ -8,7 +8,7 @@ from functools import partial
 
 from rig.control import RunControl
 from rig.errors import RigError
-from rig.operator import Observer, SoakEnded, SoakStarted, WaitStarted
+from rig.events import Observer, SoakEnded, SoakStarted, WaitStarted
 from rig.thermometer import Thermometer
 
 SLICE = 0.05  # s, so soon a request to stop is met

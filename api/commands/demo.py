@@ -37,7 +37,7 @@ from jointlab.trials.simulated_truth import (
     truth_document,
     truth_section,
 )
-from rig.operator import told
+from rig.events import notify_all
 from rig.run import run_sequence
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
@@ -91,7 +91,7 @@ def demo(
             with watch.stage("measure"), SequenceProgress(document, progress_console) as progress:
                 operator = SimulatedOperator(laboratory.hand)
                 run = run_sequence(
-                    document, instruments_of(settings), catalogue, operator, told(progress, operator.observe)
+                    document, instruments_of(settings), catalogue, operator, notify_all(progress, operator.observe)
                 )
             with watch.stage("identify"):
                 found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))

@@ -18,11 +18,11 @@ from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from jointlab.sequences.wording import step_words, total_words
 from jointlab.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
-from rig.operator import Event, RunContinued, RunPaused, RunResumed, RunStarted, told
+from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
+from rig.instruments import stored_limits, with_stored_limits
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
-from rig.stored_limits import kept_limits, with_stored_limits
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
@@ -79,7 +79,7 @@ def run(
         SequenceProgress(document, progress_console) as progress,
     ):
         instruments = with_stored_limits(instruments, catalogue)
-        observer = told(progress, partial(_note, catalogue, progress))
+        observer = notify_all(progress, partial(_note, catalogue, progress))
         _watched(
             progress,
             lambda control: run_sequence(document, instruments, catalogue, operator, observer, control, reset=reset),
@@ -103,7 +103,7 @@ def resume(
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
         with SequenceProgress(document, progress_console) as progress:
-            observer = told(progress, partial(_note, catalogue, progress))
+            observer = notify_all(progress, partial(_note, catalogue, progress))
             _watched(
                 progress,
                 lambda control: resume_run(number, instruments, catalogue, operator, observer, control, reset=reset),
@@ -121,7 +121,7 @@ def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> Non
             action = "pause run"
         case _:
             return
-    target = f"run {progress.run_id}"  # which is told first
+    target = f"run {progress.run_id}"  # which hears of the event first
     with catalogue.writing() as session:
         add_audit_entry(session, who=who_is_here(), action=action, target=target, outcome="at the terminal")
 
@@ -179,7 +179,7 @@ def _kept_limits(settings: Settings) -> TesterLimits | None:
     if not is_made(settings.database_url):
         return None
     with open_catalogue(settings) as catalogue:
-        return kept_limits(catalogue, settings.rig)
+        return stored_limits(catalogue, settings.rig)
 
 
 def _limits_line(limits: TesterLimits) -> str:

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from analysis.dof import Dof
 from api.commands.interrupts import raising_on_interrupt
 from jointlab.errors import JointlabError
-from rig.operator import (
+from rig.events import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
@@ -19,7 +19,6 @@ from rig.operator import (
     HammerStarted,
     InterlockReset,
     InterlockTripped,
-    Operator,
     PointStarted,
     RateCoerced,
     RunContinued,
@@ -30,8 +29,8 @@ from rig.operator import (
     SoakStarted,
     SpecimenMounted,
     WaitStarted,
-    mounting,
 )
+from rig.operator import Operator, mounting_text
 from rig.sequence import Sequence
 
 
@@ -51,7 +50,7 @@ class TerminalOperator(Operator):
         Raises:
             JointlabError: there is nobody to ask.
         """
-        self._confirm(f"mount {mounting(specimen, configuration)}", "step back, then press Enter")
+        self._confirm(f"mount {mounting_text(specimen, configuration)}", "step back, then press Enter")
 
     def see_to(self, text: str) -> None:
         """Ask for something that takes hands, and wait until it is done.

@@ -10,14 +10,14 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import BaseModel, Field, create_model
 
 from analysis.dof import Dof
-from jointlab.supervision import events
-from rig import operator
-from rig.operator import Event
+from jointlab.supervision import events as supervision_events
+from rig import events
+from rig.events import Event
 
 Point = Annotated[str, Field(description="node and direction, such as 3y")]
 EVENTS: tuple[type[Event], ...] = tuple(
     kind
-    for module in (operator, events)
+    for module in (events, supervision_events)
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Event) and kind.__module__ == module.__name__ and kind is not Event
 )

@@ -13,7 +13,7 @@ from typing import Any
 
 from analysis.gap.next_experiment import FURTHER_MASS
 from rig.sequence import Sequence, sequence_from
-from rig.sweep_order import Order
+from rig.sweep_plan import Order
 from rig.tester_limits import TesterLimits
 
 Step = dict[str, Any]

@@ -10,7 +10,7 @@ from rig.operator import SUSPENDED
 from rig.registers import Interlock, name_of
 from rig.sequence import BlankStep, HammerStep, PromptStep, SineStep, SoakStep, Step, SweepStep
 from rig.steps import sweep_plan
-from rig.sweep_order import Order
+from rig.sweep_plan import Order
 
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rig.operator import Event
+from rig.events import Event
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from jointlab.supervision.events import TesterAnswers, TesterSilent
 from jointlab.supervision.state import RigState
 from rig.errors import RigError
-from rig.operator import Event, InterlockReset, InterlockTripped, Observer
+from rig.events import Event, InterlockReset, InterlockTripped, Observer
 from rig.registers import name_of
 from rig.tester_status import TesterStatus
 

@@ -12,7 +12,7 @@ from typing import Any
 from uuid import uuid4
 
 from analysis.dof import Dof
-from rig.operator import Event
+from rig.events import Event
 
 KEPT = 5_000
 

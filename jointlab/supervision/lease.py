@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from jointlab.errors import ConflictError
 from jointlab.supervision.events import LeaseChanged
-from rig.operator import Observer
+from rig.events import Observer
 
 DURATION = 60.0  # s
 

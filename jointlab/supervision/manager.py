@@ -19,14 +19,13 @@ from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.prompts import AutomaticOperator, Prompt, PromptingOperator
 from jointlab.supervision.state import RigState, after, starting
 from rig.control import RunControl, RunStoppedError
-from rig.instruments import Instruments
-from rig.operator import Event, RunContinued, RunStarted
+from rig.events import Event, RunContinued, RunStarted
+from rig.instruments import Instruments, save_limits, with_stored_limits
 from rig.run import plan_run, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
-from rig.stored_limits import save_limits, with_stored_limits
 from rig.tester_limits import TesterLimits
-from rig.tester_poll import poll_tester
-from rig.tester_status import names_of
+from rig.tester_monitor import poll_tester
+from rig.tester_status import interlock_text
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
 from store.runs import get_run
@@ -255,7 +254,7 @@ class RunManager:
                 if not tripped:
                     return ()
                 tester.reset()
-        return tuple(names_of(tripped).split(", "))
+        return tuple(interlock_text(tripped).split(", "))
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until nothing is carried out; whether that came about within `timeout` s."""

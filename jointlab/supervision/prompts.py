@@ -10,7 +10,8 @@ from analysis.dof import Dof
 from jointlab.errors import ConflictError
 from jointlab.supervision.events import OperatorAnswered, OperatorAsked
 from rig.control import RunStoppedError
-from rig.operator import Event, Observer, Operator, mounting
+from rig.events import Event, Observer
+from rig.operator import Operator, mounting_text
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class PromptingOperator(Operator):
             RunStoppedError: the run is to stop.
         """
         if not self._automatic:
-            self._ask("mount", f"mount {mounting(specimen, configuration)}, and step back", waits=True)
+            self._ask("mount", f"mount {mounting_text(specimen, configuration)}, and step back", waits=True)
         if self._hands is not None:
             self._hands.mount(specimen, configuration)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
 from jointlab.supervision.phase import Phase
-from rig.operator import (
+from rig.events import (
     BlowAccepted,
     Event,
     InterlockReset,
@@ -21,8 +21,8 @@ from rig.operator import (
     SoakStarted,
     SpecimenMounted,
     WaitStarted,
-    mounting,
 )
+from rig.operator import mounting_text
 from rig.sequence import Sequence
 
 
@@ -84,7 +84,7 @@ def after(state: RigState, event: Event) -> RigState:
         case BlowWithdrawn(run_id) if run_id == state.run_id:
             return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):
-            return replace(state, activity=f"measuring {mounting(specimen, configuration)}", point=None)
+            return replace(state, activity=f"measuring {mounting_text(specimen, configuration)}", point=None)
         case SinePointMeasured():
             return replace(state, sines=state.sines + 1)
         case PromptStarted():

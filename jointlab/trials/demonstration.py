@@ -15,7 +15,7 @@ from jointlab.errors import JointlabError
 from jointlab.report.section import Section, Table
 from jointlab.trials.instruments import measured_at, sequence_of
 from jointlab.trials.simulated_laboratory import simulated_laboratory
-from rig.operator import Observer
+from rig.events import Observer
 from rig.sequence import Sequence
 from simlab.case.seal import commitment
 from store.catalogue import Catalogue

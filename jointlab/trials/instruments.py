@@ -10,7 +10,7 @@ from analysis.dof import Dof
 from jointlab.instruments import instruments_of
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from jointlab.trials.worker import DATABASE
-from rig.operator import Observer, unobserved
+from rig.events import Observer, ignore_event
 from rig.run import run_sequence
 from rig.sequence import Sequence, sequence_from
 from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
@@ -66,7 +66,7 @@ def measured_at(
     hand: OperatorClient,
     catalogue: Catalogue,
     sequence: Sequence,
-    observer: Observer = unobserved,
+    observer: Observer = ignore_event,
 ) -> int:
     """Run a sequence on the case that stands in a simulated laboratory, and return the number of the run.
 

@@ -8,7 +8,8 @@ from typing import Any
 from analysis.dof import Dof
 from jointlab.errors import JointlabError
 from jointlab.settings import ChannelSettings, Settings
-from rig.operator import Event, HammerStarted, Operator
+from rig.events import Event, HammerStarted
+from rig.operator import Operator
 from simlab.laboratory import Addresses, LaboratoryProcess
 from simlab.operator_server import OperatorClient
 

@@ -21,7 +21,7 @@ from jointlab.errors import EXIT_CODES, JointlabError, SettingsError, exit_code
 from rig.errors import RigError
 from rig.registers import Refusal
 from rig.sequence import SequenceError
-from rig.sweep import PlanError
+from rig.sweep_plan import PlanError
 from rig.tester_limits import LimitExceededError
 from rig.tester_status import TesterRefusedError
 from store.errors import NotFoundError, StoreError

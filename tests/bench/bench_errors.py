@@ -21,7 +21,8 @@ from rig.errors import RigError
 from rig.hammer import BlowSink, HammerSettings, run_hammer_session
 from rig.operator import Operator
 from rig.registers import Refusal, State
-from rig.sweep import SweepPlan, run_sweep
+from rig.sweep import run_sweep
+from rig.sweep_plan import SweepPlan
 from rig.tester import connect as connect_tester
 from rig.thermometer import Thermometer
 from simlab.bench import Bench, Conditions

@@ -32,7 +32,7 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import Measurement
 from jointlab.instruments import instruments_of
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
-from rig.operator import BlowAccepted, BlowRefused, Event, SinePointMeasured
+from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
 from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence as SequenceDocument

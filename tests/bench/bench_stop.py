@@ -17,7 +17,8 @@ from jointlab.instruments import instruments_of
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.control import RunControl, RunStoppedError
 from rig.operator import Operator
-from rig.sweep import SinePoint, SweepPlan, run_sweep
+from rig.sweep import SinePoint, run_sweep
+from rig.sweep_plan import SweepPlan
 from simlab.actuator import Servo
 from simlab.laboratory import LaboratoryProcess
 from simlab.tester_device import REST_WITHIN

@@ -15,7 +15,7 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffnes
 from analysis.frequency_response import Real
 from rig.amplitude import AmplitudeControl
 from rig.registers import CYCLES_REPORTED, State
-from rig.sweep import SweepPlan
+from rig.sweep_plan import SweepPlan
 from rig.tester import Tester
 from simlab.actuator import Actuator
 from simlab.bench import Bench, Conditions

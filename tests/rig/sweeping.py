@@ -11,9 +11,11 @@ from daq import device
 from daq.channels import Channel, ChannelKind
 from rig import tester
 from rig.control import RunControl
-from rig.operator import Event, Operator
+from rig.events import Event
+from rig.operator import Operator
 from rig.registers import CommandCode, State
-from rig.sweep import SinePoint, SweepPlan, run_sweep
+from rig.sweep import SinePoint, run_sweep
+from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
 from simlab.bench import Bench

@@ -15,10 +15,11 @@ from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError
 from rig import tester
 from rig.control import RunControl, RunStoppedError
+from rig.events import Event, RunPaused, RunResumed, SinePointMeasured
 from rig.hammer import BlowSink, HammerSettings, run_hammer_session
-from rig.operator import Event, Operator, RunPaused, RunResumed, SinePointMeasured
+from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
-from rig.sweep import SweepPlan
+from rig.sweep_plan import SweepPlan
 from rig.tester_status import MotionHaltedError
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock

@@ -17,7 +17,8 @@ from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, Sta
 from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from rig.steps import check_plan, sweep_plan
-from rig.sweep import SinePoint, SweepPlan
+from rig.sweep import SinePoint
+from rig.sweep_plan import SweepPlan
 from rig.tester_limits import LimitExceededError, TesterLimits
 from rig.tester_status import Detector, TesterTrippedError
 from simlab.detectors import Detector as SimulatedDetector

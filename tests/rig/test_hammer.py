@@ -16,18 +16,18 @@ from daq.block import Block
 from daq.channels import Channel, ChannelKind
 from daq.device import Chassis, connect
 from daq.errors import ChannelError, InstrumentAbsentError
-from rig.hammer import PAPER_POINTS, BlowSink, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
-from rig.operator import (
+from rig.events import (
     BlowAccepted,
     BlowMissed,
     BlowRefused,
     BlowSuspected,
     Event,
-    Operator,
     PointFinished,
     PointStarted,
     RateCoerced,
 )
+from rig.hammer import PAPER_POINTS, BlowSink, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
+from rig.operator import Operator
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig import tester, tester_limits, tester_status
+from rig.events import Event, InterlockReset, InterlockTripped
 from rig.instruments import Instruments
-from rig.operator import Event, InterlockReset, InterlockTripped
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
 from rig.sequence import Sequence
 from rig.steps import check_instruments

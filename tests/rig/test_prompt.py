@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from analysis.dof import Dof
-from rig.completed_points import Measured
+from rig.completed_points import CompletedPoints
 from rig.control import RunControl, RunStoppedError
-from rig.hammer import PointSoFar
+from rig.events import Event, PromptStarted
+from rig.hammer import PointProgress
 from rig.instruments import Instruments
-from rig.operator import Event, PromptStarted
 from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from store.catalogue import Catalogue
@@ -64,7 +64,9 @@ def test_a_prompt_is_asked_again_where_the_step_after_it_has_something_left(
     prompted: dict[str, Any], second_set: int, left: list[str]
 ) -> None:
     point = Dof.parse("5y")
-    measured = Measured({(1, point): PointSoFar(2, 0, 2), (2, point): PointSoFar(second_set, 0, second_set)})
+    measured = CompletedPoints(
+        {(1, point): PointProgress(2, 0, 2), (2, point): PointProgress(second_set, 0, second_set)}
+    )
     assert [step.step for step, _ in measured.left_of(sequence_from(prompted))] == left
 
 

@@ -15,21 +15,14 @@ from sqlalchemy import text
 from analysis.dof import Dof
 from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
-from rig.completed_points import Measured, ResumeError, measured_of
+from rig.completed_points import CompletedPoints, ResumeError, completed_points
 from rig.control import RunControl, RunStoppedError
-from rig.hammer import PointSoFar
+from rig.events import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
+from rig.hammer import PointProgress
 from rig.instruments import Instruments
-from rig.operator import (
-    BlowAccepted,
-    BlowRefused,
-    Event,
-    RunContinued,
-    SinePointMeasured,
-    SpecimenMounted,
-)
 from rig.run import RESUMED_UNTOLD, resume_run, run_sequence
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
-from rig.sweep_order import Order
+from rig.sweep_plan import Order
 from rig.tester_status import TesterTrippedError
 from simlab.laboratory import Laboratory
 from store.blows import list_blows
@@ -333,7 +326,7 @@ def test_records_that_do_not_fit_the_sequence_are_not_taken_for_points_of_it(
         run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
         add_sine_record(session, run.id, SineRecord(1, "I", "shear", 0.1, 0.1, 55.0, 1.0, None, None, None))
     with pytest.raises(ResumeError, match=r"sine record 1 \(I, shear, 0\.1 mm, 55 Hz\) is not what"):
-        measured_of(catalogue, run, sequence)
+        completed_points(catalogue, run, sequence)
 
 
 WAIT, SOAK = {"step": "wait", "seconds": 1}, {"step": "soak"}
@@ -354,8 +347,8 @@ def test_waits_are_done_again_where_the_step_they_serve_has_something_left(
 ) -> None:
     hammer, sweep = document["steps"]
     document["steps"] = [WAIT, hammer, SOAK, hammer | {"points": ["6y"]}, WAIT, sweep, WAIT]
-    measured = Measured(
-        {(number, Dof.parse(point)): PointSoFar(count, 0, count) for (number, point), count in points.items()},
+    measured = CompletedPoints(
+        {(number, Dof.parse(point)): PointProgress(count, 0, count) for (number, point), count in points.items()},
         frozenset(range(1, sines + 1)),
     )
     found = measured.left_of(sequence_from(document))
@@ -379,7 +372,7 @@ def test_blanks_and_the_sweep_share_one_row_of_order_numbers(
     sines: set[int], left: list[str], document: dict[str, Any]
 ) -> None:
     document["steps"] = [BLANK, document["steps"][1], BLANK | {"piece": "empty", "stiffness": 0}]
-    found = Measured(sines=frozenset(sines)).left_of(sequence_from(document))
+    found = CompletedPoints(sines=frozenset(sines)).left_of(sequence_from(document))
     assert [f"{step.step} {number}" for step, number in found] == left
 
 

@@ -12,16 +12,9 @@ from sqlalchemy import func, select, text
 
 from daq.errors import ChannelError, InstrumentAbsentError
 from rig.errors import RigError
+from rig.events import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
 from rig.hammer import PointGivenUpError
 from rig.instruments import Instruments
-from rig.operator import (
-    BlowAccepted,
-    Event,
-    PointFinished,
-    RunStarted,
-    SinePointMeasured,
-    SpecimenMounted,
-)
 from rig.registers import State
 from rig.run import plan_run, run_sequence
 from rig.sequence import Sequence, sequence_from

@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.hammer import PAPER_POINTS
-from rig.operator import mounting
+from rig.operator import mounting_text
 from rig.sequence import Frequencies, HammerStep, Sequence, SequenceError, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan, hammer_settings, sweep_plan
-from rig.sweep import PlanError
+from rig.sweep_plan import PlanError
 from rig.tester_limits import LimitExceededError, TesterLimits
 
 PAPER = (resources.files("jointlab.sequences") / "paper.yaml").read_text(encoding="utf-8")
@@ -107,10 +107,10 @@ def test_a_blank_that_cannot_calibrate_is_refused(fields: dict[str, Any], words:
 
 
 def test_an_operator_is_asked_for_the_piece_by_its_name() -> None:
-    assert mounting("empty", "blank") == "the known piece 'empty' in place of a specimen"
-    assert mounting("I", "shear") == "the cylinders of joint I in shear"
-    assert mounting("beam", "suspended") == "the beam in its cords, free of the joints"
-    assert mounting("beam", "supported") == "the beam on its joints"
+    assert mounting_text("empty", "blank") == "the known piece 'empty' in place of a specimen"
+    assert mounting_text("I", "shear") == "the cylinders of joint I in shear"
+    assert mounting_text("beam", "suspended") == "the beam in its cords, free of the joints"
+    assert mounting_text("beam", "supported") == "the beam on its joints"
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,12 @@ from daq.channels import Channel, ChannelKind
 from daq.errors import DaqError
 from rig import tester, tester_limits, tester_status
 from rig.errors import RigError
+from rig.events import Event, SinePointMeasured, SinePointRefused, SpecimenMounted
 from rig.modbus import ModbusUnreachableError
-from rig.operator import Event, Operator, SinePointMeasured, SinePointRefused, SpecimenMounted
+from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
-from rig.sweep import PlanError, SinePoint, SineSink, SweepPlan, run_sweep
+from rig.sweep import SinePoint, SineSink, run_sweep
+from rig.sweep_plan import PlanError, SweepPlan
 from rig.thermometer import Thermometer, ThermometerError
 from simlab.bench import Bench
 from simlab.clock import Clock

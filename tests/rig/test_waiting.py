@@ -11,8 +11,9 @@ import pytest
 from sqlalchemy import text
 
 from rig.control import RunControl, RunStoppedError
+from rig.events import Event, RunPaused, SoakEnded, SoakStarted, WaitStarted, ignore_event
 from rig.instruments import Instruments
-from rig.operator import Event, Operator, RunPaused, SoakEnded, SoakStarted, WaitStarted, unobserved
+from rig.operator import Operator
 from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from rig.thermometer import Thermometer
@@ -64,7 +65,7 @@ def test_a_stop_ends_a_wait(stopping: Callable[[RunControl, float], None]) -> No
     control = RunControl()
     stopping(control, 0.05)
     with pytest.raises(RunStoppedError):
-        wait(3600.0, unobserved, control)
+        wait(3600.0, ignore_event, control)
 
 
 def test_a_wait_that_is_paused_goes_on_when_it_is_resumed() -> None:
@@ -114,17 +115,17 @@ def test_a_temperature_that_does_not_settle_is_said_with_its_figures(room: Room)
         r"within a band of 0\.5 K about 23 C for 0\.1 s in 0\.3 s; it is 21\.00 C and has been within the band for 0 s"
     )
     with pytest.raises(SoakError, match=words):
-        soak(Soak(0.5, 0.1, 0.3, 23.0), room(21.0), unobserved, RunControl())
+        soak(Soak(0.5, 0.1, 0.3, 23.0), room(21.0), ignore_event, RunControl())
     restless = room(*(20.0 + step % 2 for step in range(1000)))
     with pytest.raises(SoakError, match=r"within a band of 0\.5 K for 0\.1 s in 0\.3 s; it is 2[01]\.00 C"):
-        soak(Soak(0.5, 0.1, 0.3), restless, unobserved, RunControl())
+        soak(Soak(0.5, 0.1, 0.3), restless, ignore_event, RunControl())
 
 
 def test_a_stop_ends_a_soak(room: Room, stopping: Callable[[RunControl, float], None]) -> None:
     control = RunControl()
     stopping(control, 0.05)
     with pytest.raises(RunStoppedError):
-        soak(Soak(0.5, 3600.0, 7200.0), room(23.0), unobserved, control)
+        soak(Soak(0.5, 3600.0, 7200.0), room(23.0), ignore_event, control)
 
 
 def test_a_sequence_waits_and_soaks_on_the_thermometers_wire(

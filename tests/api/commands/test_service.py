@@ -15,8 +15,7 @@ import httpx
 import pytest
 
 from api.commands.service import is_loopback
-from rig.instruments import Instruments
-from rig.stored_limits import save_limits
+from rig.instruments import Instruments, save_limits
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.deferred_run_end import defer_run_end

@@ -13,7 +13,7 @@ from analysis.gap.next_experiment import EXPERIMENTS, next_experiment
 from jointlab.diagnosis.next_sequence import PLANS, next_sequence
 from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan
-from rig.sweep_order import Order
+from rig.sweep_plan import Order
 from rig.tester_limits import TesterLimits
 
 LIMITS = TesterLimits()

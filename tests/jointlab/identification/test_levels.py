@@ -12,7 +12,7 @@ import yaml
 from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
-from rig.operator import Event, HammerStarted, told
+from rig.events import Event, HammerStarted, notify_all
 from rig.run import run_sequence
 from rig.sequence import load_sequence
 from simlab.laboratory import Laboratory
@@ -35,7 +35,7 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
             instruments_of(settings),
             catalogue,
             person,
-            told(events.append, person.observe),
+            notify_all(events.append, person.observe),
         )
         measurement = measurement_of_run(catalogue, run)
     hand.close()

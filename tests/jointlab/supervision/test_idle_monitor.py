@@ -17,7 +17,7 @@ from jointlab.supervision.manager import RunManager
 from jointlab.supervision.phase import Phase
 from jointlab.supervision.state import RigState, after
 from rig.errors import RigError
-from rig.operator import Event, InterlockReset, InterlockTripped
+from rig.events import Event, InterlockReset, InterlockTripped
 from rig.registers import CommandCode, Interlock, Refusal, State
 from rig.tester_status import TesterStatus
 from simlab.laboratory import Laboratory

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from analysis.dof import Direction, Dof
 from jointlab.supervision.journal import Journal
-from rig.operator import BlowAccepted, WaitStarted
+from rig.events import BlowAccepted, WaitStarted
 
 Heard = TypeVar("Heard")
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from jointlab.supervision.events import LeaseChanged
 from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
-from rig.operator import Event
+from rig.events import Event
 
 
 @dataclass

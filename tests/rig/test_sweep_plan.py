@@ -7,8 +7,7 @@ from itertools import groupby, product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.sweep import SweepPlan
-from rig.sweep_order import Mounting, Order, in_order
+from rig.sweep_plan import Mounting, Order, SweepPlan, mountings_in_order
 
 names = st.lists(st.text(min_size=1, max_size=3), min_size=1, max_size=4, unique=True).map(tuple)
 values = st.lists(st.floats(1e-6, 200.0), min_size=1, max_size=6, unique=True).map(tuple)
@@ -33,11 +32,11 @@ def test_an_order_is_a_permutation_numbered_from_one_and_the_same_each_time(
     seed: int,
 ) -> None:
     asked = (specimens, configurations, amplitudes, frequencies, order, seed)
-    mountings = in_order(*asked)
+    mountings = mountings_in_order(*asked)
     assert sorted(flat(mountings)) == sorted(product(specimens, configurations, amplitudes, frequencies))
     numbers = [sine.order_number for mounting in mountings for sine in mounting.sines]
     assert numbers == list(range(1, len(numbers) + 1))
-    assert in_order(*asked) == mountings
+    assert mountings_in_order(*asked) == mountings
 
 
 @given(st.sampled_from(Order), seeds)
@@ -84,7 +83,7 @@ def test_another_seed_is_another_order() -> None:
 
 
 def test_an_order_once_drawn_stays_whatever_python_resumes_it() -> None:
-    drawn = in_order(("I", "II"), ("shear", "angled"), (1e-4, 5e-5, 1e-5), (5.0, 10.0, 15.0), Order.ALL, 7)
+    drawn = mountings_in_order(("I", "II"), ("shear", "angled"), (1e-4, 5e-5, 1e-5), (5.0, 10.0, 15.0), Order.ALL, 7)
     mounted = [(each.specimen, each.configuration) for each in drawn]
     assert mounted == [("II", "angled"), ("I", "angled"), ("I", "shear"), ("II", "shear")]
     series = {

@@ -1,0 +1,223 @@
+"""What a sequence reports to the programs that observe it: one `Event` for each thing that happened.
+
+The command line shows events as progress, the page shows them live, a test collects them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+from analysis.dof import Dof
+from store.quantity import quantity
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that a sequence did, for whoever watches."""
+
+
+Observer = Callable[[Event], None]
+
+
+def ignore_event(event: Event) -> None:
+    """Observe nothing: the observer of a sequence that nobody watches."""
+
+
+def notify_all(*observers: Observer) -> Observer:
+    """One observer that tells several, in this order."""
+
+    def tell(event: Event) -> None:
+        for observer in observers:
+            observer(event)
+
+    return tell
+
+
+@dataclass(frozen=True)
+class HammerStarted(Event):
+    """Roving-hammer set `set_number` begins: blows of about `peak_force` N."""
+
+    set_number: int
+    peak_force: Annotated[float, quantity("N")]
+
+
+@dataclass(frozen=True)
+class RateCoerced(Event):
+    """The instrument cannot sample at `requested` Hz; it samples, and everything reckons, at `used` Hz."""
+
+    requested: Annotated[float, quantity("Hz")]
+    used: Annotated[float, quantity("Hz")]
+
+
+@dataclass(frozen=True)
+class RunStarted(Event):
+    """Everything that is measured from now on goes into run `run_id`."""
+
+    run_id: int
+
+
+@dataclass(frozen=True)
+class RunContinued(Event):
+    """Run `run_id` goes on where it ended before; so many accepted blows and sine points are there already."""
+
+    run_id: int
+    blows: int
+    sine_points: int
+
+
+@dataclass(frozen=True)
+class PromptStarted(Event):
+    """The operator is asked for something that takes hands, `text`; the sequence waits until it is done."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class WaitStarted(Event):
+    """The sequence waits for `seconds`."""
+
+    seconds: Annotated[float, quantity("s")]
+
+
+@dataclass(frozen=True)
+class SoakStarted(Event):
+    """The sequence waits until the temperature has stayed within `band_celsius` for `seconds`, `limit` s at most."""
+
+    band_celsius: Annotated[float, quantity("K")]
+    seconds: Annotated[float, quantity("s")]
+    limit: Annotated[float, quantity("s")]
+
+
+@dataclass(frozen=True)
+class SoakEnded(Event):
+    """The temperature, now `celsius`, has stayed within the band; that took `waited` seconds."""
+
+    celsius: Annotated[float, quantity("degC")]
+    waited: Annotated[float, quantity("s")]
+
+
+@dataclass(frozen=True)
+class PointStarted(Event):
+    """The hammer session moved on to `point`, the `index`-th (from 1) of `points`."""
+
+    point: Dof
+    index: int
+    points: int
+
+
+@dataclass(frozen=True)
+class BlowAccepted(Event):
+    """Blow `blow` at `point` counts; `accepted` of `wanted` are there."""
+
+    point: Dof
+    blow: int
+    accepted: int
+    wanted: int
+    peak_force: Annotated[float, quantity("N")]
+
+
+@dataclass(frozen=True)
+class BlowRefused(Event):
+    """Blow `blow` at `point` does not count, for `reason`, a sentence to show; its `faults` are such as double hit."""
+
+    point: Dof
+    blow: int
+    reason: str
+    peak_force: Annotated[float, quantity("N")]
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BlowSuspected(Event):
+    """Blow `blow` at `point` was accepted, but does not fit those that came after it, for `reason`; strike one more.
+
+    It stays in the store as it was taken; averages leave it out.
+    """
+
+    point: Dof
+    blow: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class BlowMissed(Event):
+    """Nobody struck `point` within `waited` seconds of blow `blow` being armed."""
+
+    point: Dof
+    blow: int
+    waited: Annotated[float, quantity("s")]
+
+
+@dataclass(frozen=True)
+class PointFinished(Event):
+    """`point` has all its accepted blows; `refused` more were struck in vain."""
+
+    point: Dof
+    accepted: int
+    refused: int
+
+
+@dataclass(frozen=True)
+class SpecimenMounted(Event):
+    """The cylinders of joint `specimen` are in the tester, in `configuration`."""
+
+    specimen: str
+    configuration: str
+
+
+@dataclass(frozen=True)
+class SinePointMeasured(Event):
+    """One steady sine point is recorded, the `index`-th (from 1) of `points`.
+
+    k and gamma are its own, before any correction of the tester; None where the record is no sine.
+    """
+
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, as asked for")]
+    frequency: Annotated[float, quantity("Hz")]
+    index: int
+    points: int
+    reached_pp_mm: Annotated[float, quantity("mm", "peak to peak, as recorded")]
+    stiffness: Annotated[float | None, quantity("N/m", "k")]
+    loss_factor: Annotated[float | None, quantity("1", "gamma")]
+
+
+@dataclass(frozen=True)
+class SinePointRefused(Event):
+    """One sine point could not be measured as asked, for `reason`, a sentence to show."""
+
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, as asked for")]
+    frequency: Annotated[float, quantity("Hz")]
+    reason: str
+
+
+@dataclass(frozen=True)
+class InterlockTripped(Event):
+    """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator."""
+
+    interlocks: tuple[str, ...]
+    stopped: bool
+
+
+@dataclass(frozen=True)
+class InterlockReset(Event):
+    """Somebody saw to these interlocks of the tester and reset them."""
+
+    interlocks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RunPaused(Event):
+    """The run pauses as asked: the actuator is held at its preset, nothing is armed."""
+
+
+@dataclass(frozen=True)
+class RunResumed(Event):
+    """The run goes on after `paused` seconds, with the point that it was at."""
+
+    paused: Annotated[float, quantity("s")]

@@ -1,0 +1,188 @@
+"""What a sweep measures, and in which order: mountings as blocks, in each of them series of one amplitude.
+
+A sequential order confounds conditioning (Mullins effect, warming, drift) with what amplitude and configuration do; a
+random one turns it into scatter. Mounting a specimen costs a person's time, so every mounting is made once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from itertools import count, product
+from random import Random
+from typing import TypeVar
+
+from rig.detectors import TighterDetector
+from rig.errors import RequestError
+from rig.registers import Interlock
+from rig.tester_limits import TesterLimits
+
+_Value = TypeVar("_Value")
+
+
+class Order(StrEnum):
+    """What of a sweep is shuffled; each includes those before it."""
+
+    SEQUENTIAL = "sequential"
+    AMPLITUDES = "amplitudes"
+    MOUNTINGS = "mountings"
+    ALL = "all"
+
+
+@dataclass(frozen=True)
+class Sine:
+    """One point to measure: its number in the run from 1, amplitude in m peak to peak, frequency in Hz."""
+
+    order_number: int
+    amplitude_pp: float
+    frequency: float
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """A specimen in a configuration, and what is measured before hands go in again."""
+
+    specimen: str
+    configuration: str
+    sines: tuple[Sine, ...]
+
+
+def mountings_in_order(
+    specimens: Sequence[str],
+    configurations: Sequence[str],
+    amplitudes_pp: Sequence[float],
+    frequencies: Sequence[float],
+    order: Order = Order.SEQUENTIAL,
+    seed: int = 0,
+    first_number: int = 1,
+) -> tuple[Mounting, ...]:
+    """Every specimen in every configuration at every amplitude (m peak to peak) and frequency (Hz), each once.
+
+    Points are numbered from `first_number`. `seed` draws what `order` shuffles: the mountings, the amplitudes of each
+    mounting, the frequencies of each series.
+    """
+    draws, numbers = Random(seed), count(first_number)
+    levels = list(Order)
+    shuffled = levels[: levels.index(order) + 1]
+
+    def ordered(values: Sequence[_Value], kind: Order) -> Sequence[_Value]:
+        # by `random()` alone, whose numbers Python promises to keep: a run may be resumed by another version
+        return sorted(values, key=lambda _: draws.random()) if kind in shuffled else values
+
+    return tuple(
+        Mounting(
+            specimen,
+            configuration,
+            tuple(
+                Sine(next(numbers), amplitude_pp, frequency)
+                for amplitude_pp in ordered(amplitudes_pp, Order.AMPLITUDES)
+                for frequency in ordered(frequencies, Order.ALL)
+            ),
+        )
+        for specimen, configuration in ordered(tuple(product(specimens, configurations)), Order.MOUNTINGS)
+    )
+
+
+class PlanError(RequestError):
+    """The plan of a sweep asks for something that cannot be."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What to measure; the defaults are the paper's direct test, 720 points. SI units.
+
+    Attributes:
+        frequencies: Hz.
+        amplitudes_pp: peak-to-peak displacements, m.
+        preset: mean displacement, m.
+        configurations: compression, shear, angled.
+        specimens: joints whose cylinders are measured.
+        tolerance: relative, of the amplitude reached.
+        fine_amplitude_pp: amplitudes up to this are near the limit of the machine, m.
+        fine_tolerance: relative, for those.
+        fewest_cycles: in a record; of ten, 98 % of stiffnesses lay within three of the errors that their scatter tells.
+        most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
+        shortest_record: s.
+        order: what is shuffled; everything else is measured as it is given above.
+        seed: of the shuffling.
+        first_number: order number of the first point, where a run has measured others before.
+        detectors: of the tester, that are tighter while the sweep lasts.
+
+    Raises:
+        PlanError: there is nothing to measure, or a figure makes no sense.
+    """
+
+    frequencies: tuple[float, ...] = tuple(float(frequency) for frequency in range(5, 201, 5))
+    amplitudes_pp: tuple[float, ...] = (1e-4, 5e-5, 1e-5)
+    preset: float = 5e-4
+    configurations: tuple[str, ...] = ("compression", "shear", "angled")
+    specimens: tuple[str, ...] = ("I", "II")
+    tolerance: float = 0.02
+    fine_amplitude_pp: float = 1.5e-5
+    fine_tolerance: float = 0.05
+    fewest_cycles: int = 24
+    most_cycles: int = 60
+    shortest_record: float = 0.5
+    order: Order = Order.SEQUENTIAL
+    seed: int = 0
+    first_number: int = 1
+    detectors: Mapping[Interlock, TighterDetector] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("frequencies", "amplitudes_pp", "configurations", "specimens"):
+            values = getattr(self, name)
+            if not values or len(set(values)) < len(values):
+                raise PlanError(f"{name} of the sweep are {values}; give at least one, and none twice")
+        for name in ("tolerance", "fine_tolerance"):
+            if not 0 < getattr(self, name) < 1:
+                raise PlanError(f"{name} of the sweep is {getattr(self, name)}; it is relative, between 0 and 1")
+        if not 2 <= self.fewest_cycles <= self.most_cycles:
+            raise PlanError(f"a record of {self.fewest_cycles} to {self.most_cycles} cycles cannot be; use 2 or more")
+        if not 0 <= self.shortest_record < math.inf:
+            raise PlanError(f"the shortest record of the sweep is {self.shortest_record} s")
+
+    @property
+    def points(self) -> int:
+        """Number of sine points."""
+        return math.prod(map(len, (self.specimens, self.configurations, self.amplitudes_pp, self.frequencies)))
+
+    def check(self, limits: TesterLimits) -> None:
+        """Let the plan pass if every point and detector is within `limits`, before anything moves.
+
+        Raises:
+            LimitExceededError: one is not.
+        """
+        limits.check_preset(self.preset)
+        for interlock, detector in self.detectors.items():
+            limits.check_detector(interlock, detector.limit)
+        for amplitude_pp, frequency in self.sines():
+            limits.check_cycle(amplitude_pp, frequency)
+
+    def sines(self) -> Iterator[tuple[float, float]]:
+        """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, as they are given."""
+        return product(self.amplitudes_pp, self.frequencies)
+
+    def mountings(self) -> tuple[Mounting, ...]:
+        """What to measure, in the order of measuring; the same whenever it is asked."""
+        return mountings_in_order(
+            self.specimens,
+            self.configurations,
+            self.amplitudes_pp,
+            self.frequencies,
+            self.order,
+            self.seed,
+            self.first_number,
+        )
+
+    def tolerance_at(self, amplitude_pp: float) -> float:
+        """Relative tolerance of the amplitude reached when `amplitude_pp` m is asked for."""
+        return self.fine_tolerance if amplitude_pp <= self.fine_amplitude_pp else self.tolerance
+
+    def record_duration(self, frequency: float, scatter: float, tolerance: float) -> float:
+        """Length of a record in s: enough cycles of relative `scatter` to know their mean to a tenth of `tolerance`."""
+        wanted = math.ceil((10 * scatter / tolerance) ** 2)
+        cycles = min(max(wanted, self.fewest_cycles), self.most_cycles)
+        # whole cycles, so that the mean of the record is that of its cycles
+        return max(cycles, math.ceil(self.shortest_record * frequency)) / frequency

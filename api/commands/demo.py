@@ -20,9 +20,8 @@ from api.commands.terminal import open_catalogue, out, progress_console, write_j
 from api.commands.terminal_operator import SequenceProgress
 from jointlab.errors import JointlabError
 from jointlab.identification.document import identification_document, plain
-from jointlab.identification.load import measurement_of_run
-from jointlab.identification.pipeline import Identification, identify
-from jointlab.identification.save import store_identification
+from jointlab.identification.pipeline import Identification
+from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.report.gap import gap_sections, write_gap_report
 from jointlab.report.page import write_report
@@ -94,8 +93,7 @@ def demo(
                     document, instruments_of(settings), catalogue, operator, notify_all(progress, operator.observe)
                 )
             with watch.stage("identify"):
-                found = identify(measurement_of_run(catalogue, run, on_terminal(progress_console)))
-                store_identification(catalogue, run, found)
+                found = identify_and_save(catalogue, run, progress=on_terminal(progress_console))
         truth, sines = reveal(laboratory.hand, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
         observing = partial(SequenceProgress, console=progress_console)

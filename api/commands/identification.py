@@ -12,8 +12,7 @@ from rich.table import Table
 from analysis.frequency_response import FrequencyResponses
 from analysis.interval import Estimate
 from analysis.modal.estimation import ModalEstimate, estimate_modes
-from analysis.modal.estimator import Estimator
-from api.commands import choices
+from api.commands.identification_options import takes_options
 from api.commands.progress_bars import on_terminal
 from api.commands.terminal import (
     check_writable,
@@ -25,12 +24,12 @@ from api.commands.terminal import (
 )
 from jointlab.identification.document import identification_document, modes_document, plain
 from jointlab.identification.fit_texts import fit_texts
-from jointlab.identification.load import measurement_of_bundle, measurement_of_run, with_free_beam
+from jointlab.identification.load import measurement_of_bundle, with_free_beam
 from jointlab.identification.measurement import dof
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.regularisation import regularisation_texts
-from jointlab.identification.save import store_identification
+from jointlab.identification.run import identify_and_save
 from jointlab.identification.suspended import SuspendedBeam
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
@@ -42,17 +41,11 @@ def register(app: typer.Typer) -> None:
     app.command("modes")(modes)
 
 
+@takes_options
 def identify_(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole result to this file.")] = None,
-    without: choices.Without = None,
-    free_beam: choices.FreeBeam = None,
-    elements: choices.Elements = None,
-    joint_exponent: choices.JointExponent = 0.0,
-    regularise: choices.Regularise = None,
-    estimator: choices.AverageBy = Estimator.H1,
-    force_window: choices.ForceWindow = None,
-    exponential_window: choices.ExponentialWindow = None,
+    options: Options = AS_MEASURED,
 ) -> None:
     """Identify k, h and gamma by both methods and compare them.
 
@@ -60,8 +53,7 @@ def identify_(
     """
     if json_file is not None:
         check_writable(json_file)
-    options = choices.chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
-    found = identified(target, options, free_beam)
+    found = identified(target, options)
     show(found)
     if json_file is not None:
         write_json(identification_document(found), json_file)
@@ -88,32 +80,21 @@ def modes(
         out.print(modes_table(estimate))
 
 
-def identified(target: str, options: Options = AS_MEASURED, free_beam: int | None = None) -> Identification:
+def identified(target: str, options: Options = AS_MEASURED) -> Identification:
     """Identify a bundle, or a run; a run's results are stored.
-
-    Args:
-        target: a bundle's path, or the number of a run.
-        options: what is chosen by hand.
-        free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
 
     Raises:
         StoreError, AnalysisError, JointlabError: there is no such thing, or nothing can be identified from it.
     """
-    run = run_number(target)
-    if run is None:
-        measurement = measurement_of_bundle(read_bundle(Path(target)), options.averaging)
-        if free_beam is not None:
-            with open_catalogue() as catalogue:
-                measurement = with_free_beam(measurement, catalogue, free_beam, on_terminal(progress_console))
-        return identify(measurement, options)
-    with open_catalogue() as catalogue:
-        told = on_terminal(progress_console)
-        measurement = measurement_of_run(catalogue, run, told, options.averaging)
-        if free_beam is not None:
-            measurement = with_free_beam(measurement, catalogue, free_beam, told, options.averaging)
-        found = identify(measurement, options)
-        store_identification(catalogue, run, found)
-    return found
+    run, progress = run_number(target), on_terminal(progress_console)
+    if run is not None:
+        with open_catalogue() as catalogue:
+            return identify_and_save(catalogue, run, options, progress)
+    measurement = measurement_of_bundle(read_bundle(Path(target)), options)
+    if options.free_beam is not None:
+        with open_catalogue() as catalogue:
+            measurement = with_free_beam(measurement, catalogue, options, progress)
+    return identify(measurement, options)
 
 
 def modes_table(estimate: ModalEstimate) -> Table:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from api.commands.choices import Elements
+from api.commands.identification_options import option
 from api.commands.sequences import named_sequence
 from api.commands.terminal import out, write_json
 from jointlab.planning.plan import ExpectedCylinder, plan_of
@@ -30,7 +30,7 @@ def plan(
     rotation: Annotated[float, typer.Option(min=0.0, help="Of one cylinder, as expected, N m.")] = 20.0,
     loss_factor: Annotated[float, typer.Option(min=0.0, max=2.0, help="Of the elastomer.")] = 0.1,
     noise: Annotated[float, typer.Option(min=1e-9, help="Of an averaged accelerance, (m/s^2)/N.")] = 0.003,
-    elements: Elements = None,
+    elements: Annotated[int | None, option("elements")] = None,
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write the page.")] = Path("plan.html"),
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")] = None,
 ) -> None:

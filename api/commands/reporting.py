@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from analysis.modal.estimator import Estimator
-from api.commands import choices
 from api.commands.identification import identified
+from api.commands.identification_options import takes_options
 from api.commands.terminal import open_catalogue, out, run_number
+from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.report.gap import stored_gap_sections
 from jointlab.report.page import write_report
 from jointlab.report.section import Section
@@ -21,24 +21,17 @@ def register(app: typer.Typer) -> None:
     app.command("report")(report)
 
 
+@takes_options
 def report(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
-    without: choices.Without = None,
-    free_beam: choices.FreeBeam = None,
-    elements: choices.Elements = None,
-    joint_exponent: choices.JointExponent = 0.0,
-    regularise: choices.Regularise = None,
-    estimator: choices.AverageBy = Estimator.H1,
-    force_window: choices.ForceWindow = None,
-    exponential_window: choices.ExponentialWindow = None,
+    options: Options = AS_MEASURED,
 ) -> None:
     """Identify and write the report, with the paper's figures and tables for this bench.
 
     Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
     """
-    options = choices.chosen(without, elements, joint_exponent, regularise, estimator, force_window, exponential_window)
-    found, run = identified(target, options, free_beam), run_number(target)
+    found, run = identified(target, options), run_number(target)
     gap: tuple[Section, ...] = ()
     if run is not None:
         with open_catalogue() as catalogue:

@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Any, Self
 from urllib.parse import quote
 
-from analysis.modal.estimator import Estimator
 from api.service.resources.analyses import AnalysisDocument
 from api.service.resources.channels import ChannelDocument
 from api.service.resources.comparisons import ComparisonDocument
@@ -29,6 +28,7 @@ from api.service.resources.specimens import SpecimenDocument
 from api.service.resources.stiffness_at import StiffnessDocument
 from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
+from jointlab.identification.options import Options
 from rig.sequence import Sequence
 from store.states import OVER, AnalysisKind, RunState
 
@@ -219,42 +219,18 @@ class Client:
 
     # Jobs
 
-    def identify(
-        self,
-        run: int,
-        *,
-        free_beam: int | None = None,
-        elements: int | None = None,
-        joint_exponent: float | None = None,
-        regularise: float | None = None,
-        estimator: Estimator | None = None,
-        force_window: float | None = None,
-        exponential_window: float | None = None,
-    ) -> JobDocument:
+    def identify(self, run: int, **options: Any) -> JobDocument:
         """Queue an identification of a run by both methods.
 
         Args:
             run: its number.
-            free_beam: number of a run on the suspended beam, whose damping, modulus and density are the beam's.
-            elements: of the beam between neighbouring nodes; as many as the data call for by default.
-            joint_exponent: standard deviation of the power of frequency that joints follow; nil by default.
-            regularise: share of its size within which every term is held; none by default.
-            estimator: of the blows' average; H1 by default.
-            force_window: seconds after the trigger that force counts; all by default.
-            exponential_window: time constant in seconds of a window on force and acceleration; none by default.
+            options: fields of `jointlab.identification.options.Options`, such as `elements=1`.
+
+        Raises:
+            ValidationError: there is no such option, or its value is outside of its limits.
         """
-        wanted = {
-            "run": run,
-            "free_beam": free_beam,
-            "elements": elements,
-            "joint_exponent": joint_exponent,
-            "regularise": regularise,
-            "estimator": estimator,
-            "force_window": force_window,
-            "exponential_window": exponential_window,
-        }
-        chosen = {name: value for name, value in wanted.items() if value is not None}
-        return self._connection.post(JobDocument, "/identifications", chosen)
+        chosen = Options(**options).model_dump(mode="json", exclude_defaults=True)
+        return self._connection.post(JobDocument, "/identifications", {"run": run} | chosen)
 
     def diagnose(self, run: int) -> JobDocument:
         """Queue a diagnosis of the gap between a run and its simulation."""

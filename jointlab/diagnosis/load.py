@@ -62,7 +62,7 @@ def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silen
         StoreError: there is no such run, or a record is damaged.
         AnalysisError, JointlabError: there is nothing to diagnose.
     """
-    measured = measurement_of_run(catalogue, run_id, progress)
+    measured = measurement_of_run(catalogue, run_id, progress=progress)
     with catalogue.reading() as session:
         setup = get_run(session, run_id).setup
     return _subject(measured, setup, stored_blows(catalogue, run_id))

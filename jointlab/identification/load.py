@@ -20,7 +20,7 @@ from analysis.suspended.suspension import Suspension
 from jointlab.errors import JointlabError
 from jointlab.identification.bundle_blows import forces_of_bundle, scatter_of_bundle
 from jointlab.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of
-from jointlab.identification.options import AS_MEASURED, Averaging
+from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.sine_points import SinePoint, sine_point
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from rig.operator import SUPPORTED, SUSPENDED
@@ -45,13 +45,13 @@ from store.states import AnalysisKind
 DIMENSIONS = ("length", "height", "width")
 
 
-def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.averaging) -> Measurement:
-    """The measurement that a bundle holds.
+def measurement_of_bundle(bundle: Bundle, options: Options = AS_MEASURED) -> Measurement:
+    """The measurement that a bundle holds; of the options, estimator and windows act here.
 
     Raises:
         JointlabError: another average is asked for than the bundle has.
     """
-    _check_as_averaged(averaging, bundle.setup.title)
+    _check_as_averaged(options, bundle.setup.title)
     points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
     return Measurement(
         bundle.setup.title,
@@ -65,26 +65,34 @@ def measurement_of_bundle(bundle: Bundle, averaging: Averaging = AS_MEASURED.ave
 
 
 def measurement_of_run(
-    catalogue: Catalogue, run_id: int, progress: Progress = silent, averaging: Averaging = AS_MEASURED.averaging
+    catalogue: Catalogue, run_id: int, options: Options = AS_MEASURED, progress: Progress = silent
 ) -> Measurement:
     """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
 
     Args:
         catalogue: that holds it.
         run_id: its number.
+        options: estimator, windows and the run on the suspended beam act here.
         progress: is told how far the records are read.
-        averaging: of its blows.
 
     Raises:
         StoreError: there is no such run, or a record is damaged.
         AnalysisError: a record cannot be evaluated; the message names it.
-        JointlabError: the run holds nothing to identify from, or was imported and another average is asked for.
+        JointlabError: the run holds nothing to identify from, or was imported and another average is asked for; or the
+            run on the suspended beam does not fit.
     """
+    measurement = _own_measurement(catalogue, run_id, options, progress)
+    if options.free_beam in (None, run_id):
+        return measurement
+    return with_free_beam(measurement, catalogue, options, progress)
+
+
+def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progress: Progress) -> Measurement:
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         article = article_from(run.setup)
         if run.kind == "import":
-            _check_as_averaged(averaging, f"run {run_id}")
+            _check_as_averaged(options, f"run {run_id}")
             stored = _imported_points(session, run_id) if run.setup.get("direct") else []
             sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
@@ -109,7 +117,7 @@ def measurement_of_run(
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
     with progress("accelerances", len(blows)) as advance:
         every_set = [
-            (step, _accelerances(catalogue, article, own, step, averaging, advance))
+            (step, _accelerances(catalogue, article, own, step, options, advance))
             for number, step in enumerate(sequence.hammer_steps, start=1)
             if (own := [blow for blow in blows if blow.set_number == number])
         ]
@@ -136,19 +144,17 @@ def _imported_points(session: Session, run_id: int) -> list[DynamicStiffness]:
 
 
 def with_free_beam(
-    measurement: Measurement,
-    catalogue: Catalogue,
-    run_id: int,
-    progress: Progress = silent,
-    averaging: Averaging = AS_MEASURED.averaging,
+    measurement: Measurement, catalogue: Catalogue, options: Options, progress: Progress = silent
 ) -> Measurement:
-    """The measurement with the suspended test of another run in place of its own.
+    """The measurement with the suspended test of the run `options.free_beam` in place of its own.
 
     Raises:
         StoreError: there is no such run.
         JointlabError: that run has none, or its beam is another one.
     """
-    lending = measurement_of_run(catalogue, run_id, progress, averaging)
+    assert options.free_beam is not None
+    run_id = options.free_beam
+    lending = _own_measurement(catalogue, run_id, options, progress)
     if lending.suspended is None:
         raise JointlabError(f"run {run_id} has no hammer step on the suspended beam")
     ours, theirs = (each.article.beam.model_dump(include=set(DIMENSIONS)) for each in (measurement, lending))
@@ -157,8 +163,8 @@ def with_free_beam(
     return replace(measurement, suspended=lending.suspended)
 
 
-def _check_as_averaged(averaging: Averaging, what: str) -> None:
-    if averaging != AS_MEASURED.averaging:
+def _check_as_averaged(options: Options, what: str) -> None:
+    if options.averages_otherwise:
         raise JointlabError(
             f"{what} holds accelerances, no blows: they have the estimator and the window that they came with; leave "
             "both out"
@@ -191,7 +197,7 @@ def _accelerances(
     article: Article,
     blows: list[Blow],
     step: HammerStep,
-    averaging: Averaging,
+    options: Options,
     advance: Advance,
 ) -> _Struck:
     """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
@@ -227,9 +233,9 @@ def _accelerances(
         dof(response),
         [dof(point) for point in points],
         step.highest_frequency,
-        averaging.estimator,
+        options.estimator,
         pre_trigger=round(step.pretrigger_seconds * rate),
-        windows=Windows(averaging.window.force_seconds, averaging.window.decay),
+        windows=Windows(options.force_window, options.window.decay),
     )
     peaks = [blow.peak_force for blow in blows if blow.peak_force is not None]
     temperatures = [blow.temperature_c for blow in blows if blow.temperature_c is not None]
@@ -244,10 +250,10 @@ def _accelerances(
         averages=step.blows,
         peak_force=float(np.mean(peaks)),
         temperature_c=float(np.mean(temperatures)),
-        window=str(averaging.window),
+        window=str(options.window),
         sample_rate=rate,
         block_seconds=step.block_seconds,
-        estimator=averaging.estimator.value,
+        estimator=options.estimator.value,
     )
     records = tuple(PointForces(dof(point), force, rate) for point, force in zip(points, forces, strict=True))
     return _Struck(measured, records, computed.scatter, tuple(left_out))

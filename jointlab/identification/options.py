@@ -1,59 +1,123 @@
-"""What of an identification is chosen by hand."""
+"""Options of an identification, declared once: command line, REST, client, jobs and stored settings follow from here.
+
+This module imports no numerical package, because `jointlab identify --help` and the client need it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field
 
 from analysis.modal.estimator import Estimator
-from store.blow_window import NO_WINDOW, BlowWindow
+from store.blow_window import BlowWindow
+from store.quantity import quantity
 
-MOST_ELEMENTS = 32
-TIGHTEST, LOOSEST = 0.01, 10.0  # of regularisation
-SHORTEST_FORCE, SHORTEST_CONSTANT, LONGEST_WINDOW = 1e-4, 0.01, 100.0  # s; modes are seen through an exponential one
-
-
-@dataclass(frozen=True)
-class Averaging:
-    """How the raw blows of a run become accelerances; those of a bundle are as their own laboratory made them.
-
-    Attributes:
-        estimator: H1, H2 or Hv.
-        window: on force and acceleration; what it adds to the damping is taken out of modes and joints.
-    """
-
-    estimator: Estimator = Estimator.H1
-    window: BlowWindow = NO_WINDOW
+SWITCHES = ("transducer_lag", "frame_compliance", "fixture_inertia", "temperature_shift")
+"""Names of the corrections of sine points that can be switched off."""
+LARGEST_RUN = 2**31 - 1
+"""An integer that every database can hold."""
+LONGEST_WINDOW = 100.0  # s
 
 
-@dataclass(frozen=True)
-class Options:
-    """Choices; by default everything is as the measurement itself has it.
+class Options(BaseModel):
+    """Options; by default everything is as the measurement itself has it."""
 
-    Attributes:
-        without: corrections of the sine points to switch off, by the names in `tester_corrections.SWITCHES`.
-        elements: of the beam between neighbouring nodes; 1 is the paper's mesh, None as many as the data call for.
-        joint_exponent: standard deviation of the power of frequency that each joint follows; zero for constant joints.
-        regularise: share of its size within which maximum likelihood holds every term about where it started; None for
-            not at all.
-        averaging: of the raw blows. It acts where the measurement is read, in `source`.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    without: tuple[str, ...] = ()
-    elements: int | None = None
-    joint_exponent: float = 0.0
-    regularise: float | None = None
-    averaging: Averaging = Averaging()
+    without: Annotated[
+        tuple[str, ...], Field(description=f"corrections of the sine points to leave out: {', '.join(SWITCHES)}")
+    ] = ()
+    free_beam: Annotated[
+        int | None,
+        Field(
+            ge=1,
+            le=LARGEST_RUN,
+            description="run on the suspended beam, whose damping, modulus and density the beam then has, with their "
+            "errors",
+        ),
+    ] = None
+    elements: Annotated[
+        int | None,
+        Field(
+            ge=1,
+            le=32,
+            description="elements of the beam between neighbouring nodes; 1 is the paper's mesh, by default it is "
+            "converged",
+        ),
+    ] = None
+    joint_exponent: Annotated[
+        float,
+        quantity(
+            "1",
+            "standard deviation of the power of frequency that every joint follows (rubber: 0.1); by default joints "
+            "are constant",
+            ge=0,
+            le=1,
+        ),
+    ] = 0.0
+    regularise: Annotated[
+        float | None,
+        quantity(
+            "1",
+            "share of its size within which every term of the joints is held about the paper's method; by default no "
+            "term is held",
+            ge=0.01,
+            le=10,
+        ),
+    ] = None
+    estimator: Annotated[
+        Estimator,
+        Field(description="how blows are averaged: H1 trusts the force, H2 the acceleration, Hv trusts both alike"),
+    ] = Estimator.H1
+    force_window: Annotated[
+        float | None,
+        quantity("s", "time after the trigger of a blow from which force is set to zero", ge=1e-4, le=LONGEST_WINDOW),
+    ] = None
+    exponential_window: Annotated[
+        float | None,
+        quantity(
+            "s",
+            "time constant of an exponential window on force and acceleration of every blow; the damping that it adds "
+            "is taken out of modes and joints",
+            ge=0.01,  # modes are seen through it
+            le=LONGEST_WINDOW,
+        ),
+    ] = None
+
+    @property
+    def window(self) -> BlowWindow:
+        """The window on the records of blows."""
+        return BlowWindow(self.force_window, self.exponential_window)
+
+    @property
+    def averages_otherwise(self) -> bool:
+        """Whether blows are to be averaged in another way than the default one."""
+        return (self.estimator, self.window) != (AS_MEASURED.estimator, AS_MEASURED.window)
+
+    def settings(self, free_beam: int | None) -> dict[str, Any]:
+        """The options as they are stored with an analysis.
+
+        Args:
+            free_beam: the run whose suspended test was used, also where it is the run's own.
+        """
+        window = {"force_seconds": self.force_window, "time_constant": self.exponential_window}
+        kept = self.model_dump(mode="json", include={"without", "elements", "joint_exponent", "regularise"})
+        return kept | {"averaging": {"estimator": self.estimator.value, "window": window}, "free_beam": free_beam}
+
+    @classmethod
+    def of_settings(cls, kept: Mapping[str, Any]) -> Options:
+        """The options from `settings`; what an older version did not store has its default."""
+        averaging = kept.get("averaging", {})
+        window = averaging.get("window", {})
+        return cls(
+            **{name: value for name, value in kept.items() if name != "averaging"},
+            estimator=averaging.get("estimator", Estimator.H1),
+            force_window=window.get("force_seconds"),
+            exponential_window=window.get("time_constant"),
+        )
 
 
 AS_MEASURED = Options()
-"""Nothing chosen."""
-_OPTIONS = TypeAdapter(Options)
-
-
-def options_of(kept: Mapping[str, Any]) -> Options:
-    """The choices that were kept as a document, by `asdict`; what is not in it was not chosen."""
-    return _OPTIONS.validate_python(kept)
+"""All options at their defaults."""

@@ -18,7 +18,6 @@ from jointlab.identification.inverse import Inverse, Route
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
 from store.analyses import Analysis, add_analysis, latest_analysis
-from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
 from store.dof import Dof as StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness
@@ -45,18 +44,8 @@ class StoredIdentification:
     comparisons: int | None
 
 
-def store_identification(catalogue: Catalogue, run_id: int, found: Identification) -> StoredIdentification:
-    """Store everything in one transaction.
-
-    Raises:
-        StoreError: there is no such run, or the database refuses; then nothing is stored.
-    """
-    with catalogue.writing() as session:
-        return save_identification(session, run_id, found)
-
-
 def save_identification(session: Session, run_id: int, found: Identification) -> StoredIdentification:
-    """Store everything in the caller's transaction.
+    """Store every result of an identification in the caller's transaction.
 
     Raises:
         StoreError: there is no such run, or the database refuses.
@@ -212,7 +201,7 @@ def _likelihood_joints(
 def _chosen(found: Identification) -> dict[str, Any]:
     """What was chosen by hand, and the run of whose suspended beam the beam is."""
     suspended = found.measurement.suspended
-    return asdict(found.options) | {"free_beam": None if suspended is None else suspended.run}
+    return found.options.settings(None if suspended is None else suspended.run)
 
 
 def _reasons(route: Route[Any]) -> dict[str, dict[str, str]]:

@@ -9,15 +9,13 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from analysis.direct.applied_correction import AppliedCorrection
-from analysis.direct.corrections import Effect, correct
+from analysis.direct.corrections import correct
 from analysis.direct.rig_calibration import CalibrationRun, RigCalibration, calibrate_rig
 from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature
 from jointlab.errors import JointlabError
+from jointlab.identification.options import SWITCHES
 from jointlab.identification.sine_points import SinePoint
-
-SWITCHES = (*(effect.value for effect in Effect), TEMPERATURE_SHIFT)
-"""Names of the corrections that can be switched off."""
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,14 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.modal.estimator import Estimator
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
-from jointlab.identification.load import measurement_of_run, with_free_beam
-from jointlab.identification.options import AS_MEASURED, Averaging, Options
-from jointlab.identification.pipeline import identify as identify_measurement
-from jointlab.identification.recompute import identified_as_stored
+from jointlab.identification.options import Options
+from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
 from jointlab.report.gap import stored_gap_sections
 from jointlab.report.page import write_report
-from store.blow_window import BlowWindow
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.hdf5 import export_hdf5
@@ -65,26 +61,10 @@ def exports_folder(catalogue: Catalogue) -> Path:
 
 def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     """k, h and gamma of a run by both methods, and their comparison."""
-    run, free_beam = job.parameters["run"], job.parameters.get("free_beam")
-    options = _options(job.parameters)
-    measurement = measurement_of_run(catalogue, run, progress, options.averaging)
-    if free_beam is not None:
-        measurement = with_free_beam(measurement, catalogue, free_beam, progress, options.averaging)
-    with progress("identification", 1) as advance:
-        found = identify_measurement(measurement, options)
-        advance(1)
+    chosen = dict(job.parameters)
+    run = chosen.pop("run")
+    found = identify_run(catalogue, run, Options(**chosen), progress)
     return lambda session: asdict(save_identification(session, run, found))
-
-
-def _options(given: Mapping[str, Any]) -> Options:
-    """What was chosen by hand; by default nothing."""
-    window = BlowWindow(given.get("force_window"), given.get("exponential_window"))
-    return Options(
-        elements=given.get("elements"),
-        joint_exponent=given.get("joint_exponent", AS_MEASURED.joint_exponent),
-        regularise=given.get("regularise"),
-        averaging=Averaging(Estimator(given.get("estimator", AS_MEASURED.averaging.estimator)), window),
-    )
 
 
 def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
@@ -118,16 +98,15 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
             case "hdf5":
                 export_hdf5(catalogue, run, folder / name)
             case _:
-                found, standing = identified_as_stored(catalogue, run, progress)
+                found, standing = recompute(catalogue, run, progress)
                 write_report(found, folder / name, more=stored_gap_sections(catalogue, run), standing=standing)
         advance(1)
     return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
 
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
-TAKES = ("free_beam", "elements", "joint_exponent", "regularise", "estimator", "force_window", "exponential_window")
 KINDS: Mapping[str, Kind] = {
-    "identify": Kind(("run",), identify, takes=TAKES),
+    "identify": Kind(("run",), identify, takes=tuple(Options.model_fields)),
     "diagnose": Kind(("run",), diagnose),
     "trial": Kind(("cases", "seed"), trial),
     "export": Kind(("run", "form"), export),

@@ -10,7 +10,7 @@ from typing import Any
 import jinja2
 
 from jointlab.errors import JointlabError
-from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.identification.options import Options
 from jointlab.identification.pipeline import Identification
 from jointlab.report.direct import direct_sections
 from jointlab.report.inverse import inverse_sections
@@ -81,8 +81,8 @@ def choices(options: Options) -> str:
         said.append(f"without the corrections {', '.join(options.without).replace('_', ' ')}")
     if options.regularise is not None:
         said.append(f"joint terms held within {100 * options.regularise:g} % of their size")
-    if options.averaging != AS_MEASURED.averaging:
-        said.append(f"blows averaged by {options.averaging.estimator}, window {options.averaging.window}")
+    if options.averages_otherwise:
+        said.append(f"blows averaged by {options.estimator}, window {options.window}")
     return f"Chosen by hand: {'; '.join(said)}" if said else ""
 
 

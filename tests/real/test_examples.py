@@ -14,7 +14,7 @@ from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import Measurement, responses_of
 from jointlab.identification.pipeline import identify
-from jointlab.identification.save import store_identification
+from jointlab.identification.save import save_identification
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.bundle_setup import Article
@@ -81,7 +81,8 @@ def test_an_example_is_imported_identified_stored_and_exported_equal(
         run = import_bundle(catalogue, original)
         measurement = measurement_of_run(catalogue, run)
         found = identify(measurement)
-        stored = store_identification(catalogue, run, found)
+        with catalogue.writing() as session:
+            stored = save_identification(session, run, found)
         assert [name for name, number in asdict(stored).items() if number is None] == ["suspended_beam"]
         document = identification_document(found)
         check_form(document, {joint.name for joint in original.setup.joints})

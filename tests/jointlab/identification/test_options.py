@@ -15,7 +15,7 @@ from analysis.modal.estimator import Estimator
 from jointlab.identification.inverse import LOWEST_LINE, Inverse, inverse_of
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import Measurement
-from jointlab.identification.options import Averaging, Options
+from jointlab.identification.options import AS_MEASURED, Options
 from store.blow_window import BlowWindow
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
@@ -28,19 +28,19 @@ K12, K22 = (0, 1), (1, 1)
 TRUE_LOSS_FACTOR = 0.1
 
 
-def read(demo: Path, averaging: Averaging) -> Measurement:
+def read(demo: Path, options: Options) -> Measurement:
     with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
-        return measurement_of_run(catalogue, 1, averaging=averaging)
+        return measurement_of_run(catalogue, 1, options)
 
 
 @pytest.fixture(scope="module")
 def plain(demo: Path) -> Inverse:
-    return inverse_of(read(demo, Averaging()), options=COARSE)
+    return inverse_of(read(demo, AS_MEASURED), options=COARSE)
 
 
 @pytest.fixture(scope="module")
 def windowed(demo: Path) -> Measurement:
-    return read(demo, Averaging(window=WINDOW))
+    return read(demo, Options(exponential_window=WINDOW.time_constant))
 
 
 def test_modes_seen_through_an_exponential_window_are_damped_as_without_it(
@@ -98,7 +98,7 @@ def test_an_estimator_that_there_is_not_is_refused(jointlab: Command) -> None:
 
 
 def test_each_estimator_is_that_of_its_average(demo: Path) -> None:
-    h1, h2, hv = (read(demo, Averaging(each)).sets[0] for each in Estimator)
+    h1, h2, hv = (read(demo, Options(estimator=each)).sets[0] for each in Estimator)
     assert [each.estimator for each in (h1, h2, hv)] == ["H1", "H2", "Hv"]
     lines = h1.frequency > 20
     size = [np.abs(each.accelerance[:, lines]) for each in (h1, h2, hv)]

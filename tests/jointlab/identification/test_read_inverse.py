@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointlab.identification.load import measurement_of_run
-from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.pipeline import Identification
 from jointlab.identification.read import METHODS, newest_joints, stored_direct
 from jointlab.identification.read_inverse import stored_inverse
-from jointlab.identification.save import joint_matrix, store_identification
+from jointlab.identification.run import identify_and_save
+from jointlab.identification.save import joint_matrix
 from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -24,9 +24,7 @@ def run(measured_catalogue: Catalogue, measured: int) -> Run:
 
 @pytest.fixture
 def found(measured_catalogue: Catalogue, measured: int) -> Identification:
-    found = identify(measurement_of_run(measured_catalogue, measured))
-    store_identification(measured_catalogue, measured, found)
-    return found
+    return identify_and_save(measured_catalogue, measured)
 
 
 def test_pictures_from_the_store_are_those_of_the_identification(

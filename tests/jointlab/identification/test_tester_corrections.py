@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 import yaml
 
+from analysis.direct.corrections import Effect
+from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from jointlab.errors import BAD_INPUT
 from jointlab.identification.load import measurement_of_run
-from jointlab.identification.options import Options, options_of
+from jointlab.identification.options import SWITCHES, Options
 from jointlab.identification.pipeline import Identification, identify
-from jointlab.identification.tester_corrections import SWITCHES
 from jointlab.trials.simulated_truth import SineTruth, sine_truths
 from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
@@ -112,7 +113,7 @@ def test_corrected_results_are_within_one_per_cent_of_the_truth(
     ((settings,),) = query("SELECT settings FROM analyses WHERE kind = 'dynamic_stiffness'")
     kept = json.loads(settings)
     assert (kept["corrections"], kept["switched_off"]) == (document["applied"], ["transducer_lag"])
-    assert options_of(kept["options"]) == Options(without=("transducer_lag",))
+    assert Options.of_settings(kept["options"]) == Options(without=("transducer_lag",))
     assert query("SELECT DISTINCT configuration FROM v_dynamic_stiffness ORDER BY 1") == [
         ("angled",), ("compression",), ("shear",)
     ]  # fmt: skip
@@ -128,3 +129,7 @@ def test_a_correction_that_does_not_exist_is_named(jointlab: Command, bundle: Pa
     answer = jointlab("identify", bundle, "--without", "gravity")
     assert answer.returncode == BAD_INPUT
     assert "no correction gravity; there are transducer_lag, frame_compliance, fixture_inertia" in answer.stderr
+
+
+def test_the_switches_are_all_corrections_there_are() -> None:
+    assert set(SWITCHES) == {*map(str, Effect), TEMPERATURE_SHIFT}

@@ -1,0 +1,52 @@
+"""The options of an identification on the command line, made from their one declaration."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import typer
+from pydantic.fields import FieldInfo
+
+from jointlab.identification.options import Options
+
+METAVARS = {"free_beam": "RUN", "regularise": "SHARE", "force_window": "SECONDS", "exponential_window": "SECONDS"}
+
+
+def takes_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for every field of `Options`, in place of its parameter called `options`."""
+
+    @functools.wraps(command)
+    def with_options(**given: Any) -> None:
+        chosen = {name: given.pop(name) for name in Options.model_fields}
+        options = Options(**{name: value for name, value in chosen.items() if value not in (None, [])})
+        command(**given, options=options)
+
+    signature = inspect.signature(command, eval_str=True)
+    own = [parameter for name, parameter in signature.parameters.items() if name != "options"]
+    added = [_parameter(name, field) for name, field in Options.model_fields.items()]
+    with_options.__signature__ = signature.replace(parameters=[*own, *added])  # type: ignore[attr-defined] # typer's
+    return with_options
+
+
+def option(name: str) -> Any:
+    """One field of `Options` as typer's annotation of a parameter."""
+    return _parameter(name, Options.model_fields[name]).annotation
+
+
+def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
+    is_list = field.default == ()
+    limits = {key: getattr(limit, key) for limit in field.metadata for key in ("ge", "le") if hasattr(limit, key)}
+    extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+    description = (field.description or "").removesuffix(f", {extra.get('x-unit')}")
+    info = typer.Option(
+        help=f"{description[:1].upper()}{description[1:]}{'; may be repeated' if is_list else ''}.",
+        metavar=METAVARS.get(name),
+        min=limits.get("ge"),
+        max=limits.get("le"),
+    )
+    kind: Any = list[str] | None if is_list else field.annotation
+    default = None if is_list else field.default
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, info])

@@ -1,0 +1,95 @@
+"""Identification of a run: load, identify and save it, or compute again what was saved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlab.identification.inverse import LIKELIHOOD
+from jointlab.identification.load import measurement_of_run
+from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.identification.pipeline import Identification, identify
+from jointlab.identification.save import OPTIONS, save_identification
+from store.analyses import Analysis, list_analyses
+from store.catalogue import Catalogue
+from store.joint_matrices import list_joint_matrices
+from store.progress import Progress, silent
+from store.states import AnalysisKind
+
+ALIKE = 1e-6
+"""Largest relative difference of a stiffness that rounding on another computer may cause."""
+
+
+def identify_run(
+    catalogue: Catalogue, run_id: int, options: Options = AS_MEASURED, progress: Progress = silent
+) -> Identification:
+    """Load the measurement of a run and identify it; nothing is stored.
+
+    Raises:
+        StoreError, AnalysisError, JointlabError: as for `measurement_of_run` and `identify`.
+    """
+    measurement = measurement_of_run(catalogue, run_id, options, progress)
+    with progress("identification", 1) as advance:
+        found = identify(measurement, options)
+        advance(1)
+    return found
+
+
+def identify_and_save(
+    catalogue: Catalogue, run_id: int, options: Options = AS_MEASURED, progress: Progress = silent
+) -> Identification:
+    """Identify a run and store everything in one transaction.
+
+    Raises:
+        StoreError, AnalysisError, JointlabError: as for `identify_run`, or the database refuses. Then nothing
+            is stored.
+    """
+    found = identify_run(catalogue, run_id, options, progress)
+    with catalogue.writing() as session:
+        save_identification(session, run_id, found)
+    return found
+
+
+def recompute(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> tuple[Identification, str]:
+    """The newest stored identification of a run with everything that is not stored of it, and a sentence about it.
+
+    It is computed from the run's records with the stored options, which gives the stored numbers. The sentence says so
+    where it does not, because blows were taken back since or the software is another. A run that was not identified yet
+    is identified with all options at their defaults.
+
+    Raises:
+        StoreError, AnalysisError, JointlabError: as for `identify_run`.
+    """
+    stored = _newest(catalogue, run_id)
+    options = AS_MEASURED if stored is None else Options.of_settings(stored.settings.get(OPTIONS, {}))
+    if options.free_beam == run_id:
+        options = options.model_copy(update={"free_beam": None})
+    found = identify_run(catalogue, run_id, options, progress)
+    if stored is None:
+        return found, "It is not stored: the run was not identified before"
+    if _is_alike(catalogue, stored, found):
+        return found, f"It is that of analysis {stored.id}"
+    return found, (
+        f"It is not that of analysis {stored.id}: blows were taken back since, or the software is another; identify "
+        "the run again to store it"
+    )
+
+
+def _newest(catalogue: Catalogue, run_id: int) -> Analysis | None:
+    """The newest joints by maximum likelihood, or the newest sine points of a run without a hammer session."""
+    with catalogue.reading() as session:
+        joints = list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES)
+        points = list_analyses(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
+    return next((each for each in joints if each.method == LIKELIHOOD), points[0] if points else None)
+
+
+def _is_alike(catalogue: Catalogue, stored: Analysis, found: Identification) -> bool:
+    """Whether the joints are the stored ones; there is nothing that could differ where none were identified."""
+    if found.inverse is None or stored.kind != AnalysisKind.JOINT_MATRICES:
+        return found.inverse is None
+    with catalogue.reading() as session:
+        known = {joint.joint: joint for joint in list_joint_matrices(session, stored.id)}
+    joints = found.inverse.likelihood.joints
+    return set(known) == set(joints) and all(
+        bool(np.all(np.abs(known[name].stiffness - joint.stiffness) <= ALIKE * np.max(np.abs(joint.stiffness))))
+        for name, joint in joints.items()
+    )

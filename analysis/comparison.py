@@ -3,7 +3,7 @@
 The inverse test gives one k + i h per joint for its whole band; the tester gives them frequency by frequency, up to
 200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
 the direct method hands over a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
-(`analysis.blow_amplitude`), and what scatters over the blows is part of the direct interval. Where it hands over
+(`analysis.joint_amplitude`), and what scatters over the blows is part of the direct interval. Where it hands over
 points, those of one amplitude are taken (the smallest measured unless told), and where no mode lies in the band, their
 mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on frequency most. What was
 done is said in each result.
@@ -23,13 +23,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.blow_amplitude import JointAmplitude
-from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, JointTerms
+from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, JointLaw, JointTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.joint_law import JointLaw
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
+from analysis.joint_amplitude import JointAmplitude
 
 FLAT_BAND = (50.0, 200.0)  # Hz
 NEAR_BAND = 1.05  # a law is asked at modes this factor outside of the tester's band
@@ -248,7 +247,7 @@ def _series_of_law(name: str, law: JointLaw, modes: Real, asked: JointAmplitude 
     if asked is None or modes.size == 0:
         raise AnalysisError(
             f"joint {name}: a law has to be told mode_frequencies and amplitude_pp, to be asked there; "
-            "analysis.blow_amplitude computes the amplitude"
+            "analysis.joint_amplitude computes the amplitude"
         )
     order = np.argsort(modes)
     low, high = law.frequencies

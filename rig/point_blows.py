@@ -9,8 +9,7 @@ from typing import Self
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.modal.blow_check import BlowReason
-from analysis.modal.point_check import check_point
+from analysis.modal.blow_check import BlowReason, check_point
 
 LOWEST_COMPARED = 20.0  # Hz; below, a record of two seconds holds more drift than response
 

@@ -21,8 +21,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analysis.direct.applied_correction import AppliedCorrection
-from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate, combined_degrees_of_freedom

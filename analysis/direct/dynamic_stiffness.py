@@ -23,12 +23,35 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.direct.applied_correction import AppliedCorrection
-from analysis.direct.block_scatter import covariance_of_mean, variance_of_mean
-from analysis.direct.sine import SineFit, fit_sine
+from analysis.direct.sine import SineFit, covariance_of_mean, fit_sine, variance_of_mean
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.interval import Estimate
+
+
+@dataclass(frozen=True)
+class AppliedCorrection:
+    """One parameter of one correction.
+
+    Attributes:
+        effect: what was corrected for, such as "frame_compliance".
+        parameter: its symbol, such as "c".
+        value: in `unit`.
+        standard_error: in `unit`; part of the result's covariance.
+        unit: SI.
+    """
+
+    effect: str
+    parameter: str
+    value: float
+    standard_error: float
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """One line for a report."""
+        return f"{self.effect}: {self.parameter} = {self.value:.4g} +- {self.standard_error:.2g} {self.unit}"
+
 
 FIRST_HARMONIC_SHARE = 0.99
 LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)

@@ -14,11 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.direct.applied_correction import AppliedCorrection
 from analysis.direct.constitutive import Parameter, dynamic_stiffness
 from analysis.direct.corrections import complex_factor
 from analysis.direct.discrepancy import Conditions, covariance, interleaved
-from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate

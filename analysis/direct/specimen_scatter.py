@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, FREQUENCY_TOLERANCE, CylinderTerms
+from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, FREQUENCY_TOLERANCE, CylinderLaw, CylinderTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.joint_law import CylinderLaw
 from analysis.direct.weighting import own_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real

@@ -16,13 +16,12 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, upper_terms
-from analysis.inverse.observability import bounded_inverse, term_units
+from analysis.inverse.observability import TermBound, bounded_inverse, term_bound, term_units
 from analysis.inverse.regression import TERMS
 from analysis.inverse.response_likelihood import Information, ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
-from analysis.inverse.term_information import TermBound, term_bound
 from analysis.inverse.tolerances import EXACT, Tolerances, deviation_labels
-from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
+from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, weak_directions
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
@@ -138,7 +137,7 @@ def expected(experiment: Experiment) -> Expectation:
     weak = weak_directions(terms_covariance, names, experiment.free_beam.beam.stiffness_unit, terms)
     first = experiment.sets[0]
     of_all = experiment.tolerances.covariance(first.response, first.inputs, len(joints))
-    scale = scale_direction(of_all[:3, :3], bound, terms)
+    scale = scale_direction(of_all[:3, :3], bound.as_drawn, terms)
     deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
     return Expectation(
         labels=(*parameters.labels, *labels),

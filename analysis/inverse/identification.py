@@ -19,13 +19,12 @@ from analysis.inverse.expansion import joint_motion
 from analysis.inverse.joint_estimate import JointEstimate, estimate, joint_of
 from analysis.inverse.longitudinal_averaging import averaged
 from analysis.inverse.observability import modal_bound
-from analysis.inverse.term_reasons import term_names, undetermined
-from analysis.inverse.weak_directions import WeakDirection, weak_directions
+from analysis.inverse.undetermined_terms import WeakDirection, term_names, undetermined, weak_directions
 from analysis.modes import Modes
+from analysis.structure.agreement import mode_errors
 from analysis.structure.beam import FreeBeam
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint
-from analysis.structure.mode_agreement import mode_errors
 
 PAPER_DOFS = (
     Dof(1, Direction.X),

@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from analysis.frequency_response import Real
 from analysis.interval import CONFIDENCE
 from analysis.inverse.regression import UPPER, Regression
-from analysis.inverse.term_reasons import Reasons
+from analysis.inverse.undetermined_terms import Reasons
 from analysis.structure.joints import Joint
 
 ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter

@@ -9,23 +9,91 @@ from functools import cached_property
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.interval import Estimate
-from analysis.inverse.blow_scatter import degrees_of_freedom, information_from_scatter
+from analysis.frequency_response import Complex, FrequencyResponses, Real, blows_behind
+from analysis.interval import Estimate, combined_degrees_of_freedom
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
 from analysis.inverse.joint_parameters import matrices
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
-from analysis.inverse.observability import term_units
-from analysis.inverse.prior_effect import PriorEffect, prior_effect
+from analysis.inverse.observability import TermBound, term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
-from analysis.inverse.response_model import ResponseModel
-from analysis.inverse.term_information import TermBound, term_bound
-from analysis.inverse.term_reasons import term_names
+from analysis.inverse.response_model import ResponseModel, SupportedResponse
 from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
+from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
 from analysis.inverse.validity_checks import Gate, convergence, goodness_of_fit, passivity
-from analysis.inverse.weak_directions import WeakDirection, scale_direction, weak_directions
+
+
+@dataclass(frozen=True, eq=False)
+class PriorEffect:
+    """Of the terms of all joints, (12 joints,), in the order of `regression.TERMS`.
+
+    Attributes:
+        bias: to first order, for joints that are as they were found. Where the prior decides alone this is nil, as the
+            term then is where the prior has it.
+        share: of the variance, 0 to 1. It is what remains where joints are as far from the prior's mean as it says,
+            while the rest comes from noise: 0 where the data decide, 1 where the prior does.
+    """
+
+    bias: Real
+    share: Real
+
+
+def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
+    """Bias and share of a Gaussian prior.
+
+    With F the information of the data and R that of the prior the estimate is off by -(F + R)^-1 R (theta - theta0),
+    and its covariance is C F C + C R C with C = (F + R)^-1 (A. E. Hoerl, R. W. Kennard, Technometrics 12, 1970, for R
+    alike in all directions); where lines err together, what they say takes the place of the middle F.
+
+    Args:
+        slope: (terms, parameters) derivative of the terms.
+        curvature: (parameters, parameters) C.
+        covariance: (parameters, parameters) of the estimate; C itself where the data's errors are those of F.
+        weight: (parameters, parameters) R; nil for what the prior in question is not about.
+        off: (parameters,) theta - theta0.
+    """
+    reach = slope @ curvature
+    of_prior = np.einsum("tp,pq,tq->t", reach, weight, reach)
+    whole = np.einsum("tp,pq,tq->t", slope, covariance, slope)
+    return PriorEffect(-reach @ weight @ off, np.asarray(np.clip(of_prior / whole, 0.0, 1.0)))
+
+
+def information_from_scatter(
+    likelihood: ResponseLikelihood, values: Real, response: SupportedResponse, scatter: Complex
+) -> Real:
+    """(rows, parameters, parameters) covariance of each row's part of the gradient J^t W r.
+
+    Where lines are independent the parts add up to J^t W J.
+
+    Args:
+        likelihood: that was maximised.
+        values: (parameters,) where.
+        response: the model's there.
+        scatter: (rows, blows, lines) how far each blow moves the average of its row, (m/s^2)/N.
+    """
+    terms, deviations = term_columns(response), deviation_columns(response, likelihood.active)
+    weighted = np.concatenate([terms, deviations]) / likelihood.deviation**2
+    moved = np.einsum("crl,rbl->rcb", weighted.conj(), scatter, optimize=True)
+    gradients = np.real(likelihood.chain(values).conj().T @ moved)
+    return np.asarray(gradients @ gradients.transpose(0, 2, 1))
+
+
+def degrees_of_freedom(slope: Real, of_rows: Real, covariance: Real, scatter: Complex) -> Real:
+    """(terms,) behind the variance of each term.
+
+    Args:
+        slope: (terms, parameters) derivative of the terms.
+        of_rows: (rows, parameters, parameters) what the blows of each row add to the covariance of the parameters.
+        covariance: (parameters, parameters) all of it; what is not from blows is known beforehand.
+        scatter: (rows, blows, lines); blows that a row lacks are zero.
+    """
+    parts = np.einsum("tp,rpq,tq->tr", slope, of_rows, slope)
+    beforehand = np.einsum("tp,pq,tq->t", slope, covariance, slope) - np.sum(parts, axis=1)
+    known = [*(blows_behind(scatter) - 1).tolist(), np.inf]
+    return np.array(
+        [combined_degrees_of_freedom([*rows, rest], known) for rows, rest in zip(parts, beforehand, strict=True)]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +282,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
-    common_scale = scale_direction(likelihood.tolerance[:3, :3], bound, terms.ravel())
+    common_scale = scale_direction(likelihood.tolerance[:3, :3], bound.as_drawn, terms.ravel())
     return JointFit(
         joints=joints,
         labels=(*likelihood.parameters.labels, *labels.tolist()),

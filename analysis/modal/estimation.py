@@ -37,10 +37,9 @@ from analysis.modal.mode_selection import (
     resolved,
     without_idle_modes,
 )
-from analysis.modal.pole_parameters import frequency_and_loss_factor_slope
 from analysis.modal.response_variance import variance_from_neighbours, variance_from_residual
 from analysis.modal.stabilisation import Stabilisation, read_chart
-from analysis.modes import Modes
+from analysis.modes import Modes, frequency_and_loss_factor_slope
 
 _NORMAL_97_5 = 1.959964
 _FIRST_TERMS = 4

@@ -1,19 +1,142 @@
-"""Forward prediction: modes and accelerances of a beam on known joints."""
+"""Forward prediction: the beam on known joints, its modes and its accelerances.
+
+The free modes far above the band of interest respond without resonance, so they are eliminated: they act on the joints
+as a flexibility R(lambda) in series. The dynamic stiffness over the few low free modes is left. It is exact at every
+lambda, and small enough for thousands of lines.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, eig
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modes import Modes
-from analysis.structure.beam import FreeBeam
+from analysis.structure.beam import RIGID_MODES, FreeBeam
 from analysis.structure.joints import Joint
-from analysis.structure.supported_beam import SupportedBeam
+
+LOW_BAND = 3.0  # free modes up to so many times the highest frequency of interest stay as unknowns
+
+
+@dataclass(frozen=True, eq=False)
+class SupportedBeam:
+    """A free beam on joints: (Z(lambda) + z) u = f of Eqs. (40), (41), condensed.
+
+    Attributes:
+        free: the beam without joints.
+        degrees: (3 joints,) rows of the joints' freedoms.
+        joint_stiffness: (3 joints, 3 joints) z = k + i h.
+        low: number of free modes that stay as unknowns.
+    """
+
+    free: FreeBeam
+    degrees: NDArray[np.intp]
+    joint_stiffness: Complex
+    low: int
+
+    @classmethod
+    def of(cls, free: FreeBeam, joints: Sequence[Joint], highest_frequency: float) -> SupportedBeam:
+        """Put `free` on `joints` for frequencies up to `highest_frequency`, Hz.
+
+        Raises:
+            AnalysisError: two joints share a node, or a node is unknown.
+        """
+        nodes = [joint.node for joint in joints]
+        if len(set(nodes)) < len(nodes):
+            raise AnalysisError(f"joints sit at nodes {nodes}; put what shares a node into one joint")
+        degrees = [free.mesh.node_degrees(node) for node in nodes]
+        limit = (2 * np.pi * LOW_BAND * highest_frequency) ** 2
+        return cls(
+            free=free,
+            degrees=np.concatenate(degrees) if degrees else np.zeros(0, dtype=np.intp),
+            joint_stiffness=block_diag(*(joint.dynamic_stiffness for joint in joints))
+            if joints
+            else np.zeros((0, 0), dtype=complex),
+            low=max(RIGID_MODES, int(np.searchsorted(free.squared_frequency, limit))),
+        )
+
+    def dynamic_stiffness(self, poles: Complex) -> Complex:
+        """(..., low, low) D(lambda) over the low free modes, with the high ones condensed into the joints."""
+        at_joints = self._low_at(self.degrees)
+        series = self._in_series(poles)
+        return np.asarray(_diagonal(self._low_stiffness(poles)) + at_joints.T @ series @ at_joints)
+
+    def slope(self, poles: Complex) -> Complex:
+        """(..., low, low) derivative of `dynamic_stiffness` in lambda, s N/m in mass-normalised modes."""
+        at_joints = self._low_at(self.degrees)
+        series = self._in_series(poles)
+        lam = np.asarray(poles)[..., None]
+        rate = 2 * lam + self.free.damping_rate
+        weight = -rate[..., self.low :] / self._high_stiffness(poles) ** 2
+        change = -series @ self._high_flexibility(weight, self.degrees, self.degrees) @ series
+        return np.asarray(_diagonal(rate[..., : self.low]) + at_joints.T @ change @ at_joints)
+
+    def shapes(self, poles: Complex, low_modes: Complex) -> Complex:
+        """(modes, N) whole shapes, from poles (modes,) and their (modes, low) components of free modes."""
+        force = np.einsum("mij,mj->mi", self._in_series(poles), low_modes @ self._low_at(self.degrees).T)
+        high = -(force @ self._high_at(self.degrees)) / self._high_stiffness(poles)
+        return np.asarray(np.concatenate([low_modes, high], axis=-1) @ self.free.shapes.T)
+
+    def receptance(self, poles: Complex, output: int, inputs: Sequence[int]) -> Complex:
+        """(inputs, lines) displacement at row `output` for unit forces at rows `inputs`, m/N, at lambda (lines,).
+
+        One solution a line serves all inputs, by reciprocity of the beam; joints need not be symmetric.
+        """
+        flipped = SupportedBeam(self.free, self.degrees, self.joint_stiffness.T, self.low)
+        return flipped._column(np.asarray(poles, dtype=complex), output, np.asarray(inputs, dtype=np.intp)).T
+
+    def _column(self, poles: Complex, source: int, receivers: NDArray[np.intp]) -> Complex:
+        """(lines, receivers) displacement for a unit force at row `source`."""
+        at_joints = self._low_at(self.degrees)
+        series = self._in_series(poles)
+        weight = 1 / self._high_stiffness(poles)
+        one = np.array([source])
+        reach = self._high_flexibility(weight, self.degrees, one)
+        load = self._low_at(one).T - at_joints.T @ series @ reach
+        low_modes = np.linalg.solve(self.dynamic_stiffness(poles), load)
+        force = series @ (at_joints @ low_modes + reach)
+        displacement = (
+            self._low_at(receivers) @ low_modes
+            + self._high_flexibility(weight, receivers, one)
+            - self._high_flexibility(weight, receivers, self.degrees) @ force
+        )
+        return np.asarray(displacement[..., 0])
+
+    def _in_series(self, poles: Complex) -> Complex:
+        """(..., 3 joints, 3 joints) z (1 + R z)^-1: the joints in series with the high modes' flexibility."""
+        flexibility = self._high_flexibility(1 / self._high_stiffness(poles), self.degrees, self.degrees)
+        z = self.joint_stiffness
+        return np.asarray(np.linalg.solve(np.eye(len(z)) + z @ flexibility, z + np.zeros_like(flexibility)))
+
+    def _high_flexibility(self, weight: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Complex:
+        """(..., rows, columns) sum over high modes of shape, weight (..., high), shape."""
+        product = self._high_at(rows)[:, None, :] * self._high_at(columns)[None, :, :]
+        flat = weight @ product.reshape(-1, product.shape[-1]).T
+        return np.asarray(flat.reshape(*weight.shape[:-1], rows.size, columns.size))
+
+    def _low_at(self, rows: NDArray[np.intp]) -> Real:
+        return self.free.shapes[rows, : self.low]
+
+    def _high_at(self, rows: NDArray[np.intp]) -> Real:
+        return self.free.shapes[rows, self.low :]
+
+    def _low_stiffness(self, poles: Complex) -> Complex:
+        return self.free.modal_stiffness(poles)[..., : self.low]
+
+    def _high_stiffness(self, poles: Complex) -> Complex:
+        return self.free.modal_stiffness(poles)[..., self.low :]
+
+
+def _diagonal(values: Complex) -> Complex:
+    """(..., n, n) matrices with `values` (..., n) on their diagonals."""
+    return np.asarray(values[..., None] * np.eye(values.shape[-1]))
+
 
 MARGIN = 1.1  # starting values are sought so far above the highest frequency asked for
 ITERATIONS = 30

@@ -8,8 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from analysis.suspended.beam_slopes import PARAMETERS
-from analysis.suspended.beam_update import BeamUpdate
+from analysis.suspended.beam_update import PARAMETERS, BeamUpdate
 
 LIKE_TWINS = 0.99  # cosine of what two parameters do to the frequencies
 SILENT = 0.3  # a parameter that moves no frequency by this share of its error, over its tolerance, does not show

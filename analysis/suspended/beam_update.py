@@ -11,8 +11,9 @@ least chi^2 is distributed as chi-square with as many degrees of freedom as ther
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -21,9 +22,90 @@ from scipy.special import chdtrc
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
-from analysis.structure.beam import Beam, Mesh, Theory
-from analysis.suspended.beam_slopes import PARAMETERS, free_frequencies
+from analysis.structure import element
+from analysis.structure.beam import DIRECTIONS, Beam, Mesh, Theory, assemble
 from analysis.suspended.free_modes import ElasticModes
+
+PARAMETERS = ("youngs_modulus", "density", "length", "height", "width")
+"""Of `Beam`, in the order of all arrays over parameters."""
+
+
+def free_frequencies(
+    beam: Beam,
+    mesh: Mesh,
+    places: Sequence[int],
+    theory: Theory = Theory.TIMOSHENKO,
+    point_masses: Mapping[int, float] | None = None,
+) -> tuple[Real, Real]:
+    """Frequencies of some free modes and d ln f / d ln p by every parameter p; nodes move with the length.
+
+    d w^2 = psi^T (dK - w^2 dM) psi for a mass-normalised shape. K is proportional to E, M less the point masses to
+    the density, both to the width. The height is differentiated through the element matrices. The length then follows
+    from dimensions: w^2 rho L^2 / E depends on h / L, w / L and m / (rho L^3) only.
+
+    Args:
+        beam: material and dimensions.
+        mesh: nodes, from 0 to the length.
+        places: (modes,) of the modes among those of the free bar, the rigid ones being 0 to 2.
+        theory: of the beam.
+        point_masses: masses in kg by node; they stay what they are.
+
+    Returns:
+        (modes,) frequencies in Hz and (modes, 5) slopes in the order of `PARAMETERS`.
+
+    Raises:
+        AnalysisError: the mesh does not span the beam, or a mass is impossible.
+    """
+    free_beam = assemble(beam, mesh, theory, point_masses=point_masses)
+    squared, shapes = free_beam.squared_frequency[list(places)], free_beam.shapes[:, list(places)]
+    lumped = np.zeros(squared.size)  # share of the kinetic energy that is in the point masses
+    for node, kilograms in (point_masses or {}).items():
+        lumped += kilograms * np.sum(shapes[mesh.node_degrees(node)[:2]] ** 2, axis=0)
+    by_height = _by_height(beam, mesh, theory, squared, shapes)
+    half = np.full(squared.size, 0.5)
+    slopes = np.stack([half, -(1 - lumped) / 2, -1 - by_height + lumped, by_height, lumped / 2], axis=1)
+    return np.sqrt(squared) / (2 * np.pi), slopes
+
+
+def _by_height(beam: Beam, mesh: Mesh, theory: Theory, squared: Real, shapes: Real) -> Real:
+    """(modes,) d ln f / d ln h, by the height in the plane of bending. There A ~ h, I ~ h^3, and phi ~ h^2."""
+    rigidity, mass_per_length = beam.flexural_rigidity, beam.density * beam.area
+    energy = np.zeros(squared.size)
+    for number, (start, end) in enumerate(pairwise(mesh.positions)):
+        length, first = float(end - start), len(DIRECTIONS) * number
+        along = shapes[[first + place for place in element.ROD]]
+        energy += _doubled(element.rod_stiffness(beam.youngs_modulus * beam.area, length), along)
+        energy -= squared * _doubled(element.rod_mass(mass_per_length, length), along)
+
+        across = shapes[[first + place for place in element.BENDING]]
+        phi = beam.shear_flexibility(length) if theory is Theory.TIMOSHENKO else 0.0
+        stiffness, stiffness_slope = _in_phi(element.bending_stiffness, rigidity, length, phi)
+        mass, mass_slope = _in_phi(element.translational_mass, mass_per_length, length, phi)
+        energy += _doubled(3 * stiffness + 2 * phi * stiffness_slope, across)
+        energy -= squared * _doubled(mass + 2 * phi * mass_slope, across)
+        if theory is Theory.TIMOSHENKO:
+            rotary, rotary_slope = _in_phi(element.rotary_mass, beam.density * beam.second_moment, length, phi)
+            energy -= squared * _doubled(3 * rotary + 2 * phi * rotary_slope, across)
+    return np.asarray(energy / (2 * squared))
+
+
+def _doubled(matrix: Real, shapes: Real) -> Real:
+    """(modes,) twice the energy that (n, n) `matrix` has in each of (n, modes) shapes."""
+    return np.asarray(np.einsum("im,ij,jm->m", shapes, matrix, shapes))
+
+
+def _in_phi(
+    matrix: Callable[[float, float, float], Real], factor: float, length: float, phi: float
+) -> tuple[Real, Real]:
+    """An element matrix and its derivative by phi.
+
+    (1 + phi)^2 times the matrix is a quadratic in phi, for which this difference formula is exact at any step.
+    """
+    here, once, twice = ((1 + p) ** 2 * matrix(factor, length, p) for p in (phi, phi + 1, phi + 2))
+    slope = (4 * once - 3 * here - twice) / 2
+    whole = here / (1 + phi) ** 2
+    return whole, np.asarray(slope / (1 + phi) ** 2 - 2 * whole / (1 + phi))
+
 
 ITERATIONS = 30
 CONVERGED = 1e-6  # gain in chi-square: every parameter is within a thousandth of its standard deviation
@@ -245,3 +327,48 @@ class _Model:
             return beam, moved, np.log(frequency), slopes
         mass = beam.density * beam.area * beam.length
         return beam, moved, np.log([*frequency, mass]), np.vstack([slopes, WEIGHED])
+
+
+BENDS_BY = {"youngs_modulus": 1.0, "height": 3.0, "width": 1.0, "length": -3.0}
+WEIGHS = {"density": 1.0, "height": 1.0, "width": 1.0, "length": 1.0}
+
+
+@dataclass(frozen=True)
+class Material:
+    """Young's modulus and density of a bar of the drawing's dimensions that bends and weighs as the suspended one.
+
+    Attributes:
+        youngs_modulus: Pa.
+        density: kg/m^3.
+        correlation: between the two.
+    """
+
+    youngs_modulus: Estimate
+    density: Estimate
+    correlation: float
+
+    def of(self, drawn: Beam) -> Beam:
+        """The bar as drawn, of this material."""
+        return replace(drawn, youngs_modulus=self.youngs_modulus.value, density=self.density.value)
+
+
+def material_of(update: BeamUpdate) -> Material:
+    """The material that an updated bar leads to."""
+    powers = np.array([[power.get(name, 0.0) for name in PARAMETERS] for power in (BENDS_BY, WEIGHS)])
+    covariance = powers @ update.covariance @ powers.T
+    deviation = np.sqrt(np.diag(covariance))
+    modulus = update.drawn.youngs_modulus * _grown(update, BENDS_BY)
+    density = update.drawn.density * _grown(update, WEIGHS)
+    size = float(np.prod(deviation))
+    return Material(
+        Estimate(modulus, modulus * float(deviation[0])),
+        Estimate(density, density * float(deviation[1])),
+        float(covariance[0, 1]) / size if size > 0 else 0.0,
+    )
+
+
+def _grown(update: BeamUpdate, powers: Mapping[str, float]) -> float:
+    """A product of powers of the bar's parameters after the update over that before."""
+    return float(
+        np.prod([(getattr(update.beam, name) / getattr(update.drawn, name)) ** power for name, power in powers.items()])
+    )

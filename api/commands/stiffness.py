@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from analysis.direct.cylinder_terms import JointLaw
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.joint_law import JointLaw
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate
 from api.commands.terminal import check_writable, open_catalogue, out, run_number, write_json

@@ -10,9 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.direct.cylinder_terms import CylinderTerms, JointTerms, cylinder_terms, joint_terms
+from analysis.direct.cylinder_terms import (
+    CylinderTerms,
+    JointLaw,
+    JointTerms,
+    cylinder_terms,
+    fit_cylinder_law,
+    joint_terms,
+)
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
+from analysis.joint_amplitude import JointAmplitude
 from analysis.modal.estimation import ModalEstimate
 from analysis.modal.spectra import Windows
-from analysis.suspended.beam_slopes import PARAMETERS
+from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse, Route
 from jointlab.identification.levels import Level

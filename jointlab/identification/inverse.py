@@ -20,13 +20,12 @@ from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
-from analysis.inverse.weak_directions import WeakDirection
+from analysis.inverse.undetermined_terms import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
+from analysis.structure.agreement import ModeError, frac, mode_errors
 from analysis.structure.beam import FreeBeam
-from analysis.structure.mode_agreement import ModeError, mode_errors
-from analysis.structure.response_agreement import frac
-from analysis.suspended.material import Material
+from analysis.suspended.beam_update import Material
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.regularisation import regularised

@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.blow_amplitude import BlowForce, JointAmplitude, joint_amplitudes
+from analysis.joint_amplitude import BlowForce, JointAmplitude, joint_amplitudes, sine_amplitudes
 from analysis.modes import Modes
-from analysis.sine_amplitude import sine_amplitudes
 from jointlab.identification.measurement import Measurement, dof
 from store.excitation import SINE
 from store.frequency_responses import FrequencyResponseSet

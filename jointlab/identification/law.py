@@ -10,8 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from analysis.direct.cylinder_terms import CylinderTerms, JointTerms
-from analysis.direct.joint_law import JointLaw
+from analysis.direct.cylinder_terms import CylinderTerms, JointLaw, JointTerms
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
 from jointlab.errors import JointlabError

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.blow_amplitude import JointAmplitude
 from analysis.inverse.frequency_dependent_joints import modes_on
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, exponents_of
 from jointlab.identification.joint_amplitudes import amplitudes_of_set
 from jointlab.identification.measurement import Measurement

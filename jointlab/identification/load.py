@@ -16,7 +16,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
 from analysis.modal.spectra import Windows, responses_from_blows
-from analysis.suspended.suspension import Suspension
+from analysis.suspended.free_modes import Suspension
 from jointlab.errors import JointlabError
 from jointlab.identification.bundle_blows import forces_of_bundle, scatter_of_bundle
 from jointlab.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of

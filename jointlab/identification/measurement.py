@@ -13,7 +13,7 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from analysis.modal.spectra import Windows
-from analysis.suspended.suspension import Suspension
+from analysis.suspended.free_modes import Suspension
 from jointlab.identification.sine_points import SinePoint
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from store.blow_window import stated_window

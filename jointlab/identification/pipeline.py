@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Bounds, ElementComparison, compare
-from analysis.direct.cylinder_terms import JointTerms
-from analysis.direct.joint_law import JointLaw
+from analysis.direct.cylinder_terms import JointLaw, JointTerms
 from analysis.interval import Estimate
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
+from analysis.joint_amplitude import JointAmplitude
 from jointlab.errors import JointlabError
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults

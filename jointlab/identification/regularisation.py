@@ -11,8 +11,8 @@ from analysis.inverse.joint_estimate import square
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses, turning_modestly
 from analysis.inverse.joint_parameters import HALF, held_terms
-from analysis.inverse.term_reasons import term_names
 from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.undetermined_terms import term_names
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 

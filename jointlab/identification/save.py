@@ -13,7 +13,7 @@ from analysis.comparison import ElementComparison
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
-from analysis.suspended.beam_slopes import PARAMETERS
+from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.inverse import Inverse, Route
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-from analysis.direct.applied_correction import AppliedCorrection
 from analysis.direct.corrections import correct
+from analysis.direct.dynamic_stiffness import AppliedCorrection
 from analysis.direct.rig_calibration import CalibrationRun, RigCalibration, calibrate_rig
 from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature

@@ -13,8 +13,14 @@ from analysis.frequency_response import Real
 from analysis.inverse.experiment_information import Expectation, Experiment, PlannedSet, expected
 from analysis.inverse.experiment_remedies import Remedy, remedies
 from analysis.structure.beam import FreeBeam
-from analysis.structure.bench_design import BenchDesign, bench_design
-from analysis.structure.conditioning import EigenvalueStudy, Support, condition_numbers, eigenvalue_study
+from analysis.structure.bench_design import (
+    BenchDesign,
+    EigenvalueStudy,
+    Support,
+    bench_design,
+    condition_numbers,
+    eigenvalue_study,
+)
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import LOWEST_LINE, cylinder_parameters_of, tolerances_of

@@ -13,9 +13,9 @@ from analysis.inverse.regression import UPPER
 from analysis.modal.estimator import Estimator
 from analysis.modal.spectra import Windows
 from analysis.modes import Modes
+from analysis.structure.agreement import ModeError
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
-from analysis.structure.mode_agreement import ModeError
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from jointlab.identification.fit_texts import fit_texts
 from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analysis.blow_amplitude import JointAmplitude
+from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.levels import Level
 from jointlab.report import figures
 from jointlab.report.curves import ELEMENTS

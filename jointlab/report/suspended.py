@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.interval import Estimate
-from analysis.suspended.beam_slopes import PARAMETERS
+from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.report.section import Section, Table, ends, number
 

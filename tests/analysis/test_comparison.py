@@ -9,13 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.blow_amplitude import JointAmplitude
 from analysis.comparison import Agreement, Bounds, ElementComparison, compare
-from analysis.direct.cylinder_terms import JointTerms, cylinder_terms, joint_terms
+from analysis.direct.cylinder_terms import JointLaw, JointTerms, cylinder_terms, fit_cylinder_law, joint_terms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.joint_amplitude import JointAmplitude
 from tests.analysis.direct.points import from_polar
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow
-from analysis.modal.point_check import check_point
+from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow, check_point
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from tests.bench.bench_modes import POINTS

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.structure.beam import Beam, Mesh, assemble
-from analysis.structure.conditioning import eigenvalue_study
+from analysis.structure.bench_design import eigenvalue_study
 from analysis.structure.forward import accelerance
 from tests.bench.bench_joint_likelihood import joints
 

@@ -8,10 +8,9 @@ import pytest
 
 from analysis.direct.constitutive import Parameter, dynamic_stiffness
 from analysis.direct.corrections import Effect, RigCorrections, correct
-from analysis.direct.cylinder_terms import cylinder_terms
+from analysis.direct.cylinder_terms import JointLaw, cylinder_terms, fit_cylinder_law
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
-from analysis.direct.joint_law import JointLaw, fit_cylinder_law
 from analysis.direct.law_fit import fit_elastomer_law
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.direct.corrections import Effect, RigCorrections, correct
-from analysis.direct.cylinder_terms import CylinderTerms, cylinder_terms
-from analysis.direct.joint_law import CylinderLaw, fit_cylinder_law
+from analysis.direct.cylinder_terms import CylinderLaw, CylinderTerms, cylinder_terms, fit_cylinder_law
 from analysis.direct.specimen_scatter import scatter_of_laws, specimen_scatter
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate

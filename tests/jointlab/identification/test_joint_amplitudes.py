@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.blow_amplitude import JointAmplitude
+from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.document import identification_document
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.joint_amplitudes import amplitudes_of_set

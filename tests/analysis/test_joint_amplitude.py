@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import TransferFunction, lsim
 
-from analysis.blow_amplitude import BlowForce, JointAmplitude, joint_amplitudes
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.joint_amplitude import BlowForce, JointAmplitude, joint_amplitudes, sine_amplitudes
 from analysis.modes import Modes
-from analysis.structure.forward import eigensolution
+from analysis.structure.forward import accelerance, eigensolution
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -166,3 +166,33 @@ def test_what_cannot_be_computed_is_refused_with_the_reason() -> None:
         BlowForce.from_records(POINT, [[math.nan]], RATE, ONE)
     with pytest.raises(AnalysisError, match=r"\(blows, samples\)"):
         BlowForce.from_records(POINT, [1.0, 2.0], RATE, ONE)
+
+
+SHAKER = Dof.parse("5y")
+NODES = {"I": 2, "II": 10}
+
+
+def test_it_is_what_the_joint_moves_by_at_each_mode(bench: Bench) -> None:
+    modes = eigensolution(bench.free_beam, bench.joints, 3000.0)
+    found = sine_amplitudes(modes, NODES, SHAKER, 2.0, "somewhere")
+    for name, node in NODES.items():
+        ways = [Dof.parse(f"{node}{way}") for way in "xy"]
+        exact = [accelerance(bench.free_beam, bench.joints, modes.frequency, way, [SHAKER]) for way in ways]
+        moved = np.linalg.norm([each.accelerance[0] for each in exact], axis=0) / (2 * np.pi * modes.frequency) ** 2
+        np.testing.assert_allclose(found[name].amplitude_pp[:6], 2 * 2.0 * moved[:6], rtol=0.02)
+        assert found[name].source == "somewhere"
+        assert found[name].ci95 is None
+
+
+def test_twice_the_force_moves_twice_as_far(bench: Bench) -> None:
+    modes = eigensolution(bench.free_beam, bench.joints, 1500.0)
+    once, twice = (sine_amplitudes(modes, NODES, SHAKER, force)["I"].amplitude_pp for force in (1.0, 2.0))
+    np.testing.assert_allclose(twice, 2 * once)
+
+
+def test_without_force_or_decay_there_is_no_amplitude(bench: Bench) -> None:
+    modes = eigensolution(bench.free_beam, bench.joints, 1500.0)
+    with pytest.raises(AnalysisError, match="a sine of 0 N"):
+        sine_amplitudes(modes, NODES, SHAKER, 0.0)
+    with pytest.raises(AnalysisError, match="does not decay"):
+        sine_amplitudes(replace(modes, poles=-modes.poles.conj()), NODES, SHAKER, 1.0)

@@ -4,10 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex
 from analysis.modes import Modes
-from analysis.structure.mode_agreement import mac, mode_errors
+from analysis.structure.agreement import frac, mac, mode_errors
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -45,3 +48,25 @@ def test_shapes_of_different_length_are_refused(bench: Bench) -> None:
 def test_a_shape_of_zeros_is_refused(bench: Bench) -> None:
     with pytest.raises(AnalysisError, match="zeros"):
         mac(bench.modes.shapes, np.zeros((1, 11), dtype=complex))
+
+
+RNG = np.random.default_rng(3)
+ROWS: Complex = RNG.standard_normal((4, 50)) + 1j * RNG.standard_normal((4, 50))
+
+
+@given(st.floats(0.01, 100.0), st.floats(-np.pi, np.pi))
+def test_a_row_agrees_with_itself_whatever_factor_is_on_it(size: float, phase: float) -> None:
+    np.testing.assert_allclose(frac(ROWS, (size * np.exp(1j * phase) * ROWS).astype(complex)), 1.0)
+
+
+def test_rows_without_relation_hardly_agree_and_noise_lowers_agreement_by_its_share() -> None:
+    assert np.all(frac(ROWS, ROWS[::-1]) < 0.2)
+    noise = 0.3 * (RNG.standard_normal((4, 50)) + 1j * RNG.standard_normal((4, 50)))
+    np.testing.assert_allclose(frac(ROWS, ROWS + noise), 1 / 1.09, atol=0.06)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    with pytest.raises(AnalysisError, match="cannot be compared"):
+        frac(ROWS, ROWS[:2])
+    with pytest.raises(AnalysisError, match="a row of zeros"):
+        frac(ROWS, np.zeros_like(ROWS))

@@ -23,7 +23,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 
 
-class Parameter(IntEnum):
+class LawParameter(IntEnum):
     """Place of each parameter; the vector holds natural logarithms."""
 
     K_INF = 0
@@ -52,7 +52,7 @@ def dynamic_stiffness(logarithms: Real, amplitude: Real, frequency: Real, refere
     """The law and its derivatives.
 
     Args:
-        logarithms: (10,) of the parameters, in the order of `Parameter`.
+        logarithms: (10,) of the parameters, in the order of `LawParameter`.
         amplitude: (points,) zero to peak, m.
         frequency: (points,) Hz.
         reference: frequency at which the amplitude part holds, Hz.
@@ -76,7 +76,7 @@ def dynamic_stiffness(logarithms: Real, amplitude: Real, frequency: Real, refere
 
 def _kraus(values: Real, amplitude: Real) -> tuple[Complex, Complex]:
     """(points,) k' + i k'' and (points, 6) derivatives by the first six parameters."""
-    scale, network, floor, peak, middle, exponent = values[: Parameter.RELAXATION]
+    scale, network, floor, peak, middle, exponent = values[: LawParameter.RELAXATION]
     ratio = amplitude / middle
     u = ratio**exponent
     unbroken, breaking = 1 / (1 + u**2), 2 * u / (1 + u**2)
@@ -96,7 +96,7 @@ def _kraus(values: Real, amplitude: Real) -> tuple[Complex, Complex]:
 
 def _zener(values: Real, frequency: Real) -> tuple[Complex, Complex]:
     """(points,) z and (points, 4) derivatives by the last four parameters."""
-    relaxation, short, time, order = values[Parameter.RELAXATION :]
+    relaxation, short, time, order = values[LawParameter.RELAXATION :]
     logarithm = np.log(2 * np.pi * frequency * time) + 0.5j * np.pi
     s = np.exp(order * logarithm)
     below = 1 + short * s

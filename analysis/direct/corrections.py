@@ -29,7 +29,7 @@ from analysis.interval import Estimate, combined_degrees_of_freedom
 LARGEST_SHARE = 0.5  # of the measured motion that the frame may take; beyond, the specimen is hardly measured
 
 
-class Effect(StrEnum):
+class TesterEffect(StrEnum):
     """What is corrected for."""
 
     TRANSDUCER_LAG = "transducer_lag"
@@ -39,9 +39,9 @@ class Effect(StrEnum):
 
 PARAMETERS = MappingProxyType(
     {
-        Effect.TRANSDUCER_LAG: ("tau", "s"),
-        Effect.FRAME_COMPLIANCE: ("c", "m/N"),
-        Effect.FIXTURE_INERTIA: ("m", "kg"),
+        TesterEffect.TRANSDUCER_LAG: ("tau", "s"),
+        TesterEffect.FRAME_COMPLIANCE: ("c", "m/N"),
+        TesterEffect.FIXTURE_INERTIA: ("m", "kg"),
     }
 )
 """Symbol and unit of each effect's parameter."""
@@ -59,7 +59,7 @@ class RigCorrections:
         source: of the parameters, such as "blank of 3 May"; points corrected from one source share its error.
     """
 
-    values: Mapping[Effect, float]
+    values: Mapping[TesterEffect, float]
     errors: Real
     degrees_of_freedom: float = math.inf
     source: str = "rig"
@@ -71,7 +71,7 @@ class RigCorrections:
             raise AnalysisError("parameters of corrections and their errors have to be finite numbers")
 
     @classmethod
-    def independent(cls, estimates: Mapping[Effect, Estimate], source: str = "rig") -> RigCorrections:
+    def independent(cls, estimates: Mapping[TesterEffect, Estimate], source: str = "rig") -> RigCorrections:
         """Parameters that were found apart from each other."""
         deviations = [estimate.standard_error for estimate in estimates.values()]
         fewest = min((estimate.degrees_of_freedom for estimate in estimates.values()), default=math.inf)
@@ -79,7 +79,7 @@ class RigCorrections:
 
     @classmethod
     def correlated(
-        cls, values: Mapping[Effect, float], covariance: Real, degrees_of_freedom: float, source: str
+        cls, values: Mapping[TesterEffect, float], covariance: Real, degrees_of_freedom: float, source: str
     ) -> RigCorrections:
         """Parameters that were found together, with their (effects, effects) covariance."""
         deviations = np.sqrt(np.diag(covariance))
@@ -92,7 +92,7 @@ class RigCorrections:
         """(effects, effects) of the parameters."""
         return np.asarray(self.errors @ self.errors.T)
 
-    def only(self, *effects: Effect) -> RigCorrections:
+    def only(self, *effects: TesterEffect) -> RigCorrections:
         """The same with all but `effects` switched off.
 
         Raises:
@@ -105,11 +105,11 @@ class RigCorrections:
         kept = {effect: value for effect, value in self.values.items() if effect in effects}
         return replace(self, values=kept, errors=self.errors[order])
 
-    def without(self, *effects: Effect) -> RigCorrections:
+    def without(self, *effects: TesterEffect) -> RigCorrections:
         """The same with `effects` switched off."""
         return self.only(*(effect for effect in self.values if effect not in effects))
 
-    def estimate(self, effect: Effect) -> Estimate:
+    def estimate(self, effect: TesterEffect) -> Estimate:
         """An effect's parameter with its standard error."""
         index = list(self.values).index(effect)
         return Estimate(self.values[effect], float(np.linalg.norm(self.errors[index])), self.degrees_of_freedom)
@@ -153,9 +153,9 @@ def complex_factor(factor: complex) -> Real:
 def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicStiffness:
     values = corrections.values
     omega = 2 * math.pi * point.frequency
-    on_time = cmath.exp(-1j * omega * values.get(Effect.TRANSDUCER_LAG, 0.0))
+    on_time = cmath.exp(-1j * omega * values.get(TesterEffect.TRANSDUCER_LAG, 0.0))
     in_series = point.complex_stiffness * on_time
-    share = values.get(Effect.FRAME_COMPLIANCE, 0.0) * in_series  # of the motion, that the frame takes
+    share = values.get(TesterEffect.FRAME_COMPLIANCE, 0.0) * in_series  # of the motion, that the frame takes
     if not share.real < LARGEST_SHARE:
         raise AnalysisError(
             f"at {point.frequency:g} Hz the frame's compliance takes {100 * share.real:.0f} % of the motion; "
@@ -163,9 +163,9 @@ def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicS
         )
     sprung = in_series / (1 - share)
     slope = {
-        Effect.TRANSDUCER_LAG: -1j * omega * in_series / (1 - share) ** 2,
-        Effect.FRAME_COMPLIANCE: sprung**2,
-        Effect.FIXTURE_INERTIA: complex(omega**2),
+        TesterEffect.TRANSDUCER_LAG: -1j * omega * in_series / (1 - share) ** 2,
+        TesterEffect.FRAME_COMPLIANCE: sprung**2,
+        TesterEffect.FIXTURE_INERTIA: complex(omega**2),
     }
     by_measured = on_time / (1 - share) ** 2
     moves = np.array([slope[effect] for effect in values], dtype=complex) @ corrections.errors
@@ -178,7 +178,7 @@ def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicS
     added = _outer_sum(shared)
     corrected = replace(
         point,
-        complex_stiffness=sprung + omega**2 * values.get(Effect.FIXTURE_INERTIA, 0.0),
+        complex_stiffness=sprung + omega**2 * values.get(TesterEffect.FIXTURE_INERTIA, 0.0),
         covariance=own + added,
         degrees_of_freedom=combined_degrees_of_freedom(
             (float(np.trace(own)), float(np.trace(added))), (point.degrees_of_freedom, corrections.degrees_of_freedom)
@@ -201,6 +201,6 @@ def _outer_sum(errors: Mapping[str, complex]) -> Real:
     return np.asarray(parts.T @ parts)
 
 
-def _symbol_first(effect: Effect, estimate: Estimate) -> tuple[str, float, float, str]:
+def _symbol_first(effect: TesterEffect, estimate: Estimate) -> tuple[str, float, float, str]:
     symbol, unit = PARAMETERS[effect]
     return symbol, estimate.value, estimate.standard_error, unit

@@ -24,13 +24,13 @@ PRIOR_FACTOR = 2.0  # one standard deviation of their logarithms
 
 
 @dataclass(frozen=True, eq=False)
-class Conditions:
+class OperatingPoints:
     """Where a specimen is asked: amplitudes (points,) zero to peak in m, frequencies (points,) in Hz."""
 
     amplitude: Real
     frequency: Real
 
-    def resemblance(self, other: Conditions) -> Real:
+    def resemblance(self, other: OperatingPoints) -> Real:
         """(2, points, other points) correlation of the discrepancies over amplitude alone and over both."""
         by_amplitude = np.log(self.amplitude[:, None] / other.amplitude)
         by_frequency = np.log(self.frequency[:, None] / other.frequency)

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.direct.constitutive import Parameter, dynamic_stiffness
+from analysis.direct.constitutive import LawParameter, dynamic_stiffness
 from analysis.direct.corrections import complex_factor
-from analysis.direct.discrepancy import Conditions, covariance, interleaved
+from analysis.direct.discrepancy import OperatingPoints, covariance, interleaved
 from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
@@ -37,7 +37,7 @@ class MeasuredPoints:
         shared: (2 points,) by how much one standard deviation of each source that points share moves them.
     """
 
-    conditions: Conditions
+    conditions: OperatingPoints
     inverse: Real
     residual: Real
     slopes: Real
@@ -49,7 +49,7 @@ class ElastomerLaw:
     """A law with its parameters, fitted to one term of one cylinder or to one configuration.
 
     Attributes:
-        logarithms: (10,) of the parameters, in the order of `Parameter`.
+        logarithms: (10,) of the parameters, in the order of `LawParameter`.
         covariance: (10, 10) of them, without what points share.
         reference: frequency at which the amplitude part holds, Hz.
         discrepancy: (2, 2) standard deviations of ln |k_d| and of the loss angle in rad about the law, over amplitude
@@ -69,8 +69,8 @@ class ElastomerLaw:
     points: MeasuredPoints
     corrections: tuple[AppliedCorrection, ...] = ()
 
-    def parameter(self, parameter: Parameter) -> Estimate:
-        """A parameter, in the unit that `Parameter` says; its standard error by its logarithm's."""
+    def parameter(self, parameter: LawParameter) -> Estimate:
+        """A parameter, in the unit that `LawParameter` says; its standard error by its logarithm's."""
         solution = self.covariance @ self.points.slopes.T @ self.points.inverse
         moves = [float(solution[parameter] @ move) for move in self.points.shared.values()]
         value = math.exp(self.logarithms[parameter])
@@ -85,7 +85,7 @@ class ElastomerLaw:
         for name, given in (("amplitude", amplitude_pp), ("frequency", frequency)):
             if not (math.isfinite(given) and given > 0):
                 raise AnalysisError(f"the {name} to predict at is {given}; it has to be positive")
-        asked = Conditions(np.array([amplitude_pp / 2]), np.array([frequency]))
+        asked = OperatingPoints(np.array([amplitude_pp / 2]), np.array([frequency]))
         law, slopes = dynamic_stiffness(self.logarithms, asked.amplitude, asked.frequency, self.reference)
         points = self.points
         resembling = covariance(asked.resemblance(points.conditions), self.discrepancy)

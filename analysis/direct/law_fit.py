@@ -17,37 +17,37 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import least_squares, minimize
 
-from analysis.direct.constitutive import Parameter, dynamic_stiffness
+from analysis.direct.constitutive import LawParameter, dynamic_stiffness
 from analysis.direct.corrections import complex_factor
-from analysis.direct.discrepancy import PRIOR_MEDIANS, Conditions, covariance, interleaved, log_prior
+from analysis.direct.discrepancy import PRIOR_MEDIANS, OperatingPoints, covariance, interleaved, log_prior
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw, MeasuredPoints
 from analysis.direct.weighting import error_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
-PRIOR: Mapping[Parameter, tuple[float, float]] = {
-    Parameter.K_INF: (1e6, 1e6),
-    Parameter.NETWORK: (1.0, 3.0),
-    Parameter.LOSS_FLOOR: (0.05, 3.0),
-    Parameter.LOSS_PEAK: (0.15, 3.0),
-    Parameter.AMPLITUDE: (22e-6, 4.5),
-    Parameter.EXPONENT: (0.55, 1.4),
-    Parameter.RELAXATION: (0.2, 5.0),
-    Parameter.SHORT_TIME: (1.0, 5.0),
-    Parameter.TIME: (0.01, 10.0),
-    Parameter.ORDER: (0.4, 1.7),
+PRIOR: Mapping[LawParameter, tuple[float, float]] = {
+    LawParameter.K_INF: (1e6, 1e6),
+    LawParameter.NETWORK: (1.0, 3.0),
+    LawParameter.LOSS_FLOOR: (0.05, 3.0),
+    LawParameter.LOSS_PEAK: (0.15, 3.0),
+    LawParameter.AMPLITUDE: (22e-6, 4.5),
+    LawParameter.EXPONENT: (0.55, 1.4),
+    LawParameter.RELAXATION: (0.2, 5.0),
+    LawParameter.SHORT_TIME: (1.0, 5.0),
+    LawParameter.TIME: (0.01, 10.0),
+    LawParameter.ORDER: (0.4, 1.7),
 }
 """Median, and the factor that is one standard deviation of the logarithm: k_0 / k_inf of 1.3 to 4, x_c of 5 to 100 um,
 m of 0.4 to 0.75 and a of 0.25 to 0.7 lie within about one; k_inf may be anything."""
 
-STARTS: tuple[Mapping[Parameter, float], ...] = (
+STARTS: tuple[Mapping[LawParameter, float], ...] = (
     {},
-    {Parameter.AMPLITUDE: 8e-6},
-    {Parameter.AMPLITUDE: 60e-6, Parameter.EXPONENT: 0.8},
-    {Parameter.TIME: 0.001, Parameter.ORDER: 0.6},
-    {Parameter.TIME: 0.1, Parameter.SHORT_TIME: 0.2, Parameter.ORDER: 0.7},
-    {Parameter.AMPLITUDE: 8e-6, Parameter.TIME: 0.05, Parameter.RELAXATION: 0.05},
+    {LawParameter.AMPLITUDE: 8e-6},
+    {LawParameter.AMPLITUDE: 60e-6, LawParameter.EXPONENT: 0.8},
+    {LawParameter.TIME: 0.001, LawParameter.ORDER: 0.6},
+    {LawParameter.TIME: 0.1, LawParameter.SHORT_TIME: 0.2, LawParameter.ORDER: 0.7},
+    {LawParameter.AMPLITUDE: 8e-6, LawParameter.TIME: 0.05, LawParameter.RELAXATION: 0.05},
 )
 """Where the search begins, apart from the priors' medians."""
 
@@ -56,8 +56,8 @@ SETTLED = 0.1  # of the logarithms of the discrepancy's size: a tenth of it
 MOST_ROUNDS = 10
 FINEST = 1e-6  # relative error that every point has at least: without any, alike points leave nothing to invert
 FEWEST_POINTS = 6
-_MEDIANS = np.log([PRIOR[parameter][0] for parameter in Parameter])
-_DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in Parameter])
+_MEDIANS = np.log([PRIOR[parameter][0] for parameter in LawParameter])
+_DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in LawParameter])
 
 
 def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
@@ -89,7 +89,7 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
         reference=data.reference,
         discrepancy=discrepancy,
         chi_square=float(alone @ alone),
-        degrees_of_freedom=2 * len(points) - len(Parameter),
+        degrees_of_freedom=2 * len(points) - len(LawParameter),
         points=MeasuredPoints(data.conditions, inverse, residual, slopes, data.shared),
         corrections=tuple(
             record for record in points[0].corrections if all(record in point.corrections for point in points)
@@ -101,7 +101,7 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
 class _Data:
     """Points as arrays, and the least squares problem that they make with the priors."""
 
-    conditions: Conditions
+    conditions: OperatingPoints
     measured: Complex  # (points,) ln k_d
     errors: Real  # (2 points, 2 points) covariance of [ln |k_d|, loss angle] in turn, without what points share
     shared: Mapping[str, Real]  # (2 points,)
@@ -117,7 +117,7 @@ class _Data:
         frequency = np.array([point.frequency for point in points])
         stiffness = np.array([point.complex_stiffness for point in points])
         return cls(
-            conditions=Conditions(np.array([point.amplitude_pp / 2 for point in points]), frequency),
+            conditions=OperatingPoints(np.array([point.amplitude_pp / 2 for point in points]), frequency),
             measured=np.log(stiffness),
             errors=errors,
             shared={
@@ -127,13 +127,13 @@ class _Data:
             reference=float(np.exp(np.mean(np.log(frequency)))),
         )
 
-    def start(self, chosen: Mapping[Parameter, float]) -> Real:
+    def start(self, chosen: Mapping[LawParameter, float]) -> Real:
         """Logarithms of the priors' medians but for what is `chosen`, through the points' mean."""
         logarithms = _MEDIANS.copy()
         for parameter, value in chosen.items():
             logarithms[parameter] = math.log(value)
         found, _ = self.law(logarithms)
-        logarithms[Parameter.K_INF] += float(np.mean((self.measured - found).real))
+        logarithms[LawParameter.K_INF] += float(np.mean((self.measured - found).real))
         return logarithms
 
     def law(self, logarithms: Real) -> tuple[Complex, Real]:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import chdtrc
 
-from analysis.direct.corrections import PARAMETERS, Effect, RigCorrections
+from analysis.direct.corrections import PARAMETERS, RigCorrections, TesterEffect
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.weighting import whitening
 from analysis.errors import AnalysisError
@@ -73,7 +73,9 @@ class RigCalibration:
 
 
 def calibrate_rig(
-    runs: Sequence[CalibrationRun], effects: Sequence[Effect] = tuple(Effect), source: str = "rig calibration"
+    runs: Sequence[CalibrationRun],
+    effects: Sequence[TesterEffect] = tuple(TesterEffect),
+    source: str = "rig calibration",
 ) -> RigCalibration:
     """Identify the parameters of `effects` from `runs`, those that the runs determine.
 
@@ -90,10 +92,10 @@ def calibrate_rig(
     """
     if not any(run.points for run in runs):
         raise AnalysisError("no point of a calibration run; measure a blank, a known mass or the empty tester")
-    if any(run.specimen.is_rigid for run in runs) and Effect.FRAME_COMPLIANCE not in effects:
+    if any(run.specimen.is_rigid for run in runs) and TesterEffect.FRAME_COMPLIANCE not in effects:
         raise AnalysisError("a rigid blank shows nothing but the frame's compliance, which was left out")
     model = _Model(tuple((run.specimen, point) for run in runs for point in run.points))
-    wanted = [effect for effect in Effect if effect in effects]
+    wanted = [effect for effect in TesterEffect if effect in effects]
     start = {effect: model.start(effect) for effect in wanted}
     determined = _determined(model, wanted, start)
     warnings = [
@@ -145,15 +147,15 @@ class _Model:
         self.points = points
         self.whitening: Real = np.array([whitening(point) for _, point in points])
 
-    def start(self, effect: Effect) -> float:
+    def start(self, effect: TesterEffect) -> float:
         """A first guess of a parameter, from where it shows most."""
-        if effect is Effect.FRAME_COMPLIANCE:
+        if effect is TesterEffect.FRAME_COMPLIANCE:
             found = [
                 (1 / point.complex_stiffness).real - (0.0 if known.is_rigid else (1 / known.stiffness).real)
                 for known, point in self.points
                 if known.stiffness
             ]
-        elif effect is Effect.FIXTURE_INERTIA:
+        elif effect is TesterEffect.FIXTURE_INERTIA:
             found = [
                 (known.stiffness - point.complex_stiffness).real / (2 * math.pi * point.frequency) ** 2 - known.mass
                 for known, point in self.points
@@ -163,7 +165,7 @@ class _Model:
             found = []
         return float(np.median(found)) if found else 0.0
 
-    def residual(self, values: Mapping[Effect, float]) -> Real:
+    def residual(self, values: Mapping[TesterEffect, float]) -> Real:
         """(2 points,) model less measurement, whitened."""
         return self._whitened(
             np.array(
@@ -171,19 +173,19 @@ class _Model:
             )
         )
 
-    def slopes(self, values: Mapping[Effect, float], effects: Sequence[Effect]) -> Real:
+    def slopes(self, values: Mapping[TesterEffect, float], effects: Sequence[TesterEffect]) -> Real:
         """(2 points, effects) derivatives of `residual` at `values` by the parameters of `effects`."""
         by_point = [_predict(known, point.frequency, values)[1] for known, point in self.points]
         columns = [self._whitened(np.array([slope[effect] for slope in by_point])) for effect in effects]
         return np.stack(columns, axis=-1)
 
-    def blank_errors(self, values: Mapping[Effect, float]) -> Real:
+    def blank_errors(self, values: Mapping[TesterEffect, float]) -> Real:
         """(2 points, blanks) by how much one standard deviation of each blank's stiffness moves `residual`."""
         blanks = sorted({known for known, _ in self.points if known.stiffness_standard_error}, key=repr)
         columns = []
         for blank in blanks:
             moves = [
-                -_predict(known, point.frequency, values)[1][Effect.FIXTURE_INERTIA]
+                -_predict(known, point.frequency, values)[1][TesterEffect.FIXTURE_INERTIA]
                 / (2 * math.pi * point.frequency) ** 2
                 * blank.stiffness_standard_error
                 if known == blank
@@ -199,27 +201,29 @@ class _Model:
 
 
 def _predict(
-    known: KnownSpecimen, frequency: float, values: Mapping[Effect, float]
-) -> tuple[complex, dict[Effect, complex]]:
+    known: KnownSpecimen, frequency: float, values: Mapping[TesterEffect, float]
+) -> tuple[complex, dict[TesterEffect, complex]]:
     """Measured stiffness of something known, as `corrections` has it, and its derivatives by parameter."""
     omega = 2 * math.pi * frequency
-    compliance = values.get(Effect.FRAME_COMPLIANCE, 0.0)
-    turn = cmath.exp(1j * omega * values.get(Effect.TRANSDUCER_LAG, 0.0))
+    compliance = values.get(TesterEffect.FRAME_COMPLIANCE, 0.0)
+    turn = cmath.exp(1j * omega * values.get(TesterEffect.TRANSDUCER_LAG, 0.0))
     if known.is_rigid:
         in_series, by_sprung = complex(1 / compliance), 0j
     else:
-        sprung = known.stiffness - omega**2 * (known.mass + values.get(Effect.FIXTURE_INERTIA, 0.0))
+        sprung = known.stiffness - omega**2 * (known.mass + values.get(TesterEffect.FIXTURE_INERTIA, 0.0))
         in_series, by_sprung = sprung / (1 + compliance * sprung), 1 / (1 + compliance * sprung) ** 2
     return in_series * turn, {
-        Effect.TRANSDUCER_LAG: 1j * omega * in_series * turn,
-        Effect.FRAME_COMPLIANCE: -(in_series**2) * turn,
-        Effect.FIXTURE_INERTIA: -(omega**2) * by_sprung * turn,
+        TesterEffect.TRANSDUCER_LAG: 1j * omega * in_series * turn,
+        TesterEffect.FRAME_COMPLIANCE: -(in_series**2) * turn,
+        TesterEffect.FIXTURE_INERTIA: -(omega**2) * by_sprung * turn,
     }
 
 
-def _determined(model: _Model, effects: Sequence[Effect], start: Mapping[Effect, float]) -> list[Effect]:
+def _determined(
+    model: _Model, effects: Sequence[TesterEffect], start: Mapping[TesterEffect, float]
+) -> list[TesterEffect]:
     """Those effects whose columns are neither nought nor sums of those before them."""
-    kept: list[Effect] = []
+    kept: list[TesterEffect] = []
     for effect in effects:
         columns = model.slopes(start, [*kept, effect])
         size = np.linalg.norm(columns, axis=0)
@@ -229,11 +233,11 @@ def _determined(model: _Model, effects: Sequence[Effect], start: Mapping[Effect,
 
 
 def _fit(
-    model: _Model, effects: Sequence[Effect], start: Mapping[Effect, float]
-) -> tuple[dict[Effect, float], Real, Real]:
+    model: _Model, effects: Sequence[TesterEffect], start: Mapping[TesterEffect, float]
+) -> tuple[dict[TesterEffect, float], Real, Real]:
     """Parameters, their scaled columns and the residual at the optimum."""
 
-    def named(parameters: Real) -> dict[Effect, float]:
+    def named(parameters: Real) -> dict[TesterEffect, float]:
         return {effect: float(value) for effect, value in zip(effects, parameters * scale, strict=True)}
 
     scale: Real = 1 / np.linalg.norm(model.slopes(start, effects), axis=0)

@@ -168,7 +168,7 @@ def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Comp
         noise = np.broadcast_to(np.asarray(each.noise, dtype=float), shape)
         likelihood = ResponseLikelihood(model, np.zeros(shape, dtype=complex), noise, parameters, tolerance)
         stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
-        response = likelihood.as_drawn.on(stiffness)
+        response = likelihood.as_drawn.evaluate_on(stiffness)
         labels = np.array(deviation_labels(each.response, each.inputs, parameters.names))[likelihood.active].tolist()
         parts.append((likelihood.information(response).products, likelihood.active_tolerance, labels))
     order = {label: place for place, label in enumerate(dict.fromkeys(each for *_, own in parts for each in own))}

@@ -91,7 +91,7 @@ def accelerance_on(
     values[first : first + len(joints)] = [exponents.get(joint.name, 0.0) for joint in joints]
     stiffness = np.array([joint.dynamic_stiffness for joint in joints])
     found = np.zeros((len(inputs), frequency.size), dtype=complex)
-    found[:, moving] = model.condensed(Deviations(values, len(joints))).on(stiffness).accelerance
+    found[:, moving] = model.condensed(Deviations(values, len(joints))).evaluate_on(stiffness).accelerance
     return FrequencyResponses(frequency, found, response, tuple(inputs), decay=decay)
 
 

@@ -1,4 +1,4 @@
-"""The result of a maximum likelihood fit: joints, deviations of the bench, what is weak, predictions and gates."""
+"""The result of a maximum likelihood fit: joints, deviations of the bench, what is weak, predictions and checks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel, SupportedResponse
 from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
 from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
-from analysis.inverse.validity_checks import Gate, convergence, goodness_of_fit, passivity
+from analysis.inverse.validity_checks import ValidityCheck, convergence, goodness_of_fit, passivity
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +103,11 @@ class LikelihoodEstimate(IdentifiedJoint):
     Attributes:
         degrees_of_freedom: (12,) behind the variance of each term, as in `covariance`; infinite where no single blows
             were known.
-        gates: passivity. Symmetry is no gate: the parameters cannot break it.
+        checks: passivity. Symmetry is no check: the parameters cannot break it.
     """
 
     degrees_of_freedom: Real
-    gates: tuple[Gate, ...]
+    checks: tuple[ValidityCheck, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class JointFit:
             one, so that a model which does not quite fit gets wider intervals.
         bound: what the data determine of the terms with nothing assumed about the joints.
         weak_directions: combinations of terms that the data hardly determine, the weakest first.
-        gates: fit and convergence; the joints have their own.
+        checks: fit and convergence; the joints have their own.
         likelihood: that was maximised.
     """
 
@@ -142,14 +142,18 @@ class JointFit:
     noise_scale: float
     bound: TermBound
     weak_directions: tuple[WeakDirection, ...]
-    gates: tuple[Gate, ...]
+    checks: tuple[ValidityCheck, ...]
     likelihood: ResponseLikelihood
 
     @property
+    def all_checks(self) -> tuple[ValidityCheck, ...]:
+        """Those of the fit, then those of each joint."""
+        return (*self.checks, *(check for joint in self.joints.values() for check in joint.checks))
+
+    @property
     def passed(self) -> bool:
-        """Whether all gates, those of the joints included, passed."""
-        own = [gate for joint in self.joints.values() for gate in joint.gates]
-        return all(gate.passed for gate in (*self.gates, *own))
+        """Whether all checks passed."""
+        return all(check.passed for check in self.all_checks)
 
     @cached_property
     def terms_covariance(self) -> Real:
@@ -229,7 +233,7 @@ class JointFit:
             kept[[0, COMMON.index("sensor position")]] = False
         known = np.where(kept, self.deviations.values, 0.0)[:count]
         deviations = Deviations(np.concatenate([known, np.zeros(2 * len(model.inputs))]), self.deviations.joints)
-        at = model.condensed(deviations).on(matrices(fit.upper(self.values)))
+        at = model.condensed(deviations).evaluate_on(matrices(fit.upper(self.values)))
         active = np.concatenate([(fit.active & kept)[:count], np.zeros(2 * len(model.inputs), dtype=bool)])
         columns = np.concatenate([term_columns(at), deviation_columns(at, active)])
         terms = HALF * self.deviations.joints
@@ -276,8 +280,8 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
         common = identified(
             name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
         )
-        gate = passivity(common, float(np.min(freedom[at][HALF:])))
-        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], gates=(gate,))
+        check = passivity(common, float(np.min(freedom[at][HALF:])))
+        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], checks=(check,))
 
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
@@ -295,7 +299,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
         noise_scale=scale,
         bound=bound,
         weak_directions=weak if common_scale is None else (*weak, common_scale),
-        gates=(
+        checks=(
             goodness_of_fit(per_line, per_row, model.frequency, model.inputs),
             convergence(found.converged, found.expected),
         ),

@@ -120,7 +120,7 @@ class ResponseLikelihood:
     def response(self, values: Real) -> SupportedResponse:
         """The model's, for parameters (parameters,)."""
         free = self.model.condensed(self.deviations(values)) if np.any(self.active) else self.as_drawn
-        return free.on(matrices(self.upper(values)))
+        return free.evaluate_on(matrices(self.upper(values)))
 
     def upper(self, values: Real) -> Complex:
         """(6 joints,) upper terms of z of all joints where they really sit, at 100 Hz where they follow frequency."""

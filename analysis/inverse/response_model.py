@@ -155,7 +155,7 @@ class CondensedBeam:
         """(3 joints, lines) what frequency makes of the stiffness at each freedom of the joints."""
         return np.asarray(np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency)))
 
-    def on(self, dynamic_stiffness: Complex) -> SupportedResponse:
+    def evaluate_on(self, dynamic_stiffness: Complex) -> SupportedResponse:
         """Put it on joints of `dynamic_stiffness` (joints, 3, 3), where they follow frequency that at 100 Hz.
 
         Raises:

@@ -1,4 +1,4 @@
-"""What a result has to pass before it is shown as one: physics, fit and convergence. A gate that fails is shown."""
+"""What a result has to pass before it is shown as one: physics, fit and convergence. A check that fails is shown."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MISFIT = 1.5  # chi-square per datum above which stated noise does not explain w
 
 
 @dataclass(frozen=True)
-class Gate:
+class ValidityCheck:
     """One condition.
 
     Attributes:
@@ -30,7 +30,7 @@ class Gate:
     text: str
 
 
-def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> Gate:
+def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityCheck:
     """Whether no motion draws energy from the joint: h has no eigenvalue that is negative beyond its uncertainty.
 
     Args:
@@ -44,10 +44,10 @@ def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> Gate:
     passed = loss + half >= 0
     verdict = "no motion draws energy from it" if passed else "a motion draws energy from it, which no elastomer can do"
     text = f"least loss factor of joint {joint.name} {loss:.2g} +-{half:.1g} (95 %): {verdict}"
-    return Gate(f"passivity of joint {joint.name}", bool(passed), text)
+    return ValidityCheck(f"passivity of joint {joint.name}", bool(passed), text)
 
 
-def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> Gate:
+def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> ValidityCheck:
     """Whether the stated noise explains what the model leaves over.
 
     Args:
@@ -64,14 +64,14 @@ def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tupl
             f", above {MISFIT:g}: the model does not explain the data; worst at {inputs[row]} ({per_row[row]:.3g}) "
             f"and near {frequency[line]:.1f} Hz ({per_line[line]:.3g})"
         )
-    return Gate("fit", total <= MISFIT, text)
+    return ValidityCheck("fit", total <= MISFIT, text)
 
 
-def convergence(converged: bool, expected: float) -> Gate:
+def convergence(converged: bool, expected: float) -> ValidityCheck:
     """Whether the search ended at a minimum.
 
     Args:
         converged: whether it says so.
         expected: by how much another step would lower chi-square.
     """
-    return Gate("convergence", converged, f"another step would lower chi-square by {expected:.1g}")
+    return ValidityCheck("convergence", converged, f"another step would lower chi-square by {expected:.1g}")

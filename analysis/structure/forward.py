@@ -25,7 +25,7 @@ LOW_BAND = 3.0  # free modes up to so many times the highest frequency of intere
 
 
 @dataclass(frozen=True, eq=False)
-class SupportedBeam:
+class ReducedBeam:
     """A free beam on joints: (Z(lambda) + z) u = f of Eqs. (40), (41), condensed.
 
     Attributes:
@@ -41,7 +41,7 @@ class SupportedBeam:
     low: int
 
     @classmethod
-    def of(cls, free: FreeBeam, joints: Sequence[Joint], highest_frequency: float) -> SupportedBeam:
+    def of(cls, free: FreeBeam, joints: Sequence[Joint], highest_frequency: float) -> ReducedBeam:
         """Put `free` on `joints` for frequencies up to `highest_frequency`, Hz.
 
         Raises:
@@ -88,7 +88,7 @@ class SupportedBeam:
 
         One solution a line serves all inputs, by reciprocity of the beam; joints need not be symmetric.
         """
-        flipped = SupportedBeam(self.free, self.degrees, self.joint_stiffness.T, self.low)
+        flipped = ReducedBeam(self.free, self.degrees, self.joint_stiffness.T, self.low)
         return flipped._column(np.asarray(poles, dtype=complex), output, np.asarray(inputs, dtype=np.intp)).T
 
     def _column(self, poles: Complex, source: int, receivers: NDArray[np.intp]) -> Complex:
@@ -163,7 +163,7 @@ def eigensolution(
     Raises:
         AnalysisError: the iteration for a pole does not settle, or two of them end in the same mode.
     """
-    supported = SupportedBeam.of(free_beam, joints, highest_frequency)
+    supported = ReducedBeam.of(free_beam, joints, highest_frequency)
     found = [_refined(supported, start) for start in _starting_poles(supported, MARGIN * highest_frequency)]
     poles = np.array([pole for pole, _ in found], dtype=complex)
     low_modes = np.array([vector for _, vector in found], dtype=complex).reshape(poles.size, supported.low)
@@ -206,7 +206,7 @@ def accelerance(
     frequency = np.asarray(frequency, dtype=float)
     if frequency.size and (np.min(frequency) < 0 or not np.all(np.isfinite(frequency))):
         raise AnalysisError("frequencies must be finite and not negative, in Hz")
-    supported = SupportedBeam.of(free_beam, joints, float(np.max(frequency, initial=0.0)))
+    supported = ReducedBeam.of(free_beam, joints, float(np.max(frequency, initial=0.0)))
     poles: Complex = np.asarray(decay + 2j * np.pi * frequency)
     output, rows = free_beam.mesh.degree(response), [free_beam.mesh.degree(dof) for dof in inputs]
     try:
@@ -220,7 +220,7 @@ def _in_plane(nodes: int) -> tuple[Dof, ...]:
     return tuple(Dof(node, direction) for node in range(1, nodes + 1) for direction in (Direction.X, Direction.Y))
 
 
-def _starting_poles(supported: SupportedBeam, highest_frequency: float) -> Complex:
+def _starting_poles(supported: ReducedBeam, highest_frequency: float) -> Complex:
     """Poles up to about `highest_frequency`, Hz, with the high modes' flexibility taken as static."""
     low = supported.low
     rate = supported.free.damping_rate[:low]
@@ -231,7 +231,7 @@ def _starting_poles(supported: SupportedBeam, highest_frequency: float) -> Compl
     return np.asarray(poles[oscillating & (np.sqrt(np.abs(poles**2)) <= 2 * np.pi * highest_frequency)])
 
 
-def _refined(supported: SupportedBeam, pole: complex) -> tuple[complex, Complex]:
+def _refined(supported: ReducedBeam, pole: complex) -> tuple[complex, Complex]:
     """Pole and (low,) vector of the exact problem next to `pole`, by successive linear problems."""
     for _ in range(ITERATIONS):
         lam = np.asarray(pole, dtype=complex)

@@ -167,10 +167,9 @@ def show(found: Identification) -> None:
             out.print("What would mend the weakest direction of the stiffnesses (EI/L^3, noise of the lines alone):")
             for remedy in found.inverse.remedies:
                 out.print(f"  {remedy.text}")
-        gates = [*found.inverse.fit.gates, *(gate for fit in found.inverse.fit.joints.values() for gate in fit.gates)]
-        for gate in gates:
-            if not gate.passed:
-                out.print(f"FAILED: {gate.name}: {gate.text}", style="red")
+        for check in found.inverse.fit.all_checks:
+            if not check.passed:
+                out.print(f"FAILED: {check.name}: {check.text}", style="red")
     for correction in found.corrections.applied:
         out.print(f"corrected for {correction.text}")
     if found.corrections.calibration is not None:

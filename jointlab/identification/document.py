@@ -44,7 +44,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_model": _model(found.inverse) if found.inverse else None,
-            "inverse_gates": _gates(found.inverse) if found.inverse else None,
+            "inverse_gates": _validity_checks(found.inverse) if found.inverse else None,
             "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
             "inverse_remedies": [remedy.text for remedy in found.inverse.remedies] if found.inverse else None,
             "inverse_regularisation": _regularisation(found.inverse),
@@ -164,9 +164,8 @@ def _prediction(inverse: Inverse) -> dict[str, Any]:
     }
 
 
-def _gates(inverse: Inverse) -> list[dict[str, Any]]:
-    gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
-    return [{"name": gate.name, "passed": gate.passed, "text": gate.text} for gate in gates]
+def _validity_checks(inverse: Inverse) -> list[dict[str, Any]]:
+    return [{"name": check.name, "passed": check.passed, "text": check.text} for check in inverse.fit.all_checks]
 
 
 def _regularisation(inverse: Inverse | None) -> dict[str, Any] | None:

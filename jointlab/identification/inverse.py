@@ -76,12 +76,12 @@ class Inverse:
         components: shape components that the paper's method works on.
         paper: joints by the paper's method, from the modes.
         likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
-        fit: all that the maximum-likelihood fit says, its gates among it.
+        fit: all that the maximum-likelihood fit says, its checks among it.
         regularised: share of its size within which every term was held in that fit; None where it was free.
         cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
-            None where that fails a gate.
+            None where that fails a check.
         remedies: of the weakest direction of this experiment, the best first; empty where nothing is weak, or where
-            `fit` fails a gate.
+            `fit` fails a check.
     """
 
     measured: FrequencyResponses

@@ -26,7 +26,7 @@ def amplitudes_of_set(
     is in `source`.
 
     Returns:
-        None where a predicted mode does not decay: joints that feed energy fail their gate, and no ring-down of theirs
+        None where a predicted mode does not decay: joints that feed energy fail their check, and no ring-down of theirs
         has an amplitude.
     """
     if (predicted.poles.real >= 0).any():

@@ -26,7 +26,7 @@ class Level:
         excitation: hammer or sine.
         peak_force: mean of its blows, or amplitude of its sine, N.
         temperature_c: degrees Celsius.
-        fit: joints by maximum likelihood, with their gates.
+        fit: joints by maximum likelihood, with their checks.
         amplitudes: by joint, one for all modes; empty where a mode does not decay on these joints.
     """
 

@@ -175,7 +175,7 @@ def _joints(inverse: Inverse) -> Section:
             Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
             *fit_texts(inverse.fit),
             *_regularised(inverse),
-            *_gates(inverse),
+            *_validity_checks(inverse),
             *_cylinders(inverse.cylinders),
             *_weak(inverse),
             *_remedies(inverse),
@@ -222,14 +222,14 @@ def _regularised(inverse: Inverse) -> list[str | Table]:
     return [*texts, Table("What the prior does to each term", ("element", *columns), tuple(rows))]
 
 
-def _gates(inverse: Inverse) -> list[str]:
-    """What the fit has to pass; a gate that fails is shown as failing."""
-    gates = [*inverse.fit.gates, *(gate for joint in inverse.fit.joints.values() for gate in joint.gates)]
-    failed = [gate for gate in gates if not gate.passed]
+def _validity_checks(inverse: Inverse) -> list[str]:
+    """What the fit has to pass; a check that fails is shown as failing."""
+    checks = inverse.fit.all_checks
+    failed = [check for check in checks if not check.passed]
     if not failed:
-        passed = f"All {len(gates)} gates passed: {'; '.join(gate.text for gate in gates)}."
+        passed = f"All {len(checks)} checks passed: {'; '.join(check.text for check in checks)}."
         return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
-    return [f"FAILED: {gate.name}: {gate.text}. Do not rely on these joints." for gate in failed]
+    return [f"FAILED: {check.name}: {check.text}. Do not rely on these joints." for check in failed]
 
 
 def _weak(inverse: Inverse) -> list[str]:
@@ -270,17 +270,17 @@ def _term_rows(terms: tuple[TermRow, ...]) -> Rows:
 def _cylinders(fit: JointFit | None) -> list[str | Table]:
     """The joints from their cylinders, which tell apart by how they lean what matrices leave in a sum."""
     if fit is None:
-        return ["The fit fails a gate, so the cylinders that the joints are built of were not fitted from it."]
+        return ["The fit fails a check, so the cylinders that the joints are built of were not fitted from it."]
     rows = tuple(
         (
             name,
             *(ends(joint.k_ci95[at] / 1e6, 4) for at in ((0, 0), (0, 1), (1, 1))),
             ends(joint.loss_factor_ci95[1, 1]),
-            "yes" if all(gate.passed for gate in joint.gates) else "no",
+            "yes" if all(check.passed for check in joint.checks) else "no",
         )
         for name, joint in fit.joints.items()
     )
-    head = ("joint", "k11 (MN/m), 95 %", "k12", "k22", "gamma22", "passes its gates")
+    head = ("joint", "k11 (MN/m), 95 %", "k12", "k22", "gamma22", "passes its checks")
     return [
         "The same fit over the cylinders that the joints are built of: how they lean ties the terms of a matrix "
         "together, so that the two k11 can be told apart. It holds as far as the joints are built like that.",

@@ -40,7 +40,7 @@ def levels_section(levels: Sequence[Level]) -> Section:
         if level.amplitudes
     ]
     failed = [level for level in levels if not level.fit.passed]
-    content += [f"Set {level.number} fails a gate; do not rely on it." for level in failed]
+    content += [f"Set {level.number} fails a check; do not rely on it." for level in failed]
     return Section("Levels of excitation", tuple(content))
 
 

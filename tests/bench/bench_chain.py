@@ -78,7 +78,7 @@ def main() -> None:
         ("together", checking + spectra + fitting + joining + likelihood),
     ):
         print(f"  {name:<32}{1e3 * seconds:7.0f} ms")
-    print(f"  likelihood: {'converged' if fit.gates[-1].passed else 'not converged'}; 95 % intervals, MN/m")
+    print(f"  likelihood: {'converged' if fit.checks[-1].passed else 'not converged'}; 95 % intervals, MN/m")
     for name in joints:
         true = bench.truth()["inverse"][name]["k"]
         for term, at in (("k12", (0, 1)), ("k22", (1, 1))):

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from analysis.direct.corrections import Effect, correct
+from analysis.direct.corrections import TesterEffect, correct
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import fit_elastomer_law
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, calibrate_rig
@@ -89,7 +89,7 @@ def show_corrections(without: Sequence[Sequence[Measured]]) -> None:
         after.append(relative_errors(found, sweep))
         corrected += [Measured(p, each.truth, each.wanted_pp) for p, each in zip(found, sweep, strict=True)]
         if seed == 0:
-            for effect in Effect:
+            for effect in TesterEffect:
                 estimate = calibration.corrections.estimate(effect)
                 print(
                     f"  {effect:<18} found {estimate.value:.5g} +- {estimate.standard_error:.2g}, true {true(effect)}"
@@ -107,12 +107,12 @@ def show_corrections(without: Sequence[Sequence[Measured]]) -> None:
     show_row("as corrected", corrected)
 
 
-def true(effect: Effect) -> float:
+def true(effect: TesterEffect) -> float:
     """The parameter that the tester really has."""
     return {
-        Effect.TRANSDUCER_LAG: FRAME.delay,
-        Effect.FRAME_COMPLIANCE: FRAME.compliance,
-        Effect.FIXTURE_INERTIA: FRAME.fixture_mass,
+        TesterEffect.TRANSDUCER_LAG: FRAME.delay,
+        TesterEffect.FRAME_COMPLIANCE: FRAME.compliance,
+        TesterEffect.FIXTURE_INERTIA: FRAME.fixture_mass,
     }[effect]
 
 

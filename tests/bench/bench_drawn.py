@@ -44,7 +44,7 @@ class DrawnBench:
 
 
 def main() -> None:
-    """Print how many fits pass their gates and which intervals hold, then how structures were answered."""
+    """Print how many fits pass their checks and which intervals hold, then how structures were answered."""
     passed = held = intervals = astray = 0
     started = time.perf_counter()
     for seed in range(BENCHES):
@@ -56,7 +56,7 @@ def main() -> None:
         inside = [each for joint in bench.joints for each in holds(fit, joint)]
         passed, held, intervals = passed + 1, held + sum(inside), intervals + len(inside)
     seconds = time.perf_counter() - started
-    print(f"{passed} of {BENCHES} fits pass their gates, {astray} end in a wrong valley; {seconds:.0f} s")
+    print(f"{passed} of {BENCHES} fits pass their checks, {astray} end in a wrong valley; {seconds:.0f} s")
     print(f"of the {intervals} intervals of those that pass {100 * held / intervals:.1f} % hold")
     answers = Counter(answer(seed) for seed in range(STRUCTURES))
     for kind in sorted({kind for kind, _ in answers}):

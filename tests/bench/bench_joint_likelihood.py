@@ -131,7 +131,7 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
         starts = [_off(joint, rng) for joint in exact]
         fit = identify_from_responses(model, responses, starts, tolerances=kind.tolerances)
         seconds.append(time.process_time() - started)
-        converged += fit.gates[-1].passed
+        converged += fit.checks[-1].passed
         of_joints = _shown(np.array([found.joint.dynamic_stiffness for found in fit.joints.values()])) - truth
         exponents = list(fit.exponents.values())
         of_exponents = [each.value - true for each, true in zip(exponents, off.joint_exponents, strict=False)]

@@ -91,7 +91,7 @@ def true_joints(bench: Bench) -> dict[str, Complex]:
 
 
 def held(fit: JointFit, exact: dict[str, Complex]) -> dict[str, Held]:
-    """By term of each joint; ``gates`` counts fits that passed all of theirs."""
+    """By term of each joint; ``checks`` counts fits that passed all of theirs."""
     found: dict[str, Held] = {}
     for name, joint in fit.joints.items():
         deviation = np.sqrt(np.diag(joint.covariance)).reshape(2, -1)
@@ -105,7 +105,7 @@ def held(fit: JointFit, exact: dict[str, Complex]) -> dict[str, Held]:
                     bool(low <= true[at] <= high),
                     float((high - low) / 2 / abs(true[at])),
                 )
-    found["gates"] = (0.0, fit.passed, 0.0)
+    found["checks"] = (0.0, fit.passed, 0.0)
     return found
 
 

@@ -107,7 +107,7 @@ def test_dominant_terms_come_out_within_half_a_percent_and_as_uncertain_as_state
 
 
 @pytest.mark.parametrize("route", ROUTES)
-def test_the_fit_passes_its_gates(example: Example, route: str) -> None:
+def test_the_fit_passes_its_checks(example: Example, route: str) -> None:
     fit: JointFit = getattr(example, route)
     assert fit.passed
     assert fit.noise_scale == pytest.approx(1.0, abs=0.1)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from analysis.direct.corrections import Effect
+from analysis.direct.corrections import TesterEffect
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 
 
@@ -29,9 +29,9 @@ def from_polar(
     )
 
 
-def measured_stiffness(specimen: complex, frequency: float, values: Mapping[Effect, float]) -> complex:
+def measured_stiffness(specimen: complex, frequency: float, values: Mapping[TesterEffect, float]) -> complex:
     """What the tester shows, N/m, of a specimen of `specimen` N/m; the inverse of correcting."""
     omega = 2 * math.pi * frequency
-    sprung = specimen - omega**2 * values.get(Effect.FIXTURE_INERTIA, 0.0)
-    in_series = sprung / (1 + values.get(Effect.FRAME_COMPLIANCE, 0.0) * sprung)
-    return in_series * cmath.exp(1j * omega * values.get(Effect.TRANSDUCER_LAG, 0.0))
+    sprung = specimen - omega**2 * values.get(TesterEffect.FIXTURE_INERTIA, 0.0)
+    in_series = sprung / (1 + values.get(TesterEffect.FRAME_COMPLIANCE, 0.0) * sprung)
+    return in_series * cmath.exp(1j * omega * values.get(TesterEffect.TRANSDUCER_LAG, 0.0))

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import Effect, RigCorrections, correct, joint_covariance
+from analysis.direct.corrections import RigCorrections, TesterEffect, correct, joint_covariance
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
 from tests.analysis.direct.points import from_polar, measured_stiffness
 
-LAG, FRAME, INERTIA = Effect.TRANSDUCER_LAG, Effect.FRAME_COMPLIANCE, Effect.FIXTURE_INERTIA
+LAG, FRAME, INERTIA = TesterEffect.TRANSDUCER_LAG, TesterEffect.FRAME_COMPLIANCE, TesterEffect.FIXTURE_INERTIA
 VALUES = {LAG: 100e-6, FRAME: 0.05e-6, INERTIA: 0.15}
 ERRORS = {LAG: 2e-6, FRAME: 0.002e-6, INERTIA: 0.01}
 TRUTH = 2.3e6 * (1 + 0.12j)
@@ -26,7 +26,7 @@ def known() -> RigCorrections:
 
 
 def measured(
-    frequency: float, truth: complex = TRUTH, error: float = 0.001, values: dict[Effect, float] | None = None
+    frequency: float, truth: complex = TRUTH, error: float = 0.001, values: dict[TesterEffect, float] | None = None
 ) -> DynamicStiffness:
     seen = measured_stiffness(truth, frequency, VALUES if values is None else values)
     return from_polar(frequency, 1e-5, abs(seen), math.atan2(seen.imag, seen.real), error)
@@ -95,8 +95,8 @@ def test_correcting_in_two_steps_or_in_one_is_the_same() -> None:
     np.testing.assert_allclose(joint_covariance(in_steps), joint_covariance(at_once), rtol=1e-9)
 
 
-@pytest.mark.parametrize("effect", list(Effect))
-def test_a_parameter_that_is_wrong_by_its_error_moves_points_by_what_they_share(effect: Effect) -> None:
+@pytest.mark.parametrize("effect", list(TesterEffect))
+def test_a_parameter_that_is_wrong_by_its_error_moves_points_by_what_they_share(effect: TesterEffect) -> None:
     points = [measured(frequency) for frequency in (20.0, 200.0)]
     nudge = 1e-3
     wrong = {each: Estimate(value + nudge * ERRORS[each] * (each is effect), 0.0) for each, value in VALUES.items()}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import Effect, RigCorrections, correct
+from analysis.direct.corrections import RigCorrections, TesterEffect, correct
 from analysis.direct.cylinder_terms import cylinder_terms, joint_terms, match_configurations
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
@@ -132,7 +132,7 @@ def test_series_without_a_common_point_are_refused() -> None:
 
 
 def test_a_frame_that_is_not_known_well_widens_the_terms_and_is_passed_on() -> None:
-    corrections = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 2e-9)})
+    corrections = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 2e-9)})
     series = [[point(measured_stiffness(truth, 50.0, corrections.values), 1e-6)] for truth in (B, 2 * A, A + B)]
     (terms,) = cylinder_terms(*(correct(points, corrections) for points in series))
     assert terms.compression.complex_stiffness == pytest.approx(B, rel=1e-5)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.direct.constitutive import Parameter, dynamic_stiffness
-from analysis.direct.corrections import Effect, RigCorrections, correct
+from analysis.direct.constitutive import LawParameter, dynamic_stiffness
+from analysis.direct.corrections import RigCorrections, TesterEffect, correct
 from analysis.direct.cylinder_terms import JointLaw, cylinder_terms, fit_cylinder_law
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
@@ -56,7 +56,7 @@ def test_points_that_state_no_error_have_a_law_as_well() -> None:
 
 
 def test_parameters_lie_within_their_errors(law: ElastomerLaw) -> None:
-    for parameter in Parameter:
+    for parameter in LawParameter:
         off = law.logarithms[parameter] - TRUE[parameter]
         estimate = law.parameter(parameter)
         assert abs(off) < 3 * estimate.standard_error / estimate.value, parameter
@@ -117,7 +117,7 @@ def test_the_unit_of_force_changes_nothing_but_the_unit() -> None:
 
 
 def test_what_points_share_is_shared_by_predictions() -> None:
-    frame = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 5e-9)})
+    frame = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 5e-9)})
     seen = [
         replace(point, complex_stiffness=measured_stiffness(point.complex_stiffness, point.frequency, frame.values))
         for point in sweep(None)
@@ -127,8 +127,8 @@ def test_what_points_share_is_shared_by_predictions() -> None:
     (shared,) = point.shared_errors.values()
     assert shared.real == pytest.approx((truth(1e-5, 60.0) ** 2).real * 5e-9, rel=0.05)
     assert point.stiffness_estimate.standard_error >= abs(shared.real)
-    k_inf = found.parameter(Parameter.K_INF)
-    assert k_inf.standard_error > k_inf.value * math.sqrt(found.covariance[Parameter.K_INF, Parameter.K_INF])
+    k_inf = found.parameter(LawParameter.K_INF)
+    assert k_inf.standard_error > k_inf.value * math.sqrt(found.covariance[LawParameter.K_INF, LawParameter.K_INF])
     assert [record.effect for record in point.corrections] == ["frame_compliance"]
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import Effect
+from analysis.direct.corrections import TesterEffect
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, RigCalibration, calibrate_rig
 from analysis.errors import AnalysisError
 from tests.analysis.direct.points import from_polar, measured_stiffness
 
-LAG, FRAME, INERTIA = Effect.TRANSDUCER_LAG, Effect.FRAME_COMPLIANCE, Effect.FIXTURE_INERTIA
+LAG, FRAME, INERTIA = TesterEffect.TRANSDUCER_LAG, TesterEffect.FRAME_COMPLIANCE, TesterEffect.FIXTURE_INERTIA
 VALUES = {LAG: 120e-6, FRAME: 0.2e-6, INERTIA: 0.12}
 BLANK, RIGID, MASS, EMPTY = (
     KnownSpecimen(stiffness=2e8),
@@ -26,7 +26,7 @@ def run(
     specimen: KnownSpecimen,
     rng: np.random.Generator | None = None,
     error: float = 0.002,
-    values: dict[Effect, float] = VALUES,
+    values: dict[TesterEffect, float] = VALUES,
     frequencies: tuple[float, ...] = (20.0, 50.0, 80.0, 110.0, 140.0, 170.0, 200.0),
 ) -> CalibrationRun:
     """Points with `error` of their magnitude, or exact ones where there is no `rng`."""

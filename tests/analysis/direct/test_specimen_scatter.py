@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import Effect, RigCorrections, correct
+from analysis.direct.corrections import RigCorrections, TesterEffect, correct
 from analysis.direct.cylinder_terms import CylinderLaw, CylinderTerms, cylinder_terms, fit_cylinder_law
 from analysis.direct.specimen_scatter import scatter_of_laws, specimen_scatter
 from analysis.errors import AnalysisError
@@ -13,7 +13,7 @@ from analysis.interval import Estimate
 from tests.analysis.direct.points import from_polar, measured_stiffness
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
-FRAME = RigCorrections.independent({Effect.FRAME_COMPLIANCE: Estimate(2e-8, 4e-9)})
+FRAME = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 4e-9)})
 
 
 def terms(scale: float, error: float = 1e-3, frequency: float = 50.0, noise: complex = 0j) -> tuple[CylinderTerms, ...]:

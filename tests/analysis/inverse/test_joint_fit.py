@@ -70,7 +70,7 @@ def measured(bench: Bench, seed: int, place: float, lean: float = 0.0) -> Freque
     rng = np.random.default_rng(seed)
     model = ResponseModel(bench.free_beam, (2, 10), SENSOR, bench.inputs, LINES)
     on_joints = model.condensed(Deviations.none(2, len(bench.inputs)))
-    response = on_joints.on(np.array([joint.dynamic_stiffness for joint in bench.joints]))
+    response = on_joints.evaluate_on(np.array([joint.dynamic_stiffness for joint in bench.joints]))
     rows = len(bench.inputs)
     of_rows = deviation_columns(response, np.arange(8 + 2 * rows) >= 8)
     slopes = np.sum(of_rows.reshape(2, rows, rows, -1), axis=1)  # (m/s^2)/N a metre and a radian; each row moves alone

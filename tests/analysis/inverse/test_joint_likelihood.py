@@ -114,7 +114,7 @@ def dominant(laboratory: Laboratory, fit: JointFit) -> Real:
 
 
 def test_twenty_percent_off_is_near_enough_to_start_from(fits: list[JointFit]) -> None:
-    assert all(fit.gates[-1].passed for fit in fits)
+    assert all(fit.checks[-1].passed for fit in fits)
     assert max(float(np.mean(fit.chi_square_per_row)) for fit in fits) < 1.05
 
 
@@ -280,7 +280,7 @@ def following(laboratory: Laboratory) -> Complex:
     values = Deviations.none(2, len(laboratory.inputs)).values
     values[6:8] = EXPONENTS
     stiffness = np.array([joint.dynamic_stiffness for joint in laboratory.joints])
-    return model.condensed(Deviations(values, 2)).on(stiffness).accelerance
+    return model.condensed(Deviations(values, 2)).evaluate_on(stiffness).accelerance
 
 
 def test_a_joint_that_follows_frequency_is_another_joint_at_each_line(
@@ -354,10 +354,10 @@ def test_what_the_model_cannot_explain_fails_the_gate_and_is_located(laboratory:
     wrong = measured.accelerance.copy()
     wrong[3] *= -1  # polarity of one row
     fit = identify_from_responses(laboratory.model, replace(measured, accelerance=wrong), laboratory.joints)
-    (gate,) = [gate for gate in fit.gates if gate.name == "fit"]
-    assert not gate.passed
+    (check,) = [check for check in fit.checks if check.name == "fit"]
+    assert not check.passed
     assert not fit.passed
-    assert f"worst at {laboratory.inputs[3]}" in gate.text
+    assert f"worst at {laboratory.inputs[3]}" in check.text
     assert fit.noise_scale > MISFIT
 
 
@@ -368,9 +368,9 @@ def test_a_joint_that_gives_energy_fails_its_gate(laboratory: Laboratory, bench:
     exact = accelerance(laboratory.model, joints, FREQUENCY, SENSOR, bench.inputs).accelerance
     fit = identify_from_responses(laboratory.model, laboratory.measured(8, exact), joints)
     first, second = (fit.joints[name] for name in ("I", "II"))
-    assert [gate.passed for gate in first.gates] == [False]
-    assert "draws energy" in first.gates[0].text
-    assert all(gate.passed for gate in second.gates)
+    assert [check.passed for check in first.checks] == [False]
+    assert "draws energy" in first.checks[0].text
+    assert all(check.passed for check in second.checks)
 
 
 def test_too_little_data_or_other_joints_are_refused(laboratory: Laboratory) -> None:

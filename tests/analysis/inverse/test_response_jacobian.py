@@ -38,7 +38,7 @@ class Case:
     deviations: Deviations
 
     def accelerance(self, stiffness: Complex, values: Real) -> Complex:
-        return self.model.condensed(Deviations(values, len(stiffness))).on(stiffness).accelerance
+        return self.model.condensed(Deviations(values, len(stiffness))).evaluate_on(stiffness).accelerance
 
     def along(self, stiffness: Complex, values: Real, size: float) -> Complex:
         return self.accelerance(self.stiffness + size * stiffness, self.deviations.values + size * values)
@@ -77,7 +77,7 @@ def assert_same(found: Complex, expected: Complex) -> None:
 @given(case=cases())
 def test_derivatives_in_joint_terms_are_exact(case: Case) -> None:
     values, z = case.deviations.values, case.stiffness
-    columns = term_columns(case.model.condensed(case.deviations).on(z))
+    columns = term_columns(case.model.condensed(case.deviations).evaluate_on(z))
     for joint in range(len(z)):
         size = np.sqrt(np.abs(np.diag(z[joint])))
         for place, (p, q) in enumerate(UPPER):
@@ -95,7 +95,7 @@ def test_derivatives_in_all_deviations_of_the_bench_are_exact(case: Case) -> Non
     beside = case.deviations.blow_positions[INPUTS.index(case.model.response)] - case.deviations.sensor_position
     assume(abs(beside) > 5e-4)  # where they meet the bar has its kink, and no derivative
     active = np.ones(values.size, dtype=bool)
-    columns = deviation_columns(case.model.condensed(case.deviations).on(z), active)
+    columns = deviation_columns(case.model.condensed(case.deviations).evaluate_on(z), active)
     for place, column in enumerate(columns):
         unit = np.eye(values.size)[place]
         step = 5e-5 if place < 3 else 1e-4
@@ -106,7 +106,7 @@ def test_derivatives_in_all_deviations_of_the_bench_are_exact(case: Case) -> Non
 @given(case=cases())
 def test_k_and_modulus_and_density_and_gain_scale_out_together(case: Case) -> None:
     """No data can tell them apart; derivatives that are not exact would pretend so."""
-    response = case.model.condensed(case.deviations).on(case.stiffness)
+    response = case.model.condensed(case.deviations).evaluate_on(case.stiffness)
     joint_terms = np.array([z[place] for z in case.stiffness for place in UPPER])
     scaling = np.tensordot(joint_terms, term_columns(response), axes=1)
     active = np.arange(case.deviations.values.size) < 3
@@ -153,7 +153,7 @@ def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
         model = ResponseModel(free, (2, 10), Dof.parse("4y"), INPUTS, frequency)
         values = np.zeros(4 + 2 * 2 + 2 * len(INPUTS))
         values[4] = joint_off
-        return model.condensed(Deviations(values, 2)).on(z).accelerance
+        return model.condensed(Deviations(values, 2)).evaluate_on(z).accelerance
 
     moved = positions.copy()
     moved[1] += 0.001
@@ -178,7 +178,7 @@ def test_a_blow_beside_the_accelerometer_meets_the_kink_that_it_makes(beside: fl
     values = np.zeros(4 + 2 * 2 + 2)
     values[8] = beside
     deviations = Deviations(values, 2)
-    found = model.condensed(deviations).on(z).accelerance
+    found = model.condensed(deviations).evaluate_on(z).accelerance
     kink = model.kinks(deviations)[1] * (2 * np.pi * frequency) ** 2
     assert np.max(np.abs(found - exact)) < 0.1 * np.max(np.abs(kink))
 

@@ -73,9 +73,7 @@ class RigCalibration:
 
 
 def calibrate_rig(
-    runs: Sequence[CalibrationRun],
-    effects: Sequence[TesterEffect] = tuple(TesterEffect),
-    source: str = "rig calibration",
+    runs: Sequence[CalibrationRun], effects: Sequence[TesterEffect] = tuple(TesterEffect)
 ) -> RigCalibration:
     """Identify the parameters of `effects` from `runs`, those that the runs determine.
 
@@ -84,7 +82,6 @@ def calibrate_rig(
     Args:
         runs: on blanks, masses or nothing, each at several frequencies.
         effects: those of the rig; one that is left out is taken to be nought.
-        source: name of this calibration, for the points that are corrected by it.
 
     Raises:
         AnalysisError: there is no point, or no effect that the runs determine; or a rigid blank without a frame
@@ -118,7 +115,7 @@ def calibrate_rig(
     blanks = solution @ model.blank_errors(values)
     widening = chi_square / freedom if contradiction else 1.0
     covariance = widening * solution @ solution.T + blanks @ blanks.T
-    corrections = RigCorrections.correlated(values, covariance, math.inf, source)
+    corrections = RigCorrections.correlated(values, covariance, math.inf, source="rig calibration")
     warnings += _doubts(corrections, len({round(point.frequency, 3) for _, point in model.points}), residual.size)
     return RigCalibration(corrections, chi_square, freedom, tuple(warnings))
 

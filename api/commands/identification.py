@@ -178,8 +178,8 @@ def show(found: Identification) -> None:
     for name, direct in found.direct.items():
         series = sum(len(points) for by_amplitude in direct.series.values() for points in by_amplitude.values())
         out.print(f"joint {name}: {series} sine points")
-        for amplitude, check in direct.superposition.items():
-            out.print(f"  {amplitude:g} mm: {check.text}")
+        for amplitude, superposition in direct.superposition.items():
+            out.print(f"  {amplitude:g} mm: {superposition.text}")
     if found.comparison:
         table = Table("joint", "element", "inverse 95 %", "direct 95 %", "verdict", box=None)
         for each in found.comparison:

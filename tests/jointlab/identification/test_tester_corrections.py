@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from analysis.direct.corrections import Effect
+from analysis.direct.corrections import TesterEffect
 from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from jointlab.errors import BAD_INPUT
 from jointlab.identification.load import measurement_of_run
@@ -132,4 +132,4 @@ def test_a_correction_that_does_not_exist_is_named(jointlab: Command, bundle: Pa
 
 
 def test_the_switches_are_all_corrections_there_are() -> None:
-    assert set(SWITCHES) == {*map(str, Effect), TEMPERATURE_SHIFT}
+    assert set(SWITCHES) == {*map(str, TesterEffect), TEMPERATURE_SHIFT}

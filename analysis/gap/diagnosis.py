@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import partial
 
 import numpy as np
@@ -26,25 +25,12 @@ from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import lost
 from analysis.gap.model import Model, best_by_id, on, refined
-from analysis.gap.next_experiment import next_experiment
+from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parallel_work import ParallelMap, one_by_one
 from analysis.gap.record_effect import RecordEffect
 from analysis.gap.search import HOPELESS, search_of
 from analysis.gap.two_effect_search import pairs
-from analysis.gap.verdict import UNKNOWN, Weighed, listed, standing_for, weigh
-
-
-class Status(StrEnum):
-    """What a diagnosis comes to."""
-
-    NONE = "none"
-    """Nothing beyond noise and the stated tolerances."""
-    EXPLAINED = "explained"
-    """The named effects explain the gap."""
-    PARTIAL = "partial"
-    """The named effects help, and something remains."""
-    UNKNOWN = "unknown"
-    """There is a gap, and nothing in the catalogue explains it."""
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, listed, standing_for, weigh
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +77,7 @@ class Diagnosis:
         maps: for pictures.
         ranking: explanations, the most probable first.
         twins: groups of effects that these data cannot tell apart from the verdict's.
-        next_experiment: in a sentence, what would.
+        next_experiment: what would tell them apart.
         faults: what is wrong with the measurement itself, in sentences; these come before any physics.
         predicted: what was asked for; None where nothing was.
         seconds: that it took.
@@ -108,7 +94,7 @@ class Diagnosis:
     maps: tuple[GapMap, ...]
     ranking: tuple[Ranked, ...]
     twins: tuple[tuple[str, ...], ...]
-    next_experiment: str
+    next_experiment: NextExperiment
     faults: tuple[str, ...]
     predicted: Predicted | None
     seconds: float
@@ -189,7 +175,7 @@ def diagnose(
         maps=found_maps,
         ranking=_normalised(ranking),
         twins=alike,
-        next_experiment=next_experiment(status.value, weighed, alike),
+        next_experiment=next_experiment(status, weighed, alike),
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
@@ -220,13 +206,12 @@ def with_records(found: Diagnosis, shown: Sequence[RecordEffect]) -> Diagnosis:
     ranking = [each if each.effects == UNKNOWN else _beside_records(each, shown) for each in found.ranking]
     doubt = (1 - CERTAINTY) * sum(each.probability for each in found.ranking if each.effects != UNKNOWN)
     ranking += [replace(each, probability=doubt) for each in found.ranking if not each.effects]
-    remedies = [each.remedy for each in shown]
     return replace(
         found,
         status=Status.EXPLAINED if found.status is Status.NONE else found.status,
         effects=() if unknown else (*found.effects, *ids),
         ranking=_normalised(tuple(sorted(ranking, key=lambda each: -each.probability))),
-        next_experiment="; ".join(remedies if found.status is Status.NONE else [found.next_experiment, *remedies]),
+        next_experiment=replace(found.next_experiment, corrections=ids),
     )
 
 

@@ -75,9 +75,7 @@ def found_hum(hum: Hum) -> RecordEffect:
         size = f"{value:.2g} m/s^2 at {hum.tones[0]:g} Hz"
     tones = ", ".join(f"{tone:g}" for tone in hum.tones)
     fault = f"mains hum on the accelerometer at {tones} Hz ({size}); these lines are left out"
-    return RecordEffect(
-        HUM, parameters, fault, "shield the accelerometer and its cable from the mains and strike again"
-    )
+    return RecordEffect(HUM, parameters, fault)
 
 
 def without_tones(measurement: Measurement, hum: Hum) -> Measurement:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import partial
 
 import numpy as np
@@ -18,7 +19,7 @@ from analysis.gap.evidence import PATTERNS
 from analysis.gap.fit import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
-from analysis.gap.verdict import UNKNOWN, Weighed
+from analysis.gap.verdict import UNKNOWN, Status, Weighed
 from analysis.inverse.levenberg_marquardt import inverse
 
 CONVINCING = 5.0
@@ -31,17 +32,70 @@ FURTHER_MASS = 0.02
 """kg, about what an accelerometer weighs."""
 
 
+class Experiment(StrEnum):
+    """What to measure next; the value is its id in documents."""
+
+    NOTHING = "nothing"
+    """Simulation and measurement agree."""
+    NEW_SET_UP = "new_set_up"
+    """Nothing explains the gap: measure again after a new set-up, and see what moves with it."""
+    CORRECT_EFFECTS = "correct_effects"
+    """No experiment tells the verdict from another explanation: correct its effects and measure again."""
+    READ_THERMOMETERS = "read_thermometers"
+    MEASURE_PLACES = "measure_places"
+    WEIGH_PARTS = "weigh_parts"
+    MEASURE_CYLINDERS = "measure_cylinders"
+    STRIKE_KNOWN_MASS = "strike_known_mass"
+    BLANK_TEST = "blank_test"
+    MASS_IN_TESTER = "mass_in_tester"
+    HALF_FORCE = "half_force"
+    HEAVIER_ACCELEROMETER = "heavier_accelerometer"
+    ACCELEROMETER_LEFT = "accelerometer_left"
+    ACCELEROMETER_MIDDLE = "accelerometer_middle"
+    ACCELEROMETER_RIGHT = "accelerometer_right"
+    LONG_RECORDS = "long_records"
+    RANDOM_ORDER = "random_order"
+    HALF_AMPLITUDE = "half_amplitude"
+    ANOTHER_PRESET = "another_preset"
+    TURN_ACCELEROMETER = "turn_accelerometer"
+    OUT_OF_PLANE = "out_of_plane"
+    GUIDED_HAMMER = "guided_hammer"
+    FREE_BEAM = "free_beam"
+    AT_FOUNDATION = "at_foundation"
+    OTHER_LEVELS = "other_levels"
+    HIGHER_FREQUENCY = "higher_frequency"
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What a diagnosis asks for next.
+
+    Attributes:
+        id: the experiment.
+        effects: ids of those that it is expected to tell apart or to confirm, or that are to be corrected.
+        tells_apart: whether these data cannot tell `effects` apart; otherwise the experiment confirms them.
+        separation: that is expected, in standard deviations; 0 where none was computed.
+        corrections: ids of effects that records show; their cause is to be removed before anything is measured again.
+    """
+
+    id: Experiment
+    effects: tuple[str, ...] = ()
+    tells_apart: bool = False
+    separation: float = 0.0
+    corrections: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class Check:
     """Something that tells the size of effects by itself.
 
     Attributes:
-        deed: what to do.
+        id: the experiment.
         tells: effects whose size it tells.
         share: of their range, how well.
     """
 
-    deed: str
+    id: Experiment
     tells: tuple[str, ...]
     share: float
 
@@ -61,13 +115,13 @@ class Further:
     """A further measurement of a kind that can be simulated.
 
     Attributes:
-        deed: what to do.
+        id: the experiment.
         rig: "inverse" or "direct".
         planned: what it would be after a first measurement; empty where that has nothing of the kind.
         other_amplitude: whether it is at amplitudes at which nothing was measured, of which some laws know nothing.
     """
 
-    deed: str
+    id: Experiment
     rig: str
     planned: Callable[[Measurement], Measurement | None]
     other_amplitude: bool = False
@@ -172,61 +226,55 @@ def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
 
 
 EXPERIMENTS: tuple[Check | Further, ...] = (
-    Check("read the thermometers of both rigs", ("temperature_shift",), 0.05),
-    Check("measure the places of joints and points with a ruler", ("support_position", "impact_position"), 0.1),
-    Check("weigh the accelerometer, the caps and the bar", ("accelerometer_mass", "joint_mass", "density"), 0.05),
-    Check("measure how the cylinders lean and sit", ("cylinder_angle", "vertical_offset", "contact_patch"), 0.1),
-    Check("strike a known free mass", ("sensor_gain", "channel_delay", "highpass_corner"), 0.05),
-    Check("take a blank test of the tester", ("frame_compliance", "frame_resonance", "fixture_inertia"), 0.05),
-    Check("test a known mass in the tester", ("transducer_lag", "fixture_inertia"), 0.05),
-    Further("strike again at half the peak force", "inverse", _at_half_the_force, other_amplitude=True),
-    Further(
-        f"strike again with {1e3 * FURTHER_MASS:.0f} g more on the accelerometer", "inverse", _heavier_accelerometer
-    ),
-    Further("strike again with the accelerometer at the left end", "inverse", partial(_accelerometer_at, 0.0)),
-    Further("strike again with the accelerometer in the middle", "inverse", partial(_accelerometer_at, 0.5)),
-    Further("strike again with the accelerometer at the right end", "inverse", partial(_accelerometer_at, 1.0)),
-    Check("take records of twice the length", ("exponential_window", "beam_damping"), 0.1),
-    Further("repeat the tester's points in random order", "direct", _in_random_order),
-    Further("repeat the tester's points at half the smallest amplitude", "direct", _at_half_the_amplitude, True),
-    Check("repeat the tester's points at another preset", ("preload_stiffening",), 0.1),
-    Check("turn the accelerometer, or use one of three axes", ("cross_axis_sensitivity",), 0.1),
-    Check("listen out of the plane", ("out_of_plane_bending",), 0.1),
-    Check("strike with a guided hammer", ("impact_angle",), 0.1),
-    Check("suspend the bar and measure it free", ("youngs_modulus", "density", "beam_damping", "mesh_error"), 0.1),
-    Check("listen at the foundation", ("foundation_compliance",), 0.1),
+    Check(Experiment.READ_THERMOMETERS, ("temperature_shift",), 0.05),
+    Check(Experiment.MEASURE_PLACES, ("support_position", "impact_position"), 0.1),
+    Check(Experiment.WEIGH_PARTS, ("accelerometer_mass", "joint_mass", "density"), 0.05),
+    Check(Experiment.MEASURE_CYLINDERS, ("cylinder_angle", "vertical_offset", "contact_patch"), 0.1),
+    Check(Experiment.STRIKE_KNOWN_MASS, ("sensor_gain", "channel_delay", "highpass_corner"), 0.05),
+    Check(Experiment.BLANK_TEST, ("frame_compliance", "frame_resonance", "fixture_inertia"), 0.05),
+    Check(Experiment.MASS_IN_TESTER, ("transducer_lag", "fixture_inertia"), 0.05),
+    Further(Experiment.HALF_FORCE, "inverse", _at_half_the_force, other_amplitude=True),
+    Further(Experiment.HEAVIER_ACCELEROMETER, "inverse", _heavier_accelerometer),
+    Further(Experiment.ACCELEROMETER_LEFT, "inverse", partial(_accelerometer_at, 0.0)),
+    Further(Experiment.ACCELEROMETER_MIDDLE, "inverse", partial(_accelerometer_at, 0.5)),
+    Further(Experiment.ACCELEROMETER_RIGHT, "inverse", partial(_accelerometer_at, 1.0)),
+    Check(Experiment.LONG_RECORDS, ("exponential_window", "beam_damping"), 0.1),
+    Further(Experiment.RANDOM_ORDER, "direct", _in_random_order),
+    Further(Experiment.HALF_AMPLITUDE, "direct", _at_half_the_amplitude, True),
+    Check(Experiment.ANOTHER_PRESET, ("preload_stiffening",), 0.1),
+    Check(Experiment.TURN_ACCELEROMETER, ("cross_axis_sensitivity",), 0.1),
+    Check(Experiment.OUT_OF_PLANE, ("out_of_plane_bending",), 0.1),
+    Check(Experiment.GUIDED_HAMMER, ("impact_angle",), 0.1),
+    Check(Experiment.FREE_BEAM, ("youngs_modulus", "density", "beam_damping", "mesh_error"), 0.1),
+    Check(Experiment.AT_FOUNDATION, ("foundation_compliance",), 0.1),
     Check(
-        "strike at a third level and test at a fourth amplitude",
+        Experiment.OTHER_LEVELS,
         ("amplitude_dependence", "cubic_stiffness", "coulomb_friction"),
         0.1,
     ),
-    Check("test to a higher frequency", ("frequency_dependence", "loss_law"), 0.2),
+    Check(Experiment.HIGHER_FREQUENCY, ("frequency_dependence", "loss_law"), 0.2),
 )
 """The cheapest first."""
 
 
-def next_experiment(status: str, weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> str:
-    """In a sentence, what to measure next.
+def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> NextExperiment:
+    """What to measure next.
 
     Args:
         status: of the diagnosis.
         weighed: explanations, the verdict first.
         groups: of effects that these data cannot tell apart.
     """
-    if status == "none":
-        return "nothing is asked for: simulation and measurement agree within noise and tolerances"
-    if status == "unknown":
-        return (
-            "look at the bench where the map shows the gap; repeat the measurement after a new set-up, at another "
-            "level and with the accelerometer at a second place, to see what moves with it"
-        )
+    if status is Status.NONE:
+        return NextExperiment(Experiment.NOTHING)
+    if status is Status.UNKNOWN:
+        return NextExperiment(Experiment.NEW_SET_UP)
     verdict, rivals = weighed[0], _rivals(weighed, groups)
-    doubtful = [name for group in groups for name in group] or list(verdict.effects)
-    deed, expected = _cheapest(verdict.model, [rival.model for rival in rivals])
+    experiment, expected = _cheapest(verdict.model, [rival.model for rival in rivals])
     if expected == 0.0:
-        return f"repeat the measurement with {' and '.join(verdict.effects)} put right"
-    purpose = f"tell {' from '.join(doubtful)}" if groups else f"confirm {' and '.join(doubtful)}"
-    return f"{deed}: expected to {purpose} by {expected:.0f} standard deviations"
+        return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects)
+    doubtful = tuple(name for group in groups for name in group) or verdict.effects
+    return NextExperiment(experiment, doubtful, tells_apart=bool(groups), separation=expected)
 
 
 def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list[Weighed]:
@@ -237,13 +285,13 @@ def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list
     return found or [each for each in others if not set(verdict.effects) <= set(each.effects)][:1]
 
 
-def _cheapest(verdict: Model, rivals: Sequence[Model]) -> tuple[str, float]:
+def _cheapest(verdict: Model, rivals: Sequence[Model]) -> tuple[Experiment, float]:
     """The first experiment that tells the verdict from all rivals, else the one that comes nearest."""
-    best = "", 0.0
+    best = Experiment.CORRECT_EFFECTS, 0.0
     for experiment in EXPERIMENTS:
         expected = min((experiment.separation(verdict, rival) for rival in rivals), default=0.0)
         if expected > best[1]:
-            best = experiment.deed, expected
+            best = experiment.id, expected
         if expected >= CONVINCING:
             break
     return best

@@ -15,10 +15,8 @@ class RecordEffect:
         id: in the catalogue.
         parameters: by name.
         fault: a sentence that says so.
-        remedy: what to do, as a request.
     """
 
     id: str
     parameters: dict[str, Estimate]
     fault: str
-    remedy: str

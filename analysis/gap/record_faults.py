@@ -52,5 +52,4 @@ def _double_hit(bouncing: Sequence[tuple[RawBlow, BlowVerdict]], struck: int) ->
         DOUBLE_HIT,
         {"ratio": Estimate(middle, (middle - half, middle + half), "1")},
         f"{len(bouncing)} of {struck} blows kept are double hits: {'; '.join(reasons)}",
-        "strike again so that the hammer does not bounce",
     )

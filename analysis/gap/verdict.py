@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from scipy.special import logsumexp
@@ -35,6 +36,19 @@ One that leaves more mops up after a law that is not quite right.
 
 RANKED = 5
 """Explanations that are shown."""
+
+
+class Status(StrEnum):
+    """What a diagnosis comes to."""
+
+    NONE = "none"
+    """Nothing beyond noise and the stated tolerances."""
+    EXPLAINED = "explained"
+    """The named effects explain the gap."""
+    PARTIAL = "partial"
+    """The named effects help, and something remains."""
+    UNKNOWN = "unknown"
+    """There is a gap, and nothing in the catalogue explains it."""
 
 
 @dataclass(frozen=True, eq=False)

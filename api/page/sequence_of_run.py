@@ -8,7 +8,8 @@ from sqlalchemy.orm import Session
 
 from api.service.context import Services
 from api.service.resources.sequences import sequence_named
-from jointlab.diagnosis.next_sequence import next_sequence
+from jointlab.diagnosis.experiment_text import experiment_of
+from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
 from jointlab.sequences import BUILT_IN
 from rig.sequence import Sequence, sequence_from
@@ -43,12 +44,15 @@ def sequence_to_decide(services: Services, diagnosis: int) -> tuple[str, Sequenc
         StoreError, RigError: what is stored makes no sequence.
     """
     with services.catalogue.reading() as session:
-        experiment = get_diagnosis(session, diagnosis).document["verdict"].get("next_experiment")
-        if not experiment:
+        verdict = get_diagnosis(session, diagnosis).document["verdict"]
+        text, experiment = verdict.get("next_experiment"), experiment_of(verdict)
+        if not text:
             raise JointlabError(f"diagnosis {diagnosis} asks for no further experiment")
         base = sequence_again(session, get_analysis(session, diagnosis).runs[0])
     limits = TesterLimits() if services.runs is None else services.runs.instruments.limits
-    return experiment, next_sequence(experiment, base, limits)
+    if experiment is None:
+        return text, sequence_for_text(text, base, limits)
+    return text, next_sequence(experiment, base, limits)
 
 
 def _on_article_of(session: Session, run: Run) -> dict[str, Any]:

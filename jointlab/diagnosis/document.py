@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from analysis.gap.diagnosis import Diagnosis, Ranked, Status
+from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
+from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
+from jointlab.diagnosis.experiment_text import sentence
 from jointlab.diagnosis.track_record import TrackRecord, shipped_record, strength
 from jointlab.identification.document import plain
 
@@ -21,9 +23,9 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     """The whole document; numbers that are not known are null.
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
-    each explanation, ``titles`` of effects, ``maps``, ``faults``, what is ``lost`` for want of
-    measurements, and in ``trial`` how often this catalogue was right on sealed cases like
-    this one; None where it was never tried.
+    each explanation, the ``experiment`` of the verdict by its id, ``titles`` of effects, ``maps``, ``faults``, what is
+    ``lost`` for want of measurements, and in ``trial`` how often this catalogue was right on sealed cases like this
+    one; None where it was never tried.
 
     Args:
         found: the diagnosis.
@@ -48,7 +50,8 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
                 "status": found.status.value,
                 "effects": found.effects,
                 "twins": found.twins,
-                "next_experiment": found.next_experiment,
+                "next_experiment": sentence(found.next_experiment),
+                "experiment": asdict(found.next_experiment),
             },
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],

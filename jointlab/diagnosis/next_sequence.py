@@ -11,7 +11,8 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from analysis.gap.next_experiment import FURTHER_MASS
+from analysis.gap.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+from jointlab.diagnosis.experiment_text import CORRECTIONS, request
 from rig.sequence import Sequence, sequence_from
 from rig.sweep_plan import Order
 from rig.tester_limits import TesterLimits
@@ -29,39 +30,46 @@ LONG_BLOCK = 4.0  # s, a free beam rings that long
 AMPLITUDE_UNIT = 1e-3  # m in a mm
 
 
-def next_sequence(experiment: str, base: Sequence, limits: TesterLimits) -> Sequence:
-    """The sequence for an experiment.
+def next_sequence(experiment: NextExperiment, base: Sequence, limits: TesterLimits) -> Sequence:
+    """The sequence for an experiment; what is to be corrected comes first, as prompts.
 
     Args:
-        experiment: as a diagnosis says it: what to do, a colon, and what that is expected to tell; after semicolons,
-            what else is to be put right.
+        experiment: that a diagnosis asks for.
         base: by which was measured what the diagnosis is of.
         limits: in force for the tester.
 
     Raises:
         SequenceError: what comes of it cannot be run.
     """
-    deed = experiment.partition(":")[0].strip()
-    others = experiment.split("; ")[1:] if deed in PLANS else []
+    corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
+    text = request(experiment)
+    plan = PLANS.get(experiment.id) or _prompted(text)
+    if experiment.id is Experiment.NOTHING and corrections:
+        text, plan = corrections[0], lambda document, _: document
+    return _sequence(text, base, limits, plan, corrections)
+
+
+def sequence_for_text(text: str, base: Sequence, limits: TesterLimits) -> Sequence:
+    """The sequence for an experiment of which only the text is known: all is measured again after a prompt."""
+    return _sequence(text, base, limits, _prompted(text), ())
+
+
+def _sequence(text: str, base: Sequence, limits: TesterLimits, plan: Plan, corrections: Iterable[str]) -> Sequence:
     document: Document = base.model_dump(mode="json", exclude_none=True)
     document |= {"steps": [step for step in document["steps"] if step["step"] != "prompt"]}
-    plan = PLANS.get(deed) or _in_general(deed)
     planned = plan(document, limits)
-    steps = [*(_prompt(other) for other in others), *planned["steps"]]
-    title = f"{base.title}: {deed.partition(';')[0]}"
-    return sequence_from(planned | {"title": title, "steps": steps}, f"sequence to {deed}")
+    steps = [*(_prompt(each) for each in corrections), *planned["steps"]]
+    title = f"{base.title}: {text.partition(';')[0]}"
+    return sequence_from(planned | {"title": title, "steps": steps}, f"sequence to {text}")
 
 
-def _in_general(deed: str) -> Plan:
-    """The plan for what concerns no single check: a gap that nothing explains, or an effect to be put right."""
-    if "another level" in deed and "second place" in deed:
-        return _new_set_up
-    return partial(_by_hand, deed)
+def _prompted(text: str, *kinds: str) -> Plan:
+    """A plan that asks for something before the steps of some kinds are measured again; of all kinds by default."""
 
+    def plan(document: Document, _limits: TesterLimits) -> Document:
+        return document | {"steps": [_prompt(text), *_of(document, kinds)]}
 
-def _by_hand(text: str, document: Document, _limits: TesterLimits, *, of: tuple[str, ...] = ()) -> Document:
-    """Ask for something before the steps of some kinds are measured again; of all kinds by default."""
-    return document | {"steps": [_prompt(text), *_of(document, of)]}
+    return plan
 
 
 def _of(document: Document, kinds: Iterable[str]) -> list[Step]:
@@ -74,9 +82,9 @@ def _prompt(text: str) -> Step:
     return {"step": "prompt", "text": f"{text[:1].upper()}{text[1:LONGEST_PROMPT]}"}
 
 
-def _changed(document: Document, kind: str, change: Step) -> Document:
-    """The steps of one kind with other fields."""
-    steps = [step | change if step["step"] == kind else step for step in _of(document, (kind,))]
+def _changed(document: Document, kind: str, change: Callable[[Step], Step]) -> Document:
+    """The steps of one kind, each with the fields that `change` gives for it."""
+    steps = [step | change(step) if step["step"] == kind else step for step in _of(document, (kind,))]
     return document | {"steps": steps}
 
 
@@ -110,11 +118,7 @@ def _with_mass(document: Document, _limits: TesterLimits) -> Document:
 
 def _with_long_records(document: Document, _limits: TesterLimits) -> Document:
     """Blows with records of twice the length."""
-    steps = [
-        step | {"block_seconds": 2 * step["block_seconds"]} if step["step"] == HAMMER else step
-        for step in _of(document, (HAMMER,))
-    ]
-    return document | {"steps": steps}
+    return _changed(document, HAMMER, lambda step: {"block_seconds": 2 * step["block_seconds"]})
 
 
 def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
@@ -122,13 +126,13 @@ def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
     highest = limits.highest_preset / AMPLITUDE_UNIT
     preset = next((step["preset_mm"] for step in document["steps"] if step["step"] == SWEEP), 0.0)
     another = (preset + highest) / 2 if highest - preset > 0.2 * highest else preset / 2
-    return _changed(document, SWEEP, {"preset_mm": round(another, 3)})
+    return _changed(document, SWEEP, lambda _: {"preset_mm": round(another, 3)})
 
 
 def _shuffled(document: Document, _limits: TesterLimits) -> Document:
     """The sweep with all its points in random order, a new one where it was random before."""
     steps = [{name: step[name] for name in step if name != "seed"} for step in document["steps"]]
-    return _changed(document | {"steps": steps}, SWEEP, {"order": Order.ALL.value})
+    return _changed(document | {"steps": steps}, SWEEP, lambda _: {"order": Order.ALL.value})
 
 
 def _suspended(document: Document, _limits: TesterLimits) -> Document:
@@ -216,7 +220,7 @@ def _at_half_the_force(document: Document, _limits: TesterLimits) -> Document:
 def _at_half_the_amplitude(document: Document, _limits: TesterLimits) -> Document:
     """The sweep at half its smallest amplitude."""
     smallest = min(min(step["amplitudes_pp_mm"]) for step in _of(document, (SWEEP,)) if step["step"] == SWEEP)
-    return _changed(document, SWEEP, {"amplitudes_pp_mm": [smallest / 2]})
+    return _changed(document, SWEEP, lambda _: {"amplitudes_pp_mm": [smallest / 2]})
 
 
 def _with_accelerometer(change: Step, text: str, document: Document) -> Document:
@@ -242,59 +246,54 @@ def _accelerometer_at(share: float, document: Document, _limits: TesterLimits) -
     return _with_accelerometer({"node": node}, f"Move the accelerometer to {node}{sensor['direction']}", document)
 
 
-PLANS: Mapping[str, Plan] = {
-    "strike again at half the peak force": _at_half_the_force,
-    f"strike again with {1e3 * FURTHER_MASS:.0f} g more on the accelerometer": _heavier_accelerometer,
-    "strike again with the accelerometer at the left end": partial(_accelerometer_at, 0.0),
-    "strike again with the accelerometer in the middle": partial(_accelerometer_at, 0.5),
-    "strike again with the accelerometer at the right end": partial(_accelerometer_at, 1.0),
-    "read the thermometers of both rigs": _at_one_temperature,
-    "measure the places of joints and points with a ruler": partial(
-        _by_hand,
+PLANS: Mapping[Experiment, Plan] = {
+    Experiment.NEW_SET_UP: _new_set_up,
+    Experiment.HALF_FORCE: _at_half_the_force,
+    Experiment.HEAVIER_ACCELEROMETER: _heavier_accelerometer,
+    Experiment.ACCELEROMETER_LEFT: partial(_accelerometer_at, 0.0),
+    Experiment.ACCELEROMETER_MIDDLE: partial(_accelerometer_at, 0.5),
+    Experiment.ACCELEROMETER_RIGHT: partial(_accelerometer_at, 1.0),
+    Experiment.READ_THERMOMETERS: _at_one_temperature,
+    Experiment.MEASURE_PLACES: _prompted(
         "Measure the places of joints and points from the left end of the beam with a ruler, and compare them with "
         "node_positions; mark again what is off",
-        of=(HAMMER,),
+        HAMMER,
     ),
-    "weigh the accelerometer, the caps and the bar": partial(
-        _by_hand,
-        "Weigh the accelerometer, the caps of the joints and the bar, and compare them with the article; put them back",
-        of=(HAMMER,),
+    Experiment.WEIGH_PARTS: _prompted(
+        "Weigh the accelerometer, the caps of the joints and the beam, and compare them with the article; put them "
+        "back",
+        HAMMER,
     ),
-    "measure how the cylinders lean and sit": partial(
-        _by_hand,
-        "Measure how the cylinders lean, how far they sit beside the bar's axis and where they touch; put right what "
-        "is off",
+    Experiment.MEASURE_CYLINDERS: _prompted(
+        "Measure how the cylinders lean, how far they sit beside the beam's axis and where they touch; correct what "
+        "is off"
     ),
-    "strike a known free mass": partial(
-        _by_hand,
-        "Strike a known free mass with this hammer and accelerometer, and put right the sensitivities in the channel "
+    Experiment.STRIKE_KNOWN_MASS: _prompted(
+        "Strike a known free mass with this hammer and accelerometer, and correct the sensitivities in the channel "
         "table if force over acceleration is not its mass",
-        of=(HAMMER,),
+        HAMMER,
     ),
-    "take a blank test of the tester": _with_blanks,
-    "test a known mass in the tester": _with_mass,
-    "take records of twice the length": _with_long_records,
-    "repeat the tester's points in random order": _shuffled,
-    "repeat the tester's points at half the smallest amplitude": _at_half_the_amplitude,
-    "repeat the tester's points at another preset": _at_another_preset,
-    "turn the accelerometer, or use one of three axes": partial(
-        _by_hand,
+    Experiment.BLANK_TEST: _with_blanks,
+    Experiment.MASS_IN_TESTER: _with_mass,
+    Experiment.LONG_RECORDS: _with_long_records,
+    Experiment.RANDOM_ORDER: _shuffled,
+    Experiment.HALF_AMPLITUDE: _at_half_the_amplitude,
+    Experiment.ANOTHER_PRESET: _at_another_preset,
+    Experiment.TURN_ACCELEROMETER: _prompted(
         "Turn the accelerometer by 90 degrees about its own axis, at the same place, or put one of three axes there",
-        of=(HAMMER,),
+        HAMMER,
     ),
-    "listen out of the plane": partial(
-        _by_hand, "Turn the accelerometer so that it looks out of the plane, at the same place", of=(HAMMER,)
+    Experiment.OUT_OF_PLANE: _prompted(
+        "Turn the accelerometer so that it looks out of the plane, at the same place", HAMMER
     ),
-    "strike with a guided hammer": partial(
-        _by_hand,
-        "Guide the hammer, as a pendulum or in a tube, so that it strikes along the axis",
-        of=(HAMMER,),
+    Experiment.GUIDED_HAMMER: _prompted(
+        "Guide the hammer, as a pendulum or in a tube, so that it strikes along the axis", HAMMER
     ),
-    "suspend the bar and measure it free": _suspended,
-    "listen at the foundation": partial(
-        _by_hand, "Move the accelerometer to the foundation beside a joint, looking the same way", of=(HAMMER,)
+    Experiment.FREE_BEAM: _suspended,
+    Experiment.AT_FOUNDATION: _prompted(
+        "Move the accelerometer to the foundation beside a joint, looking the same way", HAMMER
     ),
-    "strike at a third level and test at a fourth amplitude": _at_other_sizes,
-    "test to a higher frequency": _to_a_higher_frequency,
+    Experiment.OTHER_LEVELS: _at_other_sizes,
+    Experiment.HIGHER_FREQUENCY: _to_a_higher_frequency,
 }
-"""By what the diagnosis says to do."""
+"""Of every other experiment the text is a prompt, and all is measured again."""

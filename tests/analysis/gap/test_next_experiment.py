@@ -22,19 +22,21 @@ from analysis.gap.next_experiment import (
     CONVINCING,
     EXPERIMENTS,
     Check,
+    Experiment,
     Further,
+    NextExperiment,
     _expected,
     next_experiment,
     separation,
 )
 from analysis.gap.search import search_of
-from analysis.gap.verdict import UNKNOWN, Weighed
+from analysis.gap.verdict import UNKNOWN, Status, Weighed
 from tests.analysis.gap.conftest import Made
 
-FURTHER = {each.deed: each for each in EXPERIMENTS if isinstance(each, Further)}
-HEAVIER = FURTHER["strike again with 20 g more on the accelerometer"]
-SHUFFLED = FURTHER["repeat the tester's points in random order"]
-SOFTER = FURTHER["strike again at half the peak force"]
+FURTHER = {each.id: each for each in EXPERIMENTS if isinstance(each, Further)}
+HEAVIER = FURTHER[Experiment.HEAVIER_ACCELEROMETER]
+SHUFFLED = FURTHER[Experiment.RANDOM_ORDER]
+SOFTER = FURTHER[Experiment.HALF_FORCE]
 
 
 def fitted(measurement: Measurement, *effects: Effect) -> Model:
@@ -110,34 +112,37 @@ def test_a_table_says_nothing_of_levels_that_were_not_struck(made: Made, of_modu
 
 
 def test_a_check_tells_sizes_that_only_one_explanation_has(of_mass: Model, of_modulus: Model) -> None:
-    scales = Check("weigh it", ("accelerometer_mass", "density"), 0.05)
+    scales = Check(Experiment.WEIGH_PARTS, ("accelerometer_mass", "density"), 0.05)
     size = abs(of_mass.fit.scores[of_mass.places(0)[0]])
     assert scales.separation(of_mass, of_modulus) == pytest.approx(size / 0.05)
     assert scales.separation(of_modulus, of_mass) == pytest.approx(size / 0.05)
     assert scales.separation(of_mass, of_mass) == 0.0
 
 
-def test_no_gap_asks_for_nothing_and_an_unknown_cause_for_a_look_at_the_map(of_mass: Model) -> None:
-    assert next_experiment("none", [weighed(0.9, of_mass)], ()).startswith("nothing is asked for")
-    found = next_experiment("unknown", [Weighed(UNKNOWN, of_mass, 0.0, 0.9)], ())
-    assert "look at the bench where the map shows the gap" in found
+def test_no_gap_asks_for_nothing_and_an_unknown_cause_for_a_new_set_up(of_mass: Model) -> None:
+    assert next_experiment(Status.NONE, [weighed(0.9, of_mass)], ()) == NextExperiment(Experiment.NOTHING)
+    found = next_experiment(Status.UNKNOWN, [Weighed(UNKNOWN, of_mass, 0.0, 0.9)], ())
+    assert found == NextExperiment(Experiment.NEW_SET_UP)
 
 
-def test_twins_ask_for_the_first_experiment_that_tells_them_apart(of_mass: Model, of_modulus: Model) -> None:
-    found = [weighed(0.6, of_mass), weighed(0.3, of_modulus)]
-    sentence = next_experiment("explained", found, [("accelerometer_mass", "youngs_modulus")])
-    assert sentence.startswith("weigh the accelerometer, the caps and the bar: expected to tell accelerometer_mass")
-    assert sentence.endswith("standard deviations")
+def test_confounded_effects_ask_for_the_first_experiment_that_tells_them_apart(
+    of_mass: Model, of_modulus: Model
+) -> None:
+    explanations = [weighed(0.6, of_mass), weighed(0.3, of_modulus)]
+    found = next_experiment(Status.EXPLAINED, explanations, [("accelerometer_mass", "youngs_modulus")])
+    assert (found.id, found.tells_apart) == (Experiment.WEIGH_PARTS, True)
+    assert found.effects == ("accelerometer_mass", "youngs_modulus")
+    assert found.separation > 0
 
 
-def test_a_verdict_without_twins_is_to_be_confirmed_against_the_next_best(of_mass: Model, of_modulus: Model) -> None:
-    found = [weighed(0.97, of_mass), weighed(0.02, of_modulus)]
-    sentence = next_experiment("explained", found, ())
-    assert sentence.startswith("weigh the accelerometer, the caps and the bar: expected to confirm accelerometer_mass")
+def test_a_clear_verdict_is_to_be_confirmed_against_the_next_best(of_mass: Model, of_modulus: Model) -> None:
+    found = next_experiment(Status.EXPLAINED, [weighed(0.97, of_mass), weighed(0.02, of_modulus)], ())
+    assert (found.id, found.tells_apart, found.effects) == (Experiment.WEIGH_PARTS, False, ("accelerometer_mass",))
 
 
-def test_where_nothing_tells_the_verdict_from_another_it_is_to_be_put_right(of_mass: Model) -> None:
-    assert next_experiment("explained", [weighed(1.0, of_mass)], ()).endswith("accelerometer_mass put right")
+def test_where_nothing_tells_the_verdict_from_another_its_effects_are_to_be_corrected(of_mass: Model) -> None:
+    found = next_experiment(Status.EXPLAINED, [weighed(1.0, of_mass)], ())
+    assert found == NextExperiment(Experiment.CORRECT_EFFECTS, ("accelerometer_mass",))
 
 
 def test_every_effect_of_the_bench_has_an_experiment() -> None:

@@ -72,6 +72,13 @@ def example_document() -> dict[str, Any]:
             "effects": ["out_of_plane_bending"],
             "twins": [["cross_axis_sensitivity", "out_of_plane_bending"]],
             "next_experiment": "turn the accelerometer, or use one of three axes: expected to tell them by 9 sigma",
+            "experiment": {
+                "id": "turn_accelerometer",
+                "effects": ["cross_axis_sensitivity", "out_of_plane_bending"],
+                "tells_apart": True,
+                "separation": 9.0,
+                "corrections": [],
+            },
         },
         "titles": {"out_of_plane_bending": "the bar bends out of plane", "cross_axis_sensitivity": "cross axis"},
         "maps": [

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked, Status
+from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
 from analysis.gap.estimate import Estimate
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
+from analysis.gap.next_experiment import Experiment, NextExperiment
+from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.track_record import TrackRecord
 
@@ -61,7 +63,7 @@ def handmade(**others: Any) -> Diagnosis:
             Ranked(("unknown",), (), 0.03, None, {}, 0.0),
         ),
         "twins": (("impact_angle", "cross_axis_sensitivity"),),
-        "next_experiment": "put a triaxial sensor at 3",
+        "next_experiment": NextExperiment(Experiment.TURN_ACCELEROMETER, (EFFECT,), separation=9.0),
         "faults": (),
         "predicted": Predicted(np.array([5.0, 5.5, 6.0]), np.full((1, 3), 1 + 2j), np.full((1, 3), 1 - 2j)),
         "seconds": 12.0,

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.diagnosis import Diagnosis, Status
+from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.held_out import HeldOut
+from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document, probability
 from jointlab.diagnosis.track_record import TrackRecord, Verdict, strength
 
@@ -40,7 +41,17 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
         "status": "explained",
         "effects": ["out_of_plane_bending"],
         "twins": [["impact_angle", "cross_axis_sensitivity"]],
-        "next_experiment": "put a triaxial sensor at 3",
+        "next_experiment": (
+            "turn the accelerometer, or use one of three axes: expected to confirm out_of_plane_bending by 9 standard "
+            "deviations"
+        ),
+        "experiment": {
+            "id": "turn_accelerometer",
+            "effects": ["out_of_plane_bending"],
+            "tells_apart": False,
+            "separation": 9.0,
+            "corrections": [],
+        },
     }
     assert found["seconds"] == 12.0
 

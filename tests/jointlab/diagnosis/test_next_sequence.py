@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.next_experiment import EXPERIMENTS, next_experiment
-from jointlab.diagnosis.next_sequence import PLANS, next_sequence
+from analysis.gap.next_experiment import EXPERIMENTS, Experiment, NextExperiment
+from jointlab.diagnosis.experiment_text import TEXTS
+from jointlab.diagnosis.next_sequence import PLANS, next_sequence, sequence_for_text
 from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.sweep_plan import Order
@@ -34,39 +35,42 @@ def steps_of(sequence: Sequence, kind: type) -> list[Any]:
     return [step for step in sequence.steps if isinstance(step, kind)]
 
 
+def planned(experiment: Experiment, base: Sequence, limits: TesterLimits = LIMITS) -> Sequence:
+    return next_sequence(NextExperiment(experiment, ("density",), separation=9.0), base, limits)
+
+
 def sweep_of(sequence: Sequence) -> SweepStep:
     assert sequence.sweep is not None
     return sequence.sweep
 
 
-@pytest.mark.parametrize("check", [each.deed for each in EXPERIMENTS])
-def test_every_check_has_a_sequence_that_the_rig_would_run(check: str, paper: Sequence) -> None:
-    assert check in PLANS
-    found = next_sequence(f"{check}: expected to confirm something by 9 standard deviations", paper, LIMITS)
+@pytest.mark.parametrize("experiment", [each.id for each in EXPERIMENTS])
+def test_every_experiment_has_a_sequence_that_the_rig_would_run(experiment: Experiment, paper: Sequence) -> None:
+    assert experiment in PLANS
+    found = planned(experiment, paper)
     check_plan(found, LIMITS)
     assert found.steps != paper.steps
-    assert found.title == f"{paper.title}: {check}"
+    assert found.title == f"{paper.title}: {TEXTS[experiment]}"
 
 
-def test_no_plan_is_for_a_check_that_no_diagnosis_asks_for() -> None:
-    assert set(PLANS) == {each.deed for each in EXPERIMENTS}
+def test_no_plan_is_for_an_experiment_that_no_diagnosis_asks_for() -> None:
+    assert set(PLANS) == {*(each.id for each in EXPERIMENTS), Experiment.NEW_SET_UP}
 
 
 def test_a_third_level_and_a_fourth_amplitude_lie_between_or_beside_those_that_there_are(paper: Sequence) -> None:
-    deed = "strike at a third level and test at a fourth amplitude: expected to confirm friction"
-    found = next_sequence(deed, paper, LIMITS)
+    found = planned(Experiment.OTHER_LEVELS, paper)
     assert [step.peak_force for step in found.hammer_steps] == [100, 200]
     assert sweep_of(found).amplitudes_pp_mm == (0.1, 0.05, 0.022, 0.01)
     hard = paper.model_dump(mode="json", exclude_none=True)
     hard["steps"].insert(1, hard["steps"][0] | {"peak_force": 400})
-    levels = [step.peak_force for step in next_sequence(deed, sequence_from(hard), LIMITS).hammer_steps]
+    levels = [step.peak_force for step in planned(Experiment.OTHER_LEVELS, sequence_from(hard)).hammer_steps]
     assert levels == [100, 400, 200]
 
 
-def test_random_order_is_drawn_anew(paper: Sequence) -> None:
+def test_random_order_is_drawn_again(paper: Sequence) -> None:
     shuffled = paper.model_dump(mode="json", exclude_none=True)
     shuffled["steps"][1] |= {"order": "amplitudes", "seed": 7}
-    found = next_sequence("repeat the tester's points in random order", sequence_from(shuffled), LIMITS)
+    found = planned(Experiment.RANDOM_ORDER, sequence_from(shuffled))
     assert [step.step for step in found.steps] == ["sweep"]
     assert (sweep_of(found).order, sweep_of(found).seed) == (Order.ALL, None)
 
@@ -75,32 +79,31 @@ def test_random_order_is_drawn_anew(paper: Sequence) -> None:
 def test_another_preset_is_within_the_limits_and_well_apart(paper: Sequence, preset: float, another: float) -> None:
     document = paper.model_dump(mode="json", exclude_none=True)
     document["steps"][1]["preset_mm"] = preset
-    found = next_sequence("repeat the tester's points at another preset", sequence_from(document), LIMITS)
+    found = planned(Experiment.ANOTHER_PRESET, sequence_from(document))
     assert sweep_of(found).preset_mm == another
 
 
 def test_a_blank_test_comes_before_the_sweep_that_it_corrects(paper: Sequence) -> None:
-    found = next_sequence("take a blank test of the tester", paper, LIMITS)
+    found = planned(Experiment.BLANK_TEST, paper)
     assert [step.step for step in found.steps] == ["blank", "blank", "sweep"]
     assert [(step.piece, step.stiffness) for step in steps_of(found, BlankStep)] == [("blank", None), ("empty", 0.0)]
 
 
 def test_the_sweep_goes_up_as_far_as_the_rig_lets_it(paper: Sequence) -> None:
-    deed = "test to a higher frequency"
-    assert sweep_of(next_sequence(deed, paper, LIMITS)).frequencies.last == LIMITS.highest_frequency
-    at_the_limit = next_sequence(deed, paper, TesterLimits(highest_frequency=200.0))
+    assert sweep_of(planned(Experiment.HIGHER_FREQUENCY, paper)).frequencies.last == LIMITS.highest_frequency
+    at_the_limit = planned(Experiment.HIGHER_FREQUENCY, paper, TesterLimits(highest_frequency=200.0))
     assert sweep_of(at_the_limit).frequencies.last == 200
     assert "have it widened" in steps_of(at_the_limit, PromptStep)[0].text
 
 
-def test_what_takes_hands_is_a_prompt_before_the_blows(paper: Sequence) -> None:
-    found = next_sequence("turn the accelerometer, or use one of three axes: expected to", paper, LIMITS)
+def test_work_of_the_operator_is_a_prompt_before_the_blows(paper: Sequence) -> None:
+    found = planned(Experiment.TURN_ACCELEROMETER, paper)
     assert [step.step for step in found.steps] == ["prompt", "hammer"]
     assert "90 degrees" in steps_of(found, PromptStep)[0].text
 
 
 def test_a_free_beam_is_struck_across_only(paper: Sequence) -> None:
-    (step,) = next_sequence("suspend the bar and measure it free", paper, LIMITS).steps
+    (step,) = planned(Experiment.FREE_BEAM, paper).steps
     assert isinstance(step, HammerStep)
     assert step.beam == "suspended"
     assert all(point.endswith("y") for point in step.points)
@@ -108,31 +111,47 @@ def test_a_free_beam_is_struck_across_only(paper: Sequence) -> None:
 
 
 def test_a_gap_that_nothing_explains_asks_for_a_new_set_up_another_level_and_a_second_place(paper: Sequence) -> None:
-    found = next_sequence(next_experiment("unknown", [], ()), paper, LIMITS)
+    found = planned(Experiment.NEW_SET_UP, paper)
     assert [step.step for step in found.steps] == ["prompt", "hammer", "hammer", "sweep"]
     assert len({step.peak_force for step in found.hammer_steps}) == 2
     assert found.article.accelerometer.node == 11
     assert "move the accelerometer to 11y" in steps_of(found, PromptStep)[0].text
 
 
-def test_an_effect_to_be_put_right_is_a_prompt_before_all_is_measured_again(paper: Sequence) -> None:
-    found = next_sequence("repeat the measurement with mesh_error put right", paper, LIMITS)
+def test_an_effect_to_be_corrected_is_a_prompt_before_all_is_measured_again(paper: Sequence) -> None:
+    found = next_sequence(NextExperiment(Experiment.CORRECT_EFFECTS, ("mesh_error",)), paper, LIMITS)
     assert steps_of(found, PromptStep)[0].text == "Repeat the measurement with mesh_error put right"
     assert found.steps[1:] == paper.steps
 
 
+def test_of_an_experiment_stored_as_text_alone_the_text_is_a_prompt_before_all_is_measured_again(
+    paper: Sequence,
+) -> None:
+    found = sequence_for_text("listen out of the plane: expected to confirm it; earth the hammer", paper, LIMITS)
+    assert steps_of(found, PromptStep)[0].text == "Listen out of the plane: expected to confirm it; earth the hammer"
+    assert found.steps[1:] == paper.steps
+
+
 def test_prompts_of_the_experiment_before_are_not_asked_again(paper: Sequence) -> None:
-    once = next_sequence("listen out of the plane", paper, LIMITS)
-    twice = next_sequence("strike with a guided hammer", once, LIMITS)
+    once = planned(Experiment.OUT_OF_PLANE, paper)
+    twice = planned(Experiment.GUIDED_HAMMER, once)
     assert [step.step for step in twice.steps] == ["prompt", "hammer"]
 
 
-def test_what_else_is_to_be_put_right_comes_first(paper: Sequence) -> None:
-    asked = "strike with a guided hammer: expected to confirm it by 9 standard deviations; earth the hammer's cable"
+def test_what_records_show_is_to_be_corrected_first(paper: Sequence) -> None:
+    asked = NextExperiment(Experiment.GUIDED_HAMMER, ("impact_angle",), separation=9.0, corrections=("mains_hum",))
     first, second, _ = next_sequence(asked, paper, LIMITS).steps
     assert isinstance(first, PromptStep)
     assert isinstance(second, PromptStep)
-    assert first.text == "Earth the hammer's cable"
+    assert first.text == "Shield the accelerometer and its cable from the mains and strike again"
     assert second.text.startswith("Guide the hammer")
-    whole = next_sequence("earth the hammer's cable; shield the sensor", paper, LIMITS)
-    assert steps_of(whole, PromptStep)[0].text == "Earth the hammer's cable; shield the sensor"
+
+
+def test_where_only_records_are_to_be_corrected_all_is_measured_again(paper: Sequence) -> None:
+    asked = NextExperiment(Experiment.NOTHING, corrections=("double_hit", "mains_hum"))
+    first, second, *others = next_sequence(asked, paper, LIMITS).steps
+    assert isinstance(first, PromptStep)
+    assert isinstance(second, PromptStep)
+    assert first.text == "Strike again so that the hammer does not bounce"
+    assert second.text.startswith("Shield the accelerometer")
+    assert tuple(others) == paper.steps

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.diagnosis import Status
+from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, Verdict
 

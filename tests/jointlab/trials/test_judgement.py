@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.diagnosis import Status
+from analysis.gap.verdict import Status
 from jointlab.diagnosis.track_record import record_from
 from jointlab.report.trial_figures import confusion
 from jointlab.trials.judgement import Judgement, judged

@@ -1,0 +1,79 @@
+"""The next experiment of a diagnosis: in sentences for people, and as it is stored in a document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.gap.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+
+TEXTS: Mapping[Experiment, str] = {
+    Experiment.NOTHING: "nothing is asked for: simulation and measurement agree within noise and tolerances",
+    Experiment.NEW_SET_UP: (
+        "look at the bench where the map shows the gap; repeat the measurement after a new set-up, at another level "
+        "and with the accelerometer at a second place, to see what moves with it"
+    ),
+    Experiment.READ_THERMOMETERS: "read the thermometers of both rigs",
+    Experiment.MEASURE_PLACES: "measure the places of joints and points with a ruler",
+    Experiment.WEIGH_PARTS: "weigh the accelerometer, the caps and the bar",
+    Experiment.MEASURE_CYLINDERS: "measure how the cylinders lean and sit",
+    Experiment.STRIKE_KNOWN_MASS: "strike a known free mass",
+    Experiment.BLANK_TEST: "take a blank test of the tester",
+    Experiment.MASS_IN_TESTER: "test a known mass in the tester",
+    Experiment.HALF_FORCE: "strike again at half the peak force",
+    Experiment.HEAVIER_ACCELEROMETER: f"strike again with {1e3 * FURTHER_MASS:.0f} g more on the accelerometer",
+    Experiment.ACCELEROMETER_LEFT: "strike again with the accelerometer at the left end",
+    Experiment.ACCELEROMETER_MIDDLE: "strike again with the accelerometer in the middle",
+    Experiment.ACCELEROMETER_RIGHT: "strike again with the accelerometer at the right end",
+    Experiment.LONG_RECORDS: "take records of twice the length",
+    Experiment.RANDOM_ORDER: "repeat the tester's points in random order",
+    Experiment.HALF_AMPLITUDE: "repeat the tester's points at half the smallest amplitude",
+    Experiment.ANOTHER_PRESET: "repeat the tester's points at another preset",
+    Experiment.TURN_ACCELEROMETER: "turn the accelerometer, or use one of three axes",
+    Experiment.OUT_OF_PLANE: "listen out of the plane",
+    Experiment.GUIDED_HAMMER: "strike with a guided hammer",
+    Experiment.FREE_BEAM: "suspend the bar and measure it free",
+    Experiment.AT_FOUNDATION: "listen at the foundation",
+    Experiment.OTHER_LEVELS: "strike at a third level and test at a fourth amplitude",
+    Experiment.HIGHER_FREQUENCY: "test to a higher frequency",
+}
+"""What to do; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
+
+CORRECTIONS: Mapping[str, str] = {
+    "double_hit": "strike again so that the hammer does not bounce",
+    "mains_hum": "shield the accelerometer and its cable from the mains and strike again",
+}
+"""What to do about an effect that records show, by its id."""
+
+
+def request(experiment: NextExperiment) -> str:
+    """What to do, without what it is for."""
+    if experiment.id is Experiment.CORRECT_EFFECTS:
+        return f"repeat the measurement with {' and '.join(experiment.effects)} put right"
+    return TEXTS[experiment.id]
+
+
+def sentence(experiment: NextExperiment) -> str:
+    """What to do, what that is expected to tell, and what to correct besides."""
+    corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
+    if experiment.id is Experiment.NOTHING and corrections:
+        return "; ".join(corrections)
+    said, effects = request(experiment), experiment.effects
+    if experiment.separation:
+        purpose = f"tell {' from '.join(effects)}" if experiment.tells_apart else f"confirm {' and '.join(effects)}"
+        said += f": expected to {purpose} by {experiment.separation:.0f} standard deviations"
+    return "; ".join([said, *corrections])
+
+
+def experiment_of(verdict: Mapping[str, Any]) -> NextExperiment | None:
+    """The experiment in the ``verdict`` of a diagnosis document; None where an older version stored the text alone."""
+    stored = verdict.get("experiment")
+    if stored is None:
+        return None
+    return NextExperiment(
+        id=Experiment(stored["id"]),
+        effects=tuple(stored["effects"]),
+        tells_apart=stored["tells_apart"],
+        separation=stored["separation"],
+        corrections=tuple(stored["corrections"]),
+    )

@@ -1,0 +1,55 @@
+"""The next experiment in a sentence, and in a document."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import pytest
+
+from analysis.gap.catalogue import laws
+from analysis.gap.next_experiment import Experiment, NextExperiment
+from jointlab.diagnosis.experiment_text import CORRECTIONS, TEXTS, experiment_of, sentence
+
+
+def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correction() -> None:
+    assert set(TEXTS) == set(Experiment) - {Experiment.CORRECT_EFFECTS}
+    assert set(CORRECTIONS) == {law.id for law in laws() if law.law == "found in records"}
+
+
+@pytest.mark.parametrize(
+    ("experiment", "expected"),
+    [
+        (
+            NextExperiment(Experiment.GUIDED_HAMMER, ("impact_angle",), separation=8.7, corrections=("mains_hum",)),
+            "strike with a guided hammer: expected to confirm impact_angle by 9 standard deviations; shield the "
+            "accelerometer and its cable from the mains and strike again",
+        ),
+        (
+            NextExperiment(Experiment.WEIGH_PARTS, ("density", "joint_mass"), tells_apart=True, separation=12.0),
+            "weigh the accelerometer, the caps and the bar: expected to tell density from joint_mass by 12 standard "
+            "deviations",
+        ),
+        (
+            NextExperiment(Experiment.CORRECT_EFFECTS, ("density", "mesh_error")),
+            "repeat the measurement with density and mesh_error put right",
+        ),
+        (
+            NextExperiment(Experiment.NOTHING),
+            "nothing is asked for: simulation and measurement agree within noise and tolerances",
+        ),
+        (
+            NextExperiment(Experiment.NOTHING, corrections=("double_hit",)),
+            "strike again so that the hammer does not bounce",
+        ),
+    ],
+)
+def test_a_sentence_says_what_to_do_what_it_tells_and_what_to_correct(
+    experiment: NextExperiment, expected: str
+) -> None:
+    assert sentence(experiment) == expected
+
+
+def test_a_document_holds_the_experiment_and_older_ones_only_its_text() -> None:
+    experiment = NextExperiment(Experiment.WEIGH_PARTS, ("density",), True, 12.5, ("mains_hum",))
+    assert experiment_of({"experiment": asdict(experiment)}) == experiment
+    assert experiment_of({"next_experiment": "weigh the accelerometer"}) is None

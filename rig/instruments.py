@@ -16,8 +16,7 @@ from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
 from store.catalogue import Catalogue
-from store.instruments import Channel as StoredChannel
-from store.instruments import Instrument
+from store.instruments import Instrument, StoredChannel
 from store.rig_limits import rig_limits, save_rig_limits
 
 

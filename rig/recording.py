@@ -13,7 +13,7 @@ from rig.sweep import SinePoint
 from rig.thermometer import Thermometer
 from store.blows import add_blow, add_point, count_withdrawals, list_points
 from store.catalogue import Catalogue
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 from store.runs import Run
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel, WaveformReference

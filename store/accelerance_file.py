@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 from store.excitation import HAMMER, SINE, Excitation
 from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff
@@ -44,8 +44,8 @@ class Accelerances:
         warnings: what the file holds besides and was passed over.
     """
 
-    response: Dof
-    inputs: tuple[Dof, ...]
+    response: StoredDof
+    inputs: tuple[StoredDof, ...]
     frequency: Real
     accelerance: NDArray[np.complex128]
     coherence: Real | None
@@ -83,8 +83,8 @@ def read_accelerances(path: Path, excitation: Excitation = HAMMER) -> Acceleranc
 
 
 def accelerance_functions(
-    response: Dof,
-    inputs: Sequence[Dof],
+    response: StoredDof,
+    inputs: Sequence[StoredDof],
     frequency: Real,
     accelerance: NDArray[Any],
     coherence: Real | None = None,
@@ -150,7 +150,7 @@ def even_spacing(abscissa: Real) -> tuple[float, float]:
     raise StoreError("the frequencies are not evenly spaced, as UFF has them")
 
 
-def to_dof(dof: UffDof, where: str) -> Dof:
+def to_dof(dof: UffDof, where: str) -> StoredDof:
     """Node and direction of the beam; the sign is left to the values.
 
     Raises:
@@ -158,10 +158,10 @@ def to_dof(dof: UffDof, where: str) -> Dof:
     """
     if dof.node < 1 or dof.axis not in _AXIS_DIRECTIONS:
         raise StoreError(f"{where}: {dof} is no point of the beam; it has nodes from 1 and directions 1 = x, 2 = y")
-    return Dof(dof.node, _AXIS_DIRECTIONS[dof.axis])
+    return StoredDof(dof.node, _AXIS_DIRECTIONS[dof.axis])
 
 
-def to_uff(dof: Dof) -> UffDof:
+def to_uff(dof: StoredDof) -> UffDof:
     """Node and positive direction as UFF has them."""
     return UffDof(dof.node, _UFF_AXES[dof.direction])
 
@@ -200,7 +200,7 @@ def _check_axes(name: str, functions: list[UffFunction], fixed: str) -> None:
             raise StoreError(f"{where}: {fixed} is at {function.response}, the first function's at {first.response}")
 
 
-def _coherence(name: str, inputs: tuple[Dof, ...], functions: list[UffFunction]) -> Real | None:
+def _coherence(name: str, inputs: tuple[StoredDof, ...], functions: list[UffFunction]) -> Real | None:
     if not functions:
         return None
     rows = {to_dof(function.reference, name): function for function in functions}

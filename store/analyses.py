@@ -10,8 +10,9 @@ from typing import Any
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError, StoreError
+from store.models.measurements import RunRow
+from store.models.results import AnalysisParentRow, AnalysisRow, AnalysisRunRow
 from store.provenance import configuration_hash
 
 
@@ -47,13 +48,11 @@ def add_analysis(
     if not runs:
         raise StoreError(f"analysis {kind!r} names no run that it was made from")
     configuration = {"kind": kind, "method": method, "settings": settings}
-    row = models.Analysis(
-        kind=kind, method=method, settings=settings, configuration_hash=configuration_hash(configuration)
-    )
+    row = AnalysisRow(kind=kind, method=method, settings=settings, configuration_hash=configuration_hash(configuration))
     session.add(row)
     session.flush()
-    session.add_all(models.AnalysisRun(analysis_id=row.id, run_id=run) for run in sorted(set(runs)))
-    session.add_all(models.AnalysisParent(analysis_id=row.id, parent_id=parent) for parent in sorted(set(parents)))
+    session.add_all(AnalysisRunRow(analysis_id=row.id, run_id=run) for run in sorted(set(runs)))
+    session.add_all(AnalysisParentRow(analysis_id=row.id, parent_id=parent) for parent in sorted(set(parents)))
     session.flush()
     return row.id
 
@@ -64,14 +63,12 @@ def get_analysis(session: Session, analysis_id: int) -> Analysis:
     Raises:
         NotFoundError: there is no such analysis.
     """
-    row = session.get(models.Analysis, analysis_id)
+    row = session.get(AnalysisRow, analysis_id)
     if row is None:
         raise NotFoundError(f"there is no analysis {analysis_id}")
-    runs = select(models.AnalysisRun.run_id).filter_by(analysis_id=analysis_id).order_by(models.AnalysisRun.run_id)
+    runs = select(AnalysisRunRow.run_id).filter_by(analysis_id=analysis_id).order_by(AnalysisRunRow.run_id)
     parents = (
-        select(models.AnalysisParent.parent_id)
-        .filter_by(analysis_id=analysis_id)
-        .order_by(models.AnalysisParent.parent_id)
+        select(AnalysisParentRow.parent_id).filter_by(analysis_id=analysis_id).order_by(AnalysisParentRow.parent_id)
     )
     return Analysis(
         id=row.id,
@@ -99,9 +96,9 @@ def article_of(session: Session, analysis_id: int) -> str:
     """
     articles = set(
         session.scalars(
-            select(models.Run.article)
-            .join(models.AnalysisRun, models.AnalysisRun.run_id == models.Run.id)
-            .where(models.AnalysisRun.analysis_id == analysis_id)
+            select(RunRow.article)
+            .join(AnalysisRunRow, AnalysisRunRow.run_id == RunRow.id)
+            .where(AnalysisRunRow.analysis_id == analysis_id)
         )
     )
     if len(articles) != 1:
@@ -129,13 +126,13 @@ def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int |
     """
     if analysis_id is None:
         return latest_analysis(session, run_id, kind)
-    query = _newest_first(run_id, kind).where(models.Analysis.id == analysis_id)
+    query = _newest_first(run_id, kind).where(AnalysisRow.id == analysis_id)
     if session.scalars(query).one_or_none() is None:
         raise NotFoundError(f"run {run_id} has no analysis {analysis_id} of kind {kind!r}")
     return get_analysis(session, analysis_id)
 
 
 def _newest_first(run_id: int, kind: str | None) -> Select[int]:
-    query = select(models.Analysis.id).join(models.AnalysisRun, models.AnalysisRun.analysis_id == models.Analysis.id)
-    query = query.where(models.AnalysisRun.run_id == run_id).order_by(models.Analysis.id.desc())
-    return query if kind is None else query.where(models.Analysis.kind == kind)
+    query = select(AnalysisRow.id).join(AnalysisRunRow, AnalysisRunRow.analysis_id == AnalysisRow.id)
+    query = query.where(AnalysisRunRow.run_id == run_id).order_by(AnalysisRow.id.desc())
+    return query if kind is None else query.where(AnalysisRow.kind == kind)

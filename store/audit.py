@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
+from store.models.service import AuditEntryRow
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def add_audit_entry(
     Raises:
         StoreError: the details have no JSON form.
     """
-    row = models.AuditEntry(who=who, action=action, target=target, outcome=outcome, details=details or {})
+    row = AuditEntryRow(who=who, action=action, target=target, outcome=outcome, details=details or {})
     session.add(row)
     session.flush()
     return row.id
@@ -51,11 +51,11 @@ def list_audit_entries(
     session: Session, *, action: str | None = None, before: int | None = None, limit: int = 100
 ) -> list[AuditEntry]:
     """Deeds, newest first; `before` a number, to go on with a list."""
-    query = select(models.AuditEntry).order_by(models.AuditEntry.id.desc()).limit(limit)
+    query = select(AuditEntryRow).order_by(AuditEntryRow.id.desc()).limit(limit)
     if action is not None:
         query = query.filter_by(action=action)
     if before is not None:
-        query = query.where(models.AuditEntry.id < before)
+        query = query.where(AuditEntryRow.id < before)
     return [
         AuditEntry(row.id, row.created_at, row.who, row.action, row.target, row.outcome, row.details)
         for row in session.scalars(query)

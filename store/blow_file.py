@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from store.accelerance_file import ACCELERATION_LABELS, FORCE_LABELS, has_unit, to_dof, to_uff
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 from store.uff import FunctionKind, Quantity, UffFunction, read_uff, write_uff
 from store.waveform import Waveform, WaveformChannel
@@ -32,8 +32,8 @@ class BundleBlow:
     """
 
     file: str
-    point: Dof
-    response: Dof
+    point: StoredDof
+    response: StoredDof
     force: Real
     acceleration: Real
     sample_rate: float
@@ -86,7 +86,7 @@ def write_blow(folder: Path, blow: BundleBlow) -> None:
         StoreError: the file cannot be written.
     """
 
-    def history(response: Dof, values: Real, name: str, unit: str, quantity: Quantity) -> UffFunction:
+    def history(response: StoredDof, values: Real, name: str, unit: str, quantity: Quantity) -> UffFunction:
         step = 1 / blow.sample_rate
         return UffFunction(
             kind=FunctionKind.TIME_RESPONSE,
@@ -118,7 +118,7 @@ def to_waveform(blow: BundleBlow) -> Waveform:
     )
 
 
-def from_waveform(waveform: Waveform, file: str, point: Dof, response: Dof) -> BundleBlow:
+def from_waveform(waveform: Waveform, file: str, point: StoredDof, response: StoredDof) -> BundleBlow:
     """The blow of a stored waveform, imported or recorded here.
 
     Raises:

@@ -8,9 +8,9 @@ from datetime import datetime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store import models
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
+from store.models.measurements import BlowRow, BlowWithdrawalRow, PointRow, RunRow
 from store.waveform import WaveformReference
 
 
@@ -20,7 +20,7 @@ class Point:
 
     id: int
     run_id: int
-    dof: Dof
+    dof: StoredDof
     set_number: int
 
 
@@ -38,7 +38,7 @@ class Blow:
         id: number of the stored row; run_id: the run that it belongs to.
     """
 
-    point: Dof
+    point: StoredDof
     set_number: int
     number: int
     accepted: bool
@@ -52,7 +52,7 @@ class Blow:
     run_id: int | None = None
 
 
-def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> Point:
+def add_point(session: Session, run_id: int, dof: StoredDof, set_number: int = 1) -> Point:
     """Begin a point.
 
     Raises:
@@ -61,9 +61,9 @@ def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> P
     """
     _waveform_file(session, run_id)
     same = {"run_id": run_id, "set_number": set_number, "node": dof.node, "direction": dof.direction}
-    if session.scalars(select(models.Point.id).filter_by(**same)).first() is not None:
+    if session.scalars(select(PointRow.id).filter_by(**same)).first() is not None:
         raise StoreError(f"run {run_id}, set {set_number} has point {dof} already")
-    row = models.Point(**same)
+    row = PointRow(**same)
     session.add(row)
     session.flush()
     return Point(row.id, run_id, dof, set_number)
@@ -71,8 +71,8 @@ def add_point(session: Session, run_id: int, dof: Dof, set_number: int = 1) -> P
 
 def list_points(session: Session, run_id: int) -> list[Point]:
     """The points of a run in the order in which they were begun."""
-    rows = session.scalars(select(models.Point).filter_by(run_id=run_id).order_by(models.Point.id))
-    return [Point(row.id, run_id, Dof(row.node, row.direction), row.set_number) for row in rows]
+    rows = session.scalars(select(PointRow).filter_by(run_id=run_id).order_by(PointRow.id))
+    return [Point(row.id, run_id, StoredDof(row.node, row.direction), row.set_number) for row in rows]
 
 
 def add_blow(
@@ -98,7 +98,7 @@ def add_blow(
         raise StoreError(f"blow {number} at {point.dof} is {'accepted' if accepted else 'refused'} {said}")
     if waveform is not None and waveform.file != _waveform_file(session, point.run_id):
         raise StoreError(f"blow {number} at {point.dof}: waveform {waveform} is not of run {point.run_id}")
-    row = models.Blow(
+    row = BlowRow(
         point_id=point.id,
         number=number,
         accepted=accepted,
@@ -134,13 +134,13 @@ def list_blows(session: Session, run_id: int) -> list[Blow]:
         NotFoundError: there is no such run.
     """
     file = _waveform_file(session, run_id)
-    taken_back = models.BlowWithdrawal
+    taken_back = BlowWithdrawalRow
     rows = session.execute(
-        select(models.Blow, models.Point, taken_back.reason)
-        .join(models.Point, models.Point.id == models.Blow.point_id)
-        .outerjoin(taken_back, taken_back.blow_id == models.Blow.id)
-        .where(models.Point.run_id == run_id)
-        .order_by(models.Blow.id)
+        select(BlowRow, PointRow, taken_back.reason)
+        .join(PointRow, PointRow.id == BlowRow.point_id)
+        .outerjoin(taken_back, taken_back.blow_id == BlowRow.id)
+        .where(PointRow.run_id == run_id)
+        .order_by(BlowRow.id)
     )
     return [_blow(blow, point, file, withdrawn) for blow, point, withdrawn in rows]
 
@@ -151,10 +151,10 @@ def get_blow(session: Session, blow_id: int) -> Blow:
     Raises:
         NotFoundError: there is no such blow.
     """
-    row = session.get(models.Blow, blow_id)
+    row = session.get(BlowRow, blow_id)
     if row is None:
         raise NotFoundError(f"there is no blow {blow_id}")
-    withdrawn = session.scalars(select(models.BlowWithdrawal.reason).filter_by(blow_id=blow_id)).one_or_none()
+    withdrawn = session.scalars(select(BlowWithdrawalRow.reason).filter_by(blow_id=blow_id)).one_or_none()
     return _blow(row, row.point, row.point.run.waveform_file, withdrawn)
 
 
@@ -168,21 +168,21 @@ def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow
     blow = get_blow(session, blow_id)
     if not blow.accepted:
         raise StoreError(f"blow {blow_id} does not count already: {blow.reason}")
-    session.add(models.BlowWithdrawal(blow_id=blow_id, reason=reason, who=who))
+    session.add(BlowWithdrawalRow(blow_id=blow_id, reason=reason, who=who))
     session.flush()
     return get_blow(session, blow_id)
 
 
 def count_withdrawals(session: Session, point_id: int) -> int:
     """How many accepted blows of a point were taken back."""
-    query = select(func.count()).select_from(models.BlowWithdrawal)
-    query = query.join(models.Blow, models.Blow.id == models.BlowWithdrawal.blow_id)
-    return session.scalar(query.where(models.Blow.point_id == point_id)) or 0
+    query = select(func.count()).select_from(BlowWithdrawalRow)
+    query = query.join(BlowRow, BlowRow.id == BlowWithdrawalRow.blow_id)
+    return session.scalar(query.where(BlowRow.point_id == point_id)) or 0
 
 
-def _blow(row: models.Blow, point: models.Point, file: str, withdrawn: str | None) -> Blow:
+def _blow(row: BlowRow, point: PointRow, file: str, withdrawn: str | None) -> Blow:
     return Blow(
-        point=Dof(point.node, point.direction),
+        point=StoredDof(point.node, point.direction),
         set_number=point.set_number,
         number=row.number,
         accepted=row.accepted and withdrawn is None,
@@ -198,7 +198,7 @@ def _blow(row: models.Blow, point: models.Point, file: str, withdrawn: str | Non
 
 
 def _waveform_file(session: Session, run_id: int) -> str:
-    file = session.scalars(select(models.Run.waveform_file).filter_by(id=run_id)).one_or_none()
+    file = session.scalars(select(RunRow.waveform_file).filter_by(id=run_id)).one_or_none()
     if file is None:
         raise NotFoundError(f"there is no run {run_id}")
     return file

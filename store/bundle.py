@@ -18,7 +18,7 @@ from store.blow_file import BundleBlow, read_blow
 from store.blow_window import stated_window
 from store.bundle_setup import BundleSetup, InverseSet, parse_setup
 from store.direct_table import DirectPoint, read_direct
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet
@@ -124,8 +124,8 @@ def _read_blow(file: Path, setup: BundleSetup) -> BundleBlow:
     return blow
 
 
-def _check_accelerometer(response: Dof, setup: BundleSetup, where: str) -> None:
-    expected = Dof(setup.accelerometer.node, setup.accelerometer.direction)
+def _check_accelerometer(response: StoredDof, setup: BundleSetup, where: str) -> None:
+    expected = StoredDof(setup.accelerometer.node, setup.accelerometer.direction)
     if response != expected:
         raise StoreError(f"{where}: the response is at {response}, the accelerometer of setup.json at {expected}")
 

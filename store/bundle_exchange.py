@@ -20,7 +20,7 @@ from store.bundle import BLOWS, SETUP, Bundle, read_bundle
 from store.bundle_setup import FORMAT, BundleSetup, article_from, setup_from
 from store.catalogue import Catalogue
 from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
-from store.dof import Dof
+from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
 from store.excitation import HAMMER
@@ -113,7 +113,7 @@ def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
             return ()
         blows = list_blows(session, run_id)
     accelerometer = article_from(run.setup).accelerometer
-    response = Dof(accelerometer.node, accelerometer.direction)
+    response = StoredDof(accelerometer.node, accelerometer.direction)
     return tuple(_bundle_blow(catalogue, blow, blow.waveform, response) for blow in blows if blow.waveform is not None)
 
 
@@ -131,8 +131,8 @@ def _store_results(session: Session, run_id: int, bundle: Bundle) -> None:
 
 
 def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list[WaveformReference]) -> None:
-    points: dict[Dof, Point] = {}
-    counts: dict[Dof, int] = {}
+    points: dict[StoredDof, Point] = {}
+    counts: dict[StoredDof, int] = {}
     for blow, reference in zip(bundle.blows, references, strict=True):
         if blow.point not in points:
             points[blow.point] = add_point(session, run_id, blow.point)
@@ -173,7 +173,7 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         )
     if setup.direct is not None:
         write_direct(folder / setup.direct.file, direct)
-    response = Dof(setup.accelerometer.node, setup.accelerometer.direction)
+    response = StoredDof(setup.accelerometer.node, setup.accelerometer.direction)
     for blow in blows:
         if blow.accepted and blow.waveform is not None:
             write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
@@ -232,7 +232,7 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> Bund
         raise StoreError(f"run {run.id} cannot be exported, its setup is not that of a bundle: {error}") from error
 
 
-def _bundle_blow(catalogue: Catalogue, blow: Blow, reference: WaveformReference, response: Dof) -> BundleBlow:
+def _bundle_blow(catalogue: Catalogue, blow: Blow, reference: WaveformReference, response: StoredDof) -> BundleBlow:
     file = blow.source or f"blow_{blow.point}_set{blow.set_number}_{blow.number:02}.unv"
     return from_waveform(catalogue.waveforms.read(reference), file, blow.point, response)
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 from store.excitation import HAMMER, Excitation
 from store.quantity import quantity
@@ -134,7 +134,7 @@ class Article(_Part):
         if node > len(self.node_positions):
             raise ValueError(f"{what} is at node {node}; node_positions has {len(self.node_positions)}")
 
-    def check_node(self, dof: Dof, where: str) -> None:
+    def check_node(self, dof: StoredDof, where: str) -> None:
         """Refuse a point that the beam does not have.
 
         Raises:

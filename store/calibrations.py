@@ -9,9 +9,9 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError
 from store.instruments import Instrument, calibration_id
+from store.models.measurements import CalibrationRow, InstrumentRow
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def list_known_instruments(
     session: Session, *, kind: str | None = None, after: int = 0, limit: int = 100
 ) -> list[KnownInstrument]:
     """Instruments in the order of storing; `after` a number, to go on with a list."""
-    query = select(models.Instrument).where(models.Instrument.id > after).order_by(models.Instrument.id).limit(limit)
+    query = select(InstrumentRow).where(InstrumentRow.id > after).order_by(InstrumentRow.id).limit(limit)
     if kind is not None:
         query = query.filter_by(kind=kind)
     return [_instrument(row) for row in session.scalars(query)]
@@ -63,7 +63,7 @@ def list_calibrations(session: Session, instrument_id: int) -> list[Calibration]
         NotFoundError: there is no such instrument.
     """
     _row(session, instrument_id)
-    query = select(models.Calibration).filter_by(instrument_id=instrument_id).order_by(models.Calibration.id.desc())
+    query = select(CalibrationRow).filter_by(instrument_id=instrument_id).order_by(CalibrationRow.id.desc())
     return [_calibration(row) for row in session.scalars(query)]
 
 
@@ -79,21 +79,21 @@ def add_calibration(
     number = calibration_id(
         session, Instrument(row.kind, row.model, row.serial, calibrated_on, sensitivity, sensitivity_unit)
     )
-    return _calibration(session.get_one(models.Calibration, number))
+    return _calibration(session.get_one(CalibrationRow, number))
 
 
-def _row(session: Session, instrument_id: int) -> models.Instrument:
-    row = session.get(models.Instrument, instrument_id)
+def _row(session: Session, instrument_id: int) -> InstrumentRow:
+    row = session.get(InstrumentRow, instrument_id)
     if row is None:
         raise NotFoundError(f"there is no instrument {instrument_id}")
     return row
 
 
-def _instrument(row: models.Instrument) -> KnownInstrument:
+def _instrument(row: InstrumentRow) -> KnownInstrument:
     return KnownInstrument(row.id, row.kind, row.model, row.serial, row.details)
 
 
-def _calibration(row: models.Calibration) -> Calibration:
+def _calibration(row: CalibrationRow) -> Calibration:
     return Calibration(
         row.id, row.instrument_id, row.calibrated_on, row.sensitivity, row.sensitivity_unit, row.created_at
     )

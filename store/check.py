@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
 from sqlalchemy.orm import Session
 
-from store import models
 from store.arrays import decode_array
 from store.catalogue import Catalogue
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
+from store.models.base import Base
+from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
 from store.progress import Progress, silent
 from store.states import RunState
 from store.waveforms import WaveformFolder
@@ -86,13 +87,13 @@ def claims(session: Session) -> dict[str, Claim]:
     """What the rows refer to, by waveform file."""
     found = {
         file: Claim(number, state == RunState.RUNNING)
-        for number, file, state in session.execute(select(models.Run.id, models.Run.waveform_file, models.Run.state))
+        for number, file, state in session.execute(select(RunRow.id, RunRow.waveform_file, RunRow.state))
     }
-    blows = select(models.Run.waveform_file, models.Blow.waveform_record).select_from(models.Blow)
-    blows = blows.join(models.Point, models.Point.id == models.Blow.point_id)
-    sines = select(models.Run.waveform_file, models.SineRecord.waveform_record).select_from(models.SineRecord)
-    blows = blows.join(models.Run, models.Run.id == models.Point.run_id)
-    sines = sines.join(models.Run, models.Run.id == models.SineRecord.run_id)
+    blows = select(RunRow.waveform_file, BlowRow.waveform_record).select_from(BlowRow)
+    blows = blows.join(PointRow, PointRow.id == BlowRow.point_id)
+    sines = select(RunRow.waveform_file, SineRecordRow.waveform_record).select_from(SineRecordRow)
+    blows = blows.join(RunRow, RunRow.id == PointRow.run_id)
+    sines = sines.join(RunRow, RunRow.id == SineRecordRow.run_id)
     for query in (blows, sines):
         for file, record in session.execute(query):
             if record is not None:
@@ -148,7 +149,7 @@ def _check_structure(catalogue: Catalogue) -> list[Finding]:
 
 def _check_references(catalogue: Catalogue) -> list[Finding]:
     found: list[Finding] = []
-    for table in models.Base.metadata.sorted_tables:
+    for table in Base.metadata.sorted_tables:
         for key in table.foreign_key_constraints:
             with _noted(f"table {table.name}", found), catalogue.reading() as session:
                 astray = session.scalar(_rows_astray(table, key)) or 0
@@ -168,7 +169,7 @@ def _rows_astray(table: Table, key: ForeignKeyConstraint) -> Select[int]:
 def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
     """Every binary column holds arrays (`store.arrays`)."""
     found: list[Finding] = []
-    tables = [(table, columns) for table in models.Base.metadata.sorted_tables if (columns := _arrays_of(table))]
+    tables = [(table, columns) for table in Base.metadata.sorted_tables if (columns := _arrays_of(table))]
     with progress("tables with arrays", len(tables)) as advance:
         for table, columns in tables:
             with _noted(f"table {table.name}", found), catalogue.reading() as session:

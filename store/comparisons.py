@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.analyses import article_of
 from store.columns import finite
 from store.errors import NotFoundError
+from store.models.results import ComparisonRow
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def add_comparisons(session: Session, analysis_id: int, comparisons: Sequence[Co
         )
         direct_low, direct_high = (finite(value, f"{where}: direct") for value in comparison.direct)
         session.add(
-            models.Comparison(
+            ComparisonRow(
                 analysis_id=analysis_id,
                 article=article,
                 joint=comparison.joint,
@@ -78,9 +78,7 @@ def list_comparisons(session: Session, analysis_id: int) -> list[Comparison]:
     Raises:
         NotFoundError: it has none.
     """
-    rows = session.scalars(
-        select(models.Comparison).filter_by(analysis_id=analysis_id).order_by(models.Comparison.id)
-    ).all()
+    rows = session.scalars(select(ComparisonRow).filter_by(analysis_id=analysis_id).order_by(ComparisonRow.id)).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no comparisons")
     return [

@@ -9,12 +9,13 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError
+from store.models.results import AnalysisRunRow
+from store.models.service import DiagnosisRow
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StoredVerdict:
     """What a diagnosis found, in short.
 
     Attributes:
@@ -33,20 +34,20 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Diagnosis(Verdict):
+class StoredDiagnosis(StoredVerdict):
     """What a diagnosis found, with all of it in a `document` of some hundred kilobytes."""
 
     document: dict[str, Any] = field(kw_only=True)
 
 
-def add_diagnosis(session: Session, found: Diagnosis) -> None:
+def add_diagnosis(session: Session, found: StoredDiagnosis) -> None:
     """Keep what a diagnosis found.
 
     Raises:
         StoreError: the document has no JSON form, or the analysis has a diagnosis already.
     """
     session.add(
-        models.Diagnosis(
+        DiagnosisRow(
             analysis_id=found.analysis_id,
             status=found.status,
             effects=list(found.effects),
@@ -58,16 +59,16 @@ def add_diagnosis(session: Session, found: Diagnosis) -> None:
     session.flush()
 
 
-def get_diagnosis(session: Session, analysis_id: int) -> Diagnosis:
+def get_diagnosis(session: Session, analysis_id: int) -> StoredDiagnosis:
     """The diagnosis of an analysis.
 
     Raises:
         NotFoundError: it has none.
     """
-    row = session.scalars(select(models.Diagnosis).filter_by(analysis_id=analysis_id)).one_or_none()
+    row = session.scalars(select(DiagnosisRow).filter_by(analysis_id=analysis_id)).one_or_none()
     if row is None:
         raise NotFoundError(f"there is no diagnosis {analysis_id}")
-    return Diagnosis(
+    return StoredDiagnosis(
         analysis_id=row.analysis_id,
         status=row.status,
         effects=tuple(row.effects),
@@ -84,9 +85,9 @@ def list_diagnoses(
     run_id: int | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[Verdict]:
+) -> list[StoredVerdict]:
     """Verdicts, newest first; `before` the number of an analysis, to go on with a list."""
-    table = models.Diagnosis
+    table = DiagnosisRow
     query = select(
         table.analysis_id,
         table.status,
@@ -97,12 +98,12 @@ def list_diagnoses(
     )
     if run_id is not None:
         query = query.join(
-            models.AnalysisRun, models.AnalysisRun.analysis_id == table.analysis_id
-        ).where(models.AnalysisRun.run_id == run_id)  # fmt: skip
+            AnalysisRunRow, AnalysisRunRow.analysis_id == table.analysis_id
+        ).where(AnalysisRunRow.run_id == run_id)  # fmt: skip
     if before is not None:
         query = query.where(table.analysis_id < before)
     rows = session.execute(query.order_by(table.analysis_id.desc()).limit(limit))
     return [
-        Verdict(analysis, status, tuple(effects), before_percent, after_percent, made)
+        StoredVerdict(analysis, status, tuple(effects), before_percent, after_percent, made)
         for analysis, status, effects, before_percent, after_percent, made in rows
     ]

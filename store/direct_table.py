@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
-from store.dynamic_stiffness import DynamicStiffness
+from store.dynamic_stiffness import StoredStiffness
 from store.errors import StoreError
 from store.sine_records import CONFIGURATIONS
 
@@ -102,12 +102,12 @@ def write_direct(path: Path, points: Sequence[DirectPoint]) -> None:
         writer.writerows(astuple(point) for point in points)
 
 
-def to_dynamic_stiffness(point: DirectPoint) -> DynamicStiffness:
+def to_dynamic_stiffness(point: DirectPoint) -> StoredStiffness:
     """The row with k = |k_d| cos d, h = |k_d| sin d (Eqs. 47, 48), and standard errors from `sd_rel`."""
     magnitude, angle = point.stiffness_n_per_m, math.radians(point.phase_deg)
     error = point.sd_rel * magnitude
     stiffness = magnitude * math.cos(angle)
-    return DynamicStiffness(
+    return StoredStiffness(
         order_number=point.order,
         elapsed=point.time_s,
         specimen=point.specimen,
@@ -131,7 +131,7 @@ def to_dynamic_stiffness(point: DirectPoint) -> DynamicStiffness:
     )
 
 
-def to_direct_point(point: DynamicStiffness) -> DirectPoint:
+def to_direct_point(point: StoredStiffness) -> DirectPoint:
     """The row of a point that was measured or imported.
 
     Raises:

@@ -11,7 +11,7 @@ DIRECTIONS = ("x", "y", "r")
 
 
 @dataclass(frozen=True, order=True)
-class Dof:
+class StoredDof:
     """Node, numbered from 1, and direction: x along the beam, y transverse, r the rotation. Written ``3y``."""
 
     node: int
@@ -25,7 +25,7 @@ class Dof:
         return f"{self.node}{self.direction}"
 
     @classmethod
-    def parse(cls, text: str) -> Dof:
+    def parse(cls, text: str) -> StoredDof:
         """Read ``3y``.
 
         Raises:

@@ -10,16 +10,17 @@ from typing import Any
 from sqlalchemy import insert, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from store import models
 from store.analyses import article_of
 from store.columns import finite
 from store.errors import NotFoundError, StoreError
+from store.models.measurements import SpecimenRow
+from store.models.results import DynamicStiffnessRow
 from store.runs import specimen_id
 from store.sine_records import CONFIGURATIONS
 
 
 @dataclass(frozen=True)
-class DynamicStiffness:
+class StoredStiffness:
     """One steady-state sine point; standard errors (`_se`) and what has them are None where they are not known.
 
     Attributes:
@@ -81,18 +82,18 @@ class DynamicStiffness:
 
 
 _JSON = ("flags", "shared_errors")
-_NUMBERS = tuple(each.name for each in fields(DynamicStiffness) if each.name not in ("specimen", *_JSON))
+_NUMBERS = tuple(each.name for each in fields(StoredStiffness) if each.name not in ("specimen", *_JSON))
 # Columns instead of objects of the model: a sweep has a thousand points.
 COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
-    models.Specimen.name,
-    *(getattr(models.DynamicStiffness, name) for name in (*_JSON, *_NUMBERS)),
+    SpecimenRow.name,
+    *(getattr(DynamicStiffnessRow, name) for name in (*_JSON, *_NUMBERS)),
 )
 """What a query has to select of points and their specimens for `from_columns`."""
 
 
-def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None, *numbers: Any) -> DynamicStiffness:
+def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None, *numbers: Any) -> StoredStiffness:
     """The point whose `COLUMNS` these are."""
-    return DynamicStiffness(
+    return StoredStiffness(
         specimen=specimen,
         flags=tuple(flags),
         shared_errors={source: (move[0], move[1]) for source, move in (shared or {}).items()},
@@ -100,7 +101,7 @@ def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None,
     )
 
 
-def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[DynamicStiffness]) -> None:
+def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[StoredStiffness]) -> None:
     """Store the points of an analysis, hundreds at once.
 
     Raises:
@@ -126,10 +127,10 @@ def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[D
             shared_errors={source: list(move) for source, move in point.shared_errors.items()} or None,
         )
         rows.append(row)
-    session.execute(insert(models.DynamicStiffness), rows)
+    session.execute(insert(DynamicStiffnessRow), rows)
 
 
-def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[DynamicStiffness]:
+def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[StoredStiffness]:
     """The points of an analysis in the order of measuring.
 
     Raises:
@@ -137,9 +138,9 @@ def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[DynamicSt
     """
     rows = session.execute(
         select(*COLUMNS)
-        .join(models.Specimen, models.Specimen.id == models.DynamicStiffness.specimen_id)
-        .where(models.DynamicStiffness.analysis_id == analysis_id)
-        .order_by(models.DynamicStiffness.order_number)
+        .join(SpecimenRow, SpecimenRow.id == DynamicStiffnessRow.specimen_id)
+        .where(DynamicStiffnessRow.analysis_id == analysis_id)
+        .order_by(DynamicStiffnessRow.order_number)
     ).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no dynamic stiffness points")

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.arrays import decode_array, encode_array
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.excitation import HAMMER, Excitation
+from store.models.results import FrequencyResponseRow, FrequencyResponseSetRow
 from store.runs import get_run
 
 Real = NDArray[np.float64]
@@ -44,8 +44,8 @@ class FrequencyResponseSet:
     """
 
     number: int
-    response: Dof
-    inputs: tuple[Dof, ...]
+    response: StoredDof
+    inputs: tuple[StoredDof, ...]
     frequency: Real
     accelerance: NDArray[Any]
     averages: int
@@ -83,7 +83,7 @@ def add_frequency_responses(session: Session, analysis_id: int, run_id: int, mea
     """
     get_run(session, run_id)
     name = f"run {run_id}, set {measured.number}"
-    row = models.FrequencyResponseSet(
+    row = FrequencyResponseSetRow(
         analysis_id=analysis_id,
         run_id=run_id,
         set_number=measured.number,
@@ -109,7 +109,7 @@ def add_frequency_responses(session: Session, analysis_id: int, run_id: int, mea
         return None if array is None else encode_array(array[index], f"{name}: {what} of {measured.inputs[index]}")
 
     session.add_all(
-        models.FrequencyResponse(
+        FrequencyResponseRow(
             set_id=row.id,
             row_number=index + 1,
             input_node=dof.node,
@@ -132,13 +132,13 @@ def list_frequency_responses(
         NotFoundError: the run has no frequency responses from that analysis.
         DamagedError: an array is not what was stored.
     """
-    query = select(models.FrequencyResponseSet).filter_by(run_id=run_id)
+    query = select(FrequencyResponseSetRow).filter_by(run_id=run_id)
     if analysis_id is None:
-        newest = select(models.FrequencyResponseSet.analysis_id).filter_by(run_id=run_id)
+        newest = select(FrequencyResponseSetRow.analysis_id).filter_by(run_id=run_id)
         analysis_id = session.scalars(
-            newest.order_by(models.FrequencyResponseSet.analysis_id.desc()).limit(1)
+            newest.order_by(FrequencyResponseSetRow.analysis_id.desc()).limit(1)
         ).one_or_none()
-    rows = session.scalars(query.filter_by(analysis_id=analysis_id).order_by(models.FrequencyResponseSet.set_number))
+    rows = session.scalars(query.filter_by(analysis_id=analysis_id).order_by(FrequencyResponseSetRow.set_number))
     found = [_set(session, row) for row in rows]
     if not found:
         whose = "" if analysis_id is None else f" of analysis {analysis_id}"
@@ -146,9 +146,9 @@ def list_frequency_responses(
     return found
 
 
-def _set(session: Session, row: models.FrequencyResponseSet) -> FrequencyResponseSet:
+def _set(session: Session, row: FrequencyResponseSetRow) -> FrequencyResponseSet:
     name = f"run {row.run_id}, set {row.set_number}"
-    query = select(models.FrequencyResponse).filter_by(set_id=row.id).order_by(models.FrequencyResponse.row_number)
+    query = select(FrequencyResponseRow).filter_by(set_id=row.id).order_by(FrequencyResponseRow.row_number)
     responses = session.scalars(query).all()
 
     def stacked(what: str) -> NDArray[Any] | None:
@@ -162,8 +162,8 @@ def _set(session: Session, row: models.FrequencyResponseSet) -> FrequencyRespons
         raise NotFoundError(f"{name} has no accelerances")
     return FrequencyResponseSet(
         number=row.set_number,
-        response=Dof(row.response_node, row.response_direction),
-        inputs=tuple(Dof(response.input_node, response.input_direction) for response in responses),
+        response=StoredDof(row.response_node, row.response_direction),
+        inputs=tuple(StoredDof(response.input_node, response.input_direction) for response in responses),
         frequency=decode_array(row.frequency, f"{name}: frequency"),
         accelerance=accelerance,
         coherence=stacked("coherence"),

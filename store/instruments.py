@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
+from store.models.measurements import CalibrationRow, ChannelRow, InstrumentRow, RunInstrumentRow
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Instrument:
 
 
 @dataclass(frozen=True)
-class Channel:
+class StoredChannel:
     """One input as it is set during a run.
 
     Attributes:
@@ -59,24 +59,24 @@ class Channel:
 def calibration_id(session: Session, instrument: Instrument) -> int:
     """Number of the instrument's calibration; both rows are made where they are new."""
     row = session.scalars(
-        select(models.Instrument).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
+        select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
     ).one_or_none()
     if row is None:
-        row = models.Instrument(
+        row = InstrumentRow(
             kind=instrument.kind, model=instrument.model, serial=instrument.serial, details=instrument.details
         )
         session.add(row)
         session.flush()
     known = session.scalars(
-        select(models.Calibration.id).where(
-            models.Calibration.instrument_id == row.id,
-            models.Calibration.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
-            models.Calibration.sensitivity.is_not_distinct_from(instrument.sensitivity),
+        select(CalibrationRow.id).where(
+            CalibrationRow.instrument_id == row.id,
+            CalibrationRow.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
+            CalibrationRow.sensitivity.is_not_distinct_from(instrument.sensitivity),
         )
     ).first()
     if known is not None:
         return known
-    calibration = models.Calibration(
+    calibration = CalibrationRow(
         instrument_id=row.id,
         calibrated_on=instrument.calibrated_on,
         sensitivity=instrument.sensitivity,
@@ -87,10 +87,10 @@ def calibration_id(session: Session, instrument: Instrument) -> int:
     return calibration.id
 
 
-def add_channels(session: Session, run_id: int, channels: tuple[Channel, ...]) -> None:
+def add_channels(session: Session, run_id: int, channels: tuple[StoredChannel, ...]) -> None:
     """Store how the channels of a run are set."""
     session.add_all(
-        models.Channel(
+        ChannelRow(
             run_id=run_id,
             name=channel.name,
             physical=channel.physical,
@@ -106,11 +106,11 @@ def add_channels(session: Session, run_id: int, channels: tuple[Channel, ...]) -
     )
 
 
-def list_channels(session: Session, run_id: int) -> list[Channel]:
+def list_channels(session: Session, run_id: int) -> list[StoredChannel]:
     """The channels of a run, by name."""
-    rows = session.scalars(select(models.Channel).filter_by(run_id=run_id).order_by(models.Channel.name))
+    rows = session.scalars(select(ChannelRow).filter_by(run_id=run_id).order_by(ChannelRow.name))
     return [
-        Channel(
+        StoredChannel(
             name=row.name,
             physical=row.physical,
             kind=row.kind,
@@ -128,14 +128,14 @@ def list_channels(session: Session, run_id: int) -> list[Channel]:
 def list_instruments(session: Session, run_id: int) -> list[Instrument]:
     """The instruments of a run that are not on a channel, by kind: tester, thermometer, chassis."""
     rows = session.scalars(
-        select(models.Calibration)
-        .join(models.RunInstrument, models.RunInstrument.calibration_id == models.Calibration.id)
-        .where(models.RunInstrument.run_id == run_id)
+        select(CalibrationRow)
+        .join(RunInstrumentRow, RunInstrumentRow.calibration_id == CalibrationRow.id)
+        .where(RunInstrumentRow.run_id == run_id)
     )
     return sorted((_instrument(row) for row in rows), key=lambda instrument: (instrument.kind, instrument.serial))
 
 
-def _instrument(row: models.Calibration) -> Instrument:
+def _instrument(row: CalibrationRow) -> Instrument:
     return Instrument(
         kind=row.instrument.kind,
         model=row.instrument.model,

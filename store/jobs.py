@@ -16,8 +16,8 @@ from uuid import uuid4
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError, StoreError
+from store.models.service import JobRow
 from store.states import OVER, JobState
 
 LEASE = timedelta(seconds=15)
@@ -75,7 +75,7 @@ def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: s
     Raises:
         StoreError: the parameters have no JSON form.
     """
-    row = models.Job(
+    row = JobRow(
         kind=kind, state=JobState.QUEUED, parameters=parameters, asked_by=asked_by, attempts=0, cancelled=False,
         done=0, total=0,
     )  # fmt: skip
@@ -102,29 +102,29 @@ def list_jobs(
     limit: int = 100,
 ) -> list[Job]:
     """Jobs, newest first; `before` a number, to go on with a list."""
-    query = select(models.Job).order_by(models.Job.id.desc()).limit(limit)
+    query = select(JobRow).order_by(JobRow.id.desc()).limit(limit)
     if state is not None:
         query = query.filter_by(state=state)
     if kind is not None:
         query = query.filter_by(kind=kind)
     if before is not None:
-        query = query.where(models.Job.id < before)
+        query = query.where(JobRow.id < before)
     return [_job(row) for row in session.scalars(query)]
 
 
 def take_job(session: Session) -> tuple[Job, str] | None:
     """Take the oldest queued job; with the token that its worker shows from then on. None where nothing waits."""
     number = session.scalars(
-        select(models.Job.id).filter_by(state=JobState.QUEUED).order_by(models.Job.id).limit(1)
+        select(JobRow.id).filter_by(state=JobState.QUEUED).order_by(JobRow.id).limit(1)
     ).one_or_none()
     if number is None:
         return None
     now, token = datetime.now(UTC), uuid4().hex
     taken = session.execute(
-        update(models.Job)
-        .where(models.Job.id == number, models.Job.state == JobState.QUEUED)
+        update(JobRow)
+        .where(JobRow.id == number, JobRow.state == JobState.QUEUED)
         .values(
-            state=JobState.RUNNING, attempts=models.Job.attempts + 1, lease_token=token, leased_until=now + LEASE,
+            state=JobState.RUNNING, attempts=JobRow.attempts + 1, lease_token=token, leased_until=now + LEASE,
             heartbeat_at=now, started_at=now, stage=None, done=0, total=0,
         )
     )  # fmt: skip
@@ -170,14 +170,14 @@ def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
 
 def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
     """Queue a job again whose worker is known to be gone; it fails after `MOST_ATTEMPTS`."""
-    row = session.get(models.Job, job_id)
+    row = session.get(JobRow, job_id)
     if row is not None and row.state == JobState.RUNNING and row.lease_token == token:
         _lose(row, why)
 
 
 def signs_of_life(session: Session) -> list[SignOfLife]:
     """The latest one of every job that is being worked on."""
-    running = session.scalars(select(models.Job).filter_by(state=JobState.RUNNING).order_by(models.Job.id))
+    running = session.scalars(select(JobRow).filter_by(state=JobState.RUNNING).order_by(JobRow.id))
     return [SignOfLife(row.id, row.lease_token or "", row.heartbeat_at) for row in running]
 
 
@@ -195,7 +195,7 @@ def cancel_job(session: Session, job_id: int) -> Job:
     return _job(row)
 
 
-def _lose(row: models.Job, why: str) -> None:
+def _lose(row: JobRow, why: str) -> None:
     row.error = why
     row.lease_token = row.leased_until = None
     if row.attempts >= MOST_ATTEMPTS:
@@ -205,28 +205,28 @@ def _lose(row: models.Job, why: str) -> None:
         row.state = JobState.QUEUED
 
 
-def _end(row: models.Job, state: JobState) -> None:
+def _end(row: JobRow, state: JobState) -> None:
     row.state, row.finished_at = state, datetime.now(UTC)
     row.lease_token = row.leased_until = None
     if state is JobState.DONE:
         row.error = None
 
 
-def _held(session: Session, job_id: int, token: str) -> models.Job:
-    row = session.get(models.Job, job_id, with_for_update=True)
+def _held(session: Session, job_id: int, token: str) -> JobRow:
+    row = session.get(JobRow, job_id, with_for_update=True)
     if row is None or row.state != JobState.RUNNING or row.lease_token != token:
         raise LeaseLostError(f"job {job_id} was cancelled or given to another worker; this result does not count")
     return row
 
 
-def _row(session: Session, job_id: int) -> models.Job:
-    row = session.get(models.Job, job_id)
+def _row(session: Session, job_id: int) -> JobRow:
+    row = session.get(JobRow, job_id)
     if row is None:
         raise NotFoundError(f"there is no job {job_id}")
     return row
 
 
-def _job(row: models.Job) -> Job:
+def _job(row: JobRow) -> Job:
     return Job(
         id=row.id,
         kind=row.kind,

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.analyses import article_of
 from store.arrays import decode_array, encode_array
 from store.columns import finite, or_nan, or_null, with_shape
 from store.errors import NotFoundError
+from store.models.results import JointElementRow, JointMatrixRow
 from store.runs import specimen_id
 
 Real = NDArray[np.float64]
@@ -55,7 +55,7 @@ def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) ->
     for name in ("stiffness_ci95", "damping_ci95", "loss_factor_ci95"):
         with_shape(getattr(matrix, name), (3, 3, 2), f"{where}: {name}")
     session.add(
-        models.JointMatrix(
+        JointMatrixRow(
             analysis_id=analysis_id,
             specimen_id=specimen_id(session, article_of(session, analysis_id), matrix.joint),
             joint=matrix.joint,
@@ -79,17 +79,17 @@ def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]
         DamagedError: an array is not what was stored.
     """
     rows = session.scalars(
-        select(models.JointMatrix).filter_by(analysis_id=analysis_id).order_by(models.JointMatrix.joint)
+        select(JointMatrixRow).filter_by(analysis_id=analysis_id).order_by(JointMatrixRow.joint)
     ).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no joint matrices")
     return [_matrix(row) for row in rows]
 
 
-def _element(matrix: JointMatrix, row: int, column: int, where: str) -> models.JointElement:
+def _element(matrix: JointMatrix, row: int, column: int, where: str) -> JointElementRow:
     at = (row, column)
     name = f"{row + 1}{column + 1}"
-    return models.JointElement(
+    return JointElementRow(
         matrix_row=row + 1,
         matrix_column=column + 1,
         stiffness=finite(matrix.stiffness[at], f"{where}: k{name}"),
@@ -105,7 +105,7 @@ def _element(matrix: JointMatrix, row: int, column: int, where: str) -> models.J
     )
 
 
-def _matrix(row: models.JointMatrix) -> JointMatrix:
+def _matrix(row: JointMatrixRow) -> JointMatrix:
     def grid(column: str) -> Real:
         return np.array([or_nan(getattr(element, column)) for element in row.elements]).reshape(3, 3)
 

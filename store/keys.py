@@ -11,8 +11,8 @@ from datetime import UTC, datetime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError, StoreError
+from store.models.service import ApiKeyRow
 from store.states import Scope
 
 PREFIX = "jl_"
@@ -49,7 +49,7 @@ def add_key(
     if expires_at is not None and expires_at <= datetime.now(UTC):
         raise StoreError(f"a key that ends at {expires_at:%Y-%m-%d %H:%M} UTC would open nothing; give a later time")
     secret = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
-    row = models.ApiKey(name=name, digest=_digest(secret), scopes=sorted(opened), expires_at=expires_at)
+    row = ApiKeyRow(name=name, digest=_digest(secret), scopes=sorted(opened), expires_at=expires_at)
     session.add(row)
     session.flush()
     return _key(row), secret
@@ -60,21 +60,21 @@ def find_key(session: Session, secret: str) -> ApiKey | None:
 
     The secret is looked up by its hash, which is of 256 random bits: neither a salt nor a slow hash would add anything.
     """
-    row = session.scalars(select(models.ApiKey).filter_by(digest=_digest(secret))).one_or_none()
+    row = session.scalars(select(ApiKeyRow).filter_by(digest=_digest(secret))).one_or_none()
     return None if row is None else _key(row)
 
 
 def list_keys(session: Session, *, before: int | None = None, limit: int = 100) -> list[ApiKey]:
     """Keys, newest first, revoked and ended ones too; `before` a number, to go on with a list."""
-    query = select(models.ApiKey).order_by(models.ApiKey.id.desc()).limit(limit)
+    query = select(ApiKeyRow).order_by(ApiKeyRow.id.desc()).limit(limit)
     if before is not None:
-        query = query.where(models.ApiKey.id < before)
+        query = query.where(ApiKeyRow.id < before)
     return [_key(row) for row in session.scalars(query)]
 
 
 def count_keys(session: Session) -> int:
     """How many keys were ever made; where there are none, nobody has asked for access to be kept."""
-    return session.scalar(select(func.count()).select_from(models.ApiKey)) or 0
+    return session.scalar(select(func.count()).select_from(ApiKeyRow)) or 0
 
 
 def revoke_key(session: Session, key_id: int) -> ApiKey:
@@ -83,7 +83,7 @@ def revoke_key(session: Session, key_id: int) -> ApiKey:
     Raises:
         NotFoundError: there is no such key.
     """
-    row = session.get(models.ApiKey, key_id)
+    row = session.get(ApiKeyRow, key_id)
     if row is None:
         raise NotFoundError(f"there is no key {key_id}")
     row.revoked_at = row.revoked_at or datetime.now(UTC)
@@ -95,7 +95,7 @@ def _digest(secret: str) -> str:
     return hashlib.sha256(secret.encode()).hexdigest()
 
 
-def _key(row: models.ApiKey) -> ApiKey:
+def _key(row: ApiKeyRow) -> ApiKey:
     return ApiKey(
         id=row.id,
         name=row.name,

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.arrays import decode_array, encode_array
 from store.columns import finite, or_nan, or_null, with_shape
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
+from store.models.results import ModeRow, ModeSetRow
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,7 +36,7 @@ class ModeSet:
 
     frequency: Real
     loss_factor: Real
-    dofs: tuple[Dof, ...]
+    dofs: tuple[StoredDof, ...]
     shapes: Complex
     frequency_ci95: Real | None = None
     loss_factor_ci95: Real | None = None
@@ -58,7 +58,7 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
     with_shape(modes.loss_factor, (count,), f"{where}: loss_factor")
     if modes.shapes.shape != (count, len(modes.dofs)):
         raise StoreError(f"{where}: shapes have shape {modes.shapes.shape}, expected {(count, len(modes.dofs))}")
-    row = models.ModeSet(
+    row = ModeSetRow(
         analysis_id=analysis_id,
         dofs=[str(dof) for dof in modes.dofs],
         pole_covariance=_optional(modes.pole_covariance, f"{where}: pole_covariance"),
@@ -66,7 +66,7 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
     session.add(row)
     session.flush()
     session.add_all(
-        models.Mode(
+        ModeRow(
             mode_set_id=row.id,
             number=index + 1,
             frequency=finite(modes.frequency[index], f"{where}: frequency {index + 1}"),
@@ -94,17 +94,17 @@ def get_modes(session: Session, analysis_id: int) -> ModeSet:
         NotFoundError: it has none.
         DamagedError: an array is not what was stored.
     """
-    holder = session.scalars(select(models.ModeSet).filter_by(analysis_id=analysis_id)).one_or_none()
+    holder = session.scalars(select(ModeSetRow).filter_by(analysis_id=analysis_id)).one_or_none()
     if holder is None:
         raise NotFoundError(f"analysis {analysis_id} has no modes")
     where = f"analysis {analysis_id}: modes"
-    rows = session.scalars(select(models.Mode).filter_by(mode_set_id=holder.id).order_by(models.Mode.number)).all()
+    rows = session.scalars(select(ModeRow).filter_by(mode_set_id=holder.id).order_by(ModeRow.number)).all()
     covariances = [row.shape_covariance for row in rows]
     known = [column for column in covariances if column is not None]
     return ModeSet(
         frequency=np.array([row.frequency for row in rows]),
         loss_factor=np.array([row.loss_factor for row in rows]),
-        dofs=tuple(Dof.parse(text) for text in holder.dofs),
+        dofs=tuple(StoredDof.parse(text) for text in holder.dofs),
         shapes=np.array([decode_array(row.shape, f"{where}: shape {row.number}") for row in rows]).reshape(
             len(rows), len(holder.dofs)
         ),

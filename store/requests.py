@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from store import models
+from store.models.service import RequestRow
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Answered:
 
 def find_request(session: Session, who: str, key: str) -> Answered | None:
     """What is known of the request that `who` sent with this key; None where there was none."""
-    row = session.scalars(select(models.Request).filter_by(who=who, idempotency_key=key)).one_or_none()
+    row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one_or_none()
     return None if row is None else Answered(row.fingerprint, row.status, row.body)
 
 
@@ -36,17 +36,17 @@ def begin_request(session: Session, who: str, key: str, fingerprint: str) -> Ans
     before = find_request(session, who, key)
     if before is not None:
         return before
-    session.add(models.Request(who=who, idempotency_key=key, fingerprint=fingerprint))
+    session.add(RequestRow(who=who, idempotency_key=key, fingerprint=fingerprint))
     session.flush()
     return None
 
 
 def answer_request(session: Session, who: str, key: str, status: int, body: str) -> None:
     """Keep the answer of a request."""
-    row = session.scalars(select(models.Request).filter_by(who=who, idempotency_key=key)).one()
+    row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one()
     row.status, row.body = status, body
 
 
 def forget_request(session: Session, who: str, key: str) -> None:
     """Forget a request that did nothing: it may be sent again."""
-    session.execute(delete(models.Request).filter_by(who=who, idempotency_key=key))
+    session.execute(delete(RequestRow).filter_by(who=who, idempotency_key=key))

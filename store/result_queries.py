@@ -8,11 +8,19 @@ from typing import Any, NamedTuple
 from sqlalchemy import ScalarSelect, Select, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from store import models
-from store.dynamic_stiffness import COLUMNS, DynamicStiffness, from_columns
+from store.dynamic_stiffness import COLUMNS, StoredStiffness, from_columns
+from store.models.measurements import SpecimenRow
+from store.models.results import (
+    AnalysisRow,
+    AnalysisRunRow,
+    ComparisonRow,
+    DynamicStiffnessRow,
+    JointElementRow,
+    JointMatrixRow,
+)
 
 
-class Place(NamedTuple):
+class ResultIds(NamedTuple):
     """Where a result stands: the numbers of its row, its analysis and the first run that it is about."""
 
     id: int
@@ -62,9 +70,9 @@ def find_elements(
     method: str | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[tuple[Place, Element]]:
+) -> list[tuple[ResultIds, Element]]:
     """Elements of the joint matrices of an article, newest first."""
-    matrix, element = models.JointMatrix, models.JointElement
+    matrix, element = JointMatrixRow, JointElementRow
     names = [name for name in Element._fields if name != "joint"]
     query = (
         select(element.id, matrix.analysis_id, _run_of(matrix.analysis_id), matrix.joint,
@@ -73,8 +81,8 @@ def find_elements(
         .where(matrix.specimen_id.in_(_specimens(article, joint)))
     )  # fmt: skip
     if method is not None:
-        query = query.join(models.Analysis, models.Analysis.id == matrix.analysis_id)
-        query = query.where(models.Analysis.method == method)
+        query = query.join(AnalysisRow, AnalysisRow.id == matrix.analysis_id)
+        query = query.where(AnalysisRow.method == method)
     if before is not None:
         query = query.where(element.id < before)
     rows = session.execute(query.order_by(element.id.desc()).limit(limit))
@@ -92,12 +100,12 @@ def find_sine_points(
     highest_frequency: float | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[tuple[Place, DynamicStiffness]]:
+) -> list[tuple[ResultIds, StoredStiffness]]:
     """Dynamic stiffness of an article's specimens, newest first."""
-    point = models.DynamicStiffness
+    point = DynamicStiffnessRow
     query = (
         select(point.id, point.analysis_id, _run_of(point.analysis_id), *COLUMNS)
-        .join(models.Specimen, models.Specimen.id == point.specimen_id)
+        .join(SpecimenRow, SpecimenRow.id == point.specimen_id)
         .where(point.specimen_id.in_(_specimens(article, specimen)))
     )
     wanted = {"configuration": configuration, "amplitude_pp_mm": amplitude_pp_mm}
@@ -122,9 +130,9 @@ def find_comparisons(
     verdict: str | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[tuple[Place, Compared]]:
+) -> list[tuple[ResultIds, Compared]]:
     """Comparisons of both experiments on an article, newest first."""
-    row = models.Comparison
+    row = ComparisonRow
     columns = [getattr(row, name) for name in Compared._fields]
     query = select(row.id, row.analysis_id, _run_of(row.analysis_id), *columns).filter_by(article=article)
     for name, value in {"joint": joint, "verdict": verdict}.items():
@@ -137,14 +145,14 @@ def find_comparisons(
 
 
 def _run_of(analysis_id: InstrumentedAttribute[int]) -> ScalarSelect[int | None]:
-    first = select(func.min(models.AnalysisRun.run_id)).where(models.AnalysisRun.analysis_id == analysis_id)
+    first = select(func.min(AnalysisRunRow.run_id)).where(AnalysisRunRow.analysis_id == analysis_id)
     return first.scalar_subquery()
 
 
 def _specimens(article: str, name: str | None) -> Select[int]:
-    query = select(models.Specimen.id).filter_by(article=article)
+    query = select(SpecimenRow.id).filter_by(article=article)
     return query if name is None else query.filter_by(name=name)
 
 
-def _place(row: Sequence[Any]) -> Place:
-    return Place(row[0], row[1], row[2])
+def _place(row: Sequence[Any]) -> ResultIds:
+    return ResultIds(row[0], row[1], row[2])

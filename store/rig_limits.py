@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
+from store.models.service import RigLimitsRow
 
 
 def save_rig_limits(session: Session, rig: str, limits: dict[str, Any], who: str) -> None:
@@ -16,11 +16,11 @@ def save_rig_limits(session: Session, rig: str, limits: dict[str, Any], who: str
     Raises:
         StoreError: they have no JSON form.
     """
-    session.add(models.RigLimits(rig=rig, limits=limits, who=who))
+    session.add(RigLimitsRow(rig=rig, limits=limits, who=who))
     session.flush()
 
 
 def rig_limits(session: Session, rig: str) -> dict[str, Any] | None:
     """The limits in force at `rig`; None where nobody has set any."""
-    rows = models.RigLimits
+    rows = RigLimitsRow
     return session.scalars(select(rows.limits).filter_by(rig=rig).order_by(rows.id.desc()).limit(1)).one_or_none()

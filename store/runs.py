@@ -11,9 +11,9 @@ from uuid import uuid4
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError, StoreError
-from store.instruments import Channel, Instrument, add_channels, calibration_id
+from store.instruments import Instrument, StoredChannel, add_channels, calibration_id
+from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow, SpecimenRow
 from store.provenance import configuration_hash
 from store.states import RunState
 from store.waveforms import SUFFIX
@@ -72,7 +72,7 @@ def start_run(
     article: str,
     setup: dict[str, Any],
     sequence: dict[str, Any] | None = None,
-    channels: Sequence[Channel] = (),
+    channels: Sequence[StoredChannel] = (),
     instruments: Sequence[Instrument] = (),
     started_at: datetime | None = None,
     who: str | None = None,
@@ -115,7 +115,7 @@ def begin_run(
     run_id: int,
     *,
     sequence: dict[str, Any],
-    channels: Sequence[Channel] = (),
+    channels: Sequence[StoredChannel] = (),
     instruments: Sequence[Instrument] = (),
     who: str | None = None,
     reason: str | None = None,
@@ -192,7 +192,7 @@ def list_run_events(session: Session, run_id: int) -> list[RunEvent]:
         NotFoundError: there is no such run.
     """
     _row(session, run_id)
-    rows = session.scalars(select(models.RunEvent).filter_by(run_id=run_id).order_by(models.RunEvent.id))
+    rows = session.scalars(select(RunEventRow).filter_by(run_id=run_id).order_by(RunEventRow.id))
     return [RunEvent(RunState(row.state), row.reason, row.who, row.happened_at) for row in rows]
 
 
@@ -219,9 +219,9 @@ def list_runs(
 
     `before` is the number of a run, to go on with a list without counting what is skipped.
     """
-    query = select(models.Run).filter_by(**_wanted(kind, state, article)).order_by(models.Run.id.desc())
+    query = select(RunRow).filter_by(**_wanted(kind, state, article)).order_by(RunRow.id.desc())
     if before is not None:
-        query = query.where(models.Run.id < before)
+        query = query.where(RunRow.id < before)
     return [_run(row) for row in session.scalars(query.limit(limit).offset(offset))]
 
 
@@ -229,16 +229,16 @@ def count_runs(
     session: Session, *, kind: str | None = None, state: RunState | None = None, article: str | None = None
 ) -> int:
     """How many runs there are, optionally of one kind, state or article."""
-    query = select(func.count()).select_from(models.Run).filter_by(**_wanted(kind, state, article))
+    query = select(func.count()).select_from(RunRow).filter_by(**_wanted(kind, state, article))
     return session.scalar(query) or 0
 
 
 def specimen_id(session: Session, article: str, name: str) -> int:
     """Number of the specimen: the cylinders of joint `name` of an article; the row is made where it is new."""
-    known = session.scalars(select(models.Specimen.id).filter_by(article=article, name=name)).one_or_none()
+    known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
     if known is not None:
         return known
-    row = models.Specimen(article=article, name=name)
+    row = SpecimenRow(article=article, name=name)
     session.add(row)
     session.flush()
     return row.id
@@ -253,9 +253,9 @@ def _new_row(
     setup: dict[str, Any],
     sequence: dict[str, Any],
     started_at: datetime | None,
-) -> models.Run:
+) -> RunRow:
     started_at = started_at or datetime.now(UTC)
-    row = models.Run(
+    row = RunRow(
         kind=kind,
         state=state,
         title=title,
@@ -272,7 +272,7 @@ def _new_row(
 
 
 def _add_instruments(
-    session: Session, row: models.Run, channels: Sequence[Channel], instruments: Sequence[Instrument]
+    session: Session, row: RunRow, channels: Sequence[StoredChannel], instruments: Sequence[Instrument]
 ) -> None:
     """Connect a run with what it is measured with; the hash of its configuration follows."""
     configuration = {
@@ -284,11 +284,11 @@ def _add_instruments(
     row.configuration_hash = configuration_hash(configuration)
     add_channels(session, row.id, tuple(channels))
     calibrations = {calibration_id(session, instrument) for instrument in instruments}
-    session.add_all(models.RunInstrument(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
+    session.add_all(RunInstrumentRow(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
 
 
-def _note(session: Session, row: models.Run, reason: str | None, who: str | None, happened_at: datetime) -> None:
-    session.add(models.RunEvent(run_id=row.id, state=row.state, reason=reason, who=who, happened_at=happened_at))
+def _note(session: Session, row: RunRow, reason: str | None, who: str | None, happened_at: datetime) -> None:
+    session.add(RunEventRow(run_id=row.id, state=row.state, reason=reason, who=who, happened_at=happened_at))
     session.flush()
 
 
@@ -297,7 +297,7 @@ def _wanted(kind: str | None, state: RunState | None, article: str | None) -> di
     return {name: value for name, value in wanted.items() if value is not None}
 
 
-def _plain(value: Channel | Instrument) -> dict[str, Any]:
+def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
     # Dates have no JSON form.
     plain = asdict(value)
     holder = plain.get("instrument", plain)
@@ -306,14 +306,14 @@ def _plain(value: Channel | Instrument) -> dict[str, Any]:
     return plain
 
 
-def _row(session: Session, run_id: int) -> models.Run:
-    row = session.get(models.Run, run_id)
+def _row(session: Session, run_id: int) -> RunRow:
+    row = session.get(RunRow, run_id)
     if row is None:
         raise NotFoundError(f"there is no run {run_id}")
     return row
 
 
-def _run(row: models.Run) -> Run:
+def _run(row: RunRow) -> Run:
     return Run(
         id=row.id,
         kind=row.kind,

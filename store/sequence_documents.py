@@ -9,8 +9,8 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError
+from store.models.service import SequenceDocumentRow
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ def save_sequence(session: Session, name: str, document: dict[str, Any]) -> Sequ
     Raises:
         StoreError: it has no JSON form.
     """
-    row = session.scalars(select(models.SequenceDocument).filter_by(name=name)).one_or_none()
+    row = session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
     now = datetime.now(UTC)
     if row is None:
-        row = models.SequenceDocument(name=name, document=document, changed_at=now)
+        row = SequenceDocumentRow(name=name, document=document, changed_at=now)
         session.add(row)
     else:
         row.document, row.changed_at = document, now
@@ -50,8 +50,8 @@ def get_sequence(session: Session, name: str) -> SequenceDocument:
 
 def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> list[SequenceDocument]:
     """Documents by name; `after` a name, to go on with a list."""
-    query = select(models.SequenceDocument).where(models.SequenceDocument.name > after)
-    return [_document(row) for row in session.scalars(query.order_by(models.SequenceDocument.name).limit(limit))]
+    query = select(SequenceDocumentRow).where(SequenceDocumentRow.name > after)
+    return [_document(row) for row in session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))]
 
 
 def remove_sequence(session: Session, name: str) -> None:
@@ -64,12 +64,12 @@ def remove_sequence(session: Session, name: str) -> None:
     session.flush()
 
 
-def _row(session: Session, name: str) -> models.SequenceDocument:
-    row = session.scalars(select(models.SequenceDocument).filter_by(name=name)).one_or_none()
+def _row(session: Session, name: str) -> SequenceDocumentRow:
+    row = session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
     if row is None:
         raise NotFoundError(f"there is no sequence {name!r}")
     return row
 
 
-def _document(row: models.SequenceDocument) -> SequenceDocument:
+def _document(row: SequenceDocumentRow) -> SequenceDocument:
     return SequenceDocument(row.name, row.document, row.changed_at)

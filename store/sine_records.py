@@ -8,8 +8,8 @@ from datetime import datetime
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError, StoreError
+from store.models.measurements import RunRow, SineRecordRow, SpecimenRow
 from store.runs import specimen_id
 from store.waveform import WaveformReference
 
@@ -61,7 +61,7 @@ def add_sine_record(session: Session, run_id: int, record: SineRecord) -> int:
         raise StoreError(f"configuration {record.configuration!r} is none of {', '.join(known)}")
     if record.waveform is not None and record.waveform.file != waveform_file:
         raise StoreError(f"sine record {record.order_number}: waveform {record.waveform} is not of run {run_id}")
-    row = models.SineRecord(
+    row = SineRecordRow(
         run_id=run_id,
         specimen_id=specimen_id(session, article, record.specimen),
         order_number=record.order_number,
@@ -87,10 +87,10 @@ def list_sine_records(session: Session, run_id: int) -> list[SineRecord]:
     """
     _, file = _run(session, run_id)
     rows = session.execute(
-        select(models.SineRecord, models.Specimen.name)
-        .join(models.Specimen, models.Specimen.id == models.SineRecord.specimen_id)
-        .where(models.SineRecord.run_id == run_id)
-        .order_by(models.SineRecord.order_number)
+        select(SineRecordRow, SpecimenRow.name)
+        .join(SpecimenRow, SpecimenRow.id == SineRecordRow.specimen_id)
+        .where(SineRecordRow.run_id == run_id)
+        .order_by(SineRecordRow.order_number)
     )
     return [_record(row, specimen, file) for row, specimen in rows]
 
@@ -101,13 +101,13 @@ def get_sine_record(session: Session, record_id: int) -> SineRecord:
     Raises:
         NotFoundError: there is no such record.
     """
-    row = session.get(models.SineRecord, record_id)
+    row = session.get(SineRecordRow, record_id)
     if row is None:
         raise NotFoundError(f"there is no sine record {record_id}")
     return _record(row, row.specimen.name, row.run.waveform_file)
 
 
-def _record(row: models.SineRecord, specimen: str, file: str) -> SineRecord:
+def _record(row: SineRecordRow, specimen: str, file: str) -> SineRecord:
     return SineRecord(
         order_number=row.order_number,
         specimen=specimen,
@@ -125,7 +125,7 @@ def _record(row: models.SineRecord, specimen: str, file: str) -> SineRecord:
 
 def _run(session: Session, run_id: int) -> tuple[str, str]:
     """Article and waveform file, without the run's setup: a sweep asks for them with every record."""
-    row = session.execute(select(models.Run.article, models.Run.waveform_file).filter_by(id=run_id)).one_or_none()
+    row = session.execute(select(RunRow.article, RunRow.waveform_file).filter_by(id=run_id)).one_or_none()
     if row is None:
         raise NotFoundError(f"there is no run {run_id}")
     return row.article, row.waveform_file

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.errors import NotFoundError
+from store.models.measurements import SpecimenRow
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ def get_specimen(session: Session, specimen_id: int) -> Specimen:
     Raises:
         NotFoundError: there is no such specimen.
     """
-    row = session.get(models.Specimen, specimen_id)
+    row = session.get(SpecimenRow, specimen_id)
     if row is None:
         raise NotFoundError(f"there is no specimen {specimen_id}")
     return _specimen(row)
@@ -35,11 +35,11 @@ def get_specimen(session: Session, specimen_id: int) -> Specimen:
 
 def list_specimens(session: Session, *, article: str | None = None, after: int = 0, limit: int = 100) -> list[Specimen]:
     """Specimens in the order of storing, of one article or all; `after` a number, to go on with a list."""
-    query = select(models.Specimen).where(models.Specimen.id > after).order_by(models.Specimen.id).limit(limit)
+    query = select(SpecimenRow).where(SpecimenRow.id > after).order_by(SpecimenRow.id).limit(limit)
     if article is not None:
         query = query.filter_by(article=article)
     return [_specimen(row) for row in session.scalars(query)]
 
 
-def _specimen(row: models.Specimen) -> Specimen:
+def _specimen(row: SpecimenRow) -> Specimen:
     return Specimen(row.id, row.article, row.name, row.description)

@@ -12,7 +12,7 @@ from analysis.frequency_response import Complex
 from analysis.gap.diagnosis import Predicted
 from jointlab.errors import JointlabError
 from store.accelerance_file import even_spacing, to_uff
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 from store.uff import FunctionKind, Quantity, UffFunction, write_uff
 
 Asked = tuple[Dof, Dof]

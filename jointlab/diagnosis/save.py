@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import Diagnosis, add_diagnosis, get_diagnosis, list_diagnoses
+from store.diagnoses import StoredDiagnosis, add_diagnosis, get_diagnosis, list_diagnoses
 from store.states import AnalysisKind
 
 
@@ -34,7 +34,7 @@ def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], with
     gap, verdict = document["gap"], document["verdict"]
     add_diagnosis(
         session,
-        Diagnosis(
+        StoredDiagnosis(
             analysis_id=analysis,
             status=verdict["status"],
             effects=tuple(verdict["effects"]),

@@ -15,7 +15,7 @@ from analysis.modal.spectra import Windows, responses_from_blows
 from jointlab.identification.measurement import PointForces, dof
 from store.blow_file import BundleBlow
 from store.blow_window import stated_window
-from store.dof import Dof
+from store.dof import StoredDof
 from store.frequency_responses import FrequencyResponseSet
 
 SAME = 3.0
@@ -54,7 +54,7 @@ def _by_point(
     sets: Sequence[FrequencyResponseSet], blows: Sequence[BundleBlow]
 ) -> dict[int, tuple[list[BundleBlow], ...]]:
     """By number of the only set, the blows at each of its points."""
-    struck = defaultdict[Dof, list[BundleBlow]](list)
+    struck = defaultdict[StoredDof, list[BundleBlow]](list)
     for blow in blows:
         struck[blow.point].append(blow)
     if len(sets) != 1 or not set(sets[0].inputs) <= set(struck):

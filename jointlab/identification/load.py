@@ -34,8 +34,8 @@ from store.bundle_exchange import stored_blows
 from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
 from store.direct_table import to_dynamic_stiffness
-from store.dof import Dof as StoredDof
-from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.dof import StoredDof
+from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.progress import Advance, Progress, silent
 from store.runs import get_run
@@ -138,7 +138,7 @@ def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progre
     )
 
 
-def _imported_points(session: Session, run_id: int) -> list[DynamicStiffness]:
+def _imported_points(session: Session, run_id: int) -> list[StoredStiffness]:
     newest = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
     return list_dynamic_stiffness(session, newest.id)
 

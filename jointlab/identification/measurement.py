@@ -18,7 +18,7 @@ from jointlab.identification.sine_points import SinePoint
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from store.blow_window import stated_window
 from store.bundle_setup import Article
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 from store.frequency_responses import FrequencyResponseSet
 
 

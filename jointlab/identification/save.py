@@ -19,7 +19,7 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
 from store.analyses import Analysis, add_analysis, latest_analysis
 from store.comparisons import Comparison, add_comparisons
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness
 from store.frequency_responses import add_frequency_responses
 from store.joint_matrices import JointMatrix, add_joint_matrix

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.interval import Estimate
-from store.dynamic_stiffness import DynamicStiffness as StoredPoint
+from store.dynamic_stiffness import StoredStiffness
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class SinePoint:
     sine_record_id: int | None = None
 
 
-def sine_point(stored: StoredPoint) -> SinePoint:
+def sine_point(stored: StoredStiffness) -> SinePoint:
     """A stored sine point as analysis has it; what it was corrected for is in the settings of its analysis."""
     errors = (stored.stiffness_se or 0.0, stored.damping_se or 0.0)
     covariance = np.diag(np.square(errors))
@@ -73,11 +73,11 @@ def sine_point(stored: StoredPoint) -> SinePoint:
     )
 
 
-def stored_point(point: SinePoint) -> StoredPoint:
+def stored_point(point: SinePoint) -> StoredStiffness:
     """A sine point as the catalogue keeps it."""
     result = point.result
     energy, excess = result.loop_energy_estimate, result.loop_energy_excess
-    return StoredPoint(
+    return StoredStiffness(
         order_number=point.order_number,
         elapsed=point.elapsed,
         specimen=point.specimen,

@@ -2,7 +2,7 @@
 
 from alembic import context
 
-from store.models import Base
+from store.models.base import Base
 
 context.configure(
     connection=context.config.attributes["connection"],

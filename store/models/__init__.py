@@ -1,63 +1,9 @@
-"""The tables of the catalogue: `measurements` (written once), `results` (recomputed beside the old), `service`."""
+"""The tables of the catalogue: `measurements` (written once), `results` (recomputed beside the old), `service`.
 
-from store.models.base import Base
-from store.models.measurements import (
-    Blow,
-    BlowWithdrawal,
-    Calibration,
-    Channel,
-    Instrument,
-    Point,
-    Run,
-    RunEvent,
-    RunInstrument,
-    SineRecord,
-    Specimen,
-)
-from store.models.results import (
-    Analysis,
-    AnalysisParent,
-    AnalysisRun,
-    Comparison,
-    DynamicStiffness,
-    FrequencyResponse,
-    FrequencyResponseSet,
-    JointElement,
-    JointMatrix,
-    Mode,
-    ModeSet,
-)
-from store.models.service import ApiKey, AuditEntry, Diagnosis, Job, Request, RigLimits, SequenceDocument
+The class of a table ends in `Row`. What functions of the store take and give are frozen dataclasses without that
+ending; where `analysis` has the same word, that of the store begins with `Stored`.
+"""
 
-__all__ = [
-    "Analysis",
-    "AnalysisParent",
-    "AnalysisRun",
-    "ApiKey",
-    "AuditEntry",
-    "Base",
-    "Blow",
-    "BlowWithdrawal",
-    "Calibration",
-    "Channel",
-    "Comparison",
-    "Diagnosis",
-    "DynamicStiffness",
-    "FrequencyResponse",
-    "FrequencyResponseSet",
-    "Instrument",
-    "Job",
-    "JointElement",
-    "JointMatrix",
-    "Mode",
-    "ModeSet",
-    "Point",
-    "Request",
-    "RigLimits",
-    "Run",
-    "RunEvent",
-    "RunInstrument",
-    "SequenceDocument",
-    "SineRecord",
-    "Specimen",
-]
+from store.models import measurements, results, service
+
+__all__ = ["measurements", "results", "service"]

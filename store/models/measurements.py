@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from store.models.base import Base, Recorded
 
 
-class Specimen(Recorded, Base):
+class SpecimenRow(Recorded, Base):
     """One joint's cylinders, or a known piece; `article` is the test article they belong to, `name` the joint."""
 
     __tablename__ = "specimens"
@@ -22,7 +22,7 @@ class Specimen(Recorded, Base):
     description: Mapped[str | None]
 
 
-class Instrument(Recorded, Base):
+class InstrumentRow(Recorded, Base):
     """A sensor, a tester, a thermometer: what has a serial number."""
 
     __tablename__ = "instruments"
@@ -34,7 +34,7 @@ class Instrument(Recorded, Base):
     details: Mapped[dict[str, Any]]
 
 
-class Calibration(Recorded, Base):
+class CalibrationRow(Recorded, Base):
     """One calibration of an instrument; a new one is a new row."""
 
     __tablename__ = "calibrations"
@@ -44,10 +44,10 @@ class Calibration(Recorded, Base):
     calibrated_on: Mapped[date | None]
     sensitivity: Mapped[float | None]
     sensitivity_unit: Mapped[str | None]
-    instrument: Mapped[Instrument] = relationship()
+    instrument: Mapped[InstrumentRow] = relationship()
 
 
-class Run(Recorded, Base):
+class RunRow(Recorded, Base):
     """One measurement or import, from its start to its end."""
 
     __tablename__ = "runs"
@@ -66,7 +66,7 @@ class Run(Recorded, Base):
     waveform_file: Mapped[str] = mapped_column(unique=True)
 
 
-class RunEvent(Recorded, Base):
+class RunEventRow(Recorded, Base):
     """A run came into a state: it was started, ended or resumed; nothing of its history is ever overwritten."""
 
     __tablename__ = "run_events"
@@ -79,7 +79,7 @@ class RunEvent(Recorded, Base):
     happened_at: Mapped[datetime]
 
 
-class RunInstrument(Base):
+class RunInstrumentRow(Base):
     """Which instruments, under which calibration, a run used."""
 
     __tablename__ = "run_instruments"
@@ -88,7 +88,7 @@ class RunInstrument(Base):
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"), primary_key=True)
 
 
-class Channel(Recorded, Base):
+class ChannelRow(Recorded, Base):
     """One input as it was set during a run."""
 
     __tablename__ = "channels"
@@ -104,10 +104,10 @@ class Channel(Recorded, Base):
     maximum: Mapped[float]
     excitation_current: Mapped[float | None]
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"))
-    calibration: Mapped[Calibration] = relationship()
+    calibration: Mapped[CalibrationRow] = relationship()
 
 
-class Point(Recorded, Base):
+class PointRow(Recorded, Base):
     """A point struck in a hammer run; a set is one complete walk along the beam."""
 
     __tablename__ = "points"
@@ -117,10 +117,10 @@ class Point(Recorded, Base):
     set_number: Mapped[int]
     node: Mapped[int]
     direction: Mapped[str]
-    run: Mapped[Run] = relationship()
+    run: Mapped[RunRow] = relationship()
 
 
-class Blow(Recorded, Base):
+class BlowRow(Recorded, Base):
     """One blow, accepted or refused with its reason; force in N, its waveform in the run's file."""
 
     __tablename__ = "blows"
@@ -135,10 +135,10 @@ class Blow(Recorded, Base):
     struck_at: Mapped[datetime | None]
     waveform_record: Mapped[int | None]
     source: Mapped[str | None]
-    point: Mapped[Point] = relationship()
+    point: Mapped[PointRow] = relationship()
 
 
-class BlowWithdrawal(Recorded, Base):
+class BlowWithdrawalRow(Recorded, Base):
     """Somebody took an accepted blow back: it stays where it is, and counts no more."""
 
     __tablename__ = "blow_withdrawals"
@@ -148,7 +148,7 @@ class BlowWithdrawal(Recorded, Base):
     who: Mapped[str]
 
 
-class SineRecord(Recorded, Base):
+class SineRecordRow(Recorded, Base):
     """One steady-state sine record of the tester: displacement and force, peak-to-peak amplitudes in mm, Hz."""
 
     __tablename__ = "sine_records"
@@ -165,5 +165,5 @@ class SineRecord(Recorded, Base):
     recorded_at: Mapped[datetime | None]
     temperature_c: Mapped[float | None]
     waveform_record: Mapped[int | None]
-    run: Mapped[Run] = relationship()
-    specimen: Mapped[Specimen] = relationship()
+    run: Mapped[RunRow] = relationship()
+    specimen: Mapped[SpecimenRow] = relationship()

@@ -8,10 +8,10 @@ from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from store.models.base import Base, Recorded
-from store.models.measurements import Run, Specimen
+from store.models.measurements import RunRow, SpecimenRow
 
 
-class Analysis(Recorded, Base):
+class AnalysisRow(Recorded, Base):
     """One computation: what, how, with which settings."""
 
     __tablename__ = "analyses"
@@ -23,7 +23,7 @@ class Analysis(Recorded, Base):
     configuration_hash: Mapped[str]
 
 
-class AnalysisRun(Base):
+class AnalysisRunRow(Base):
     """The runs whose data an analysis used."""
 
     __tablename__ = "analysis_runs"
@@ -33,7 +33,7 @@ class AnalysisRun(Base):
     run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
 
 
-class AnalysisParent(Base):
+class AnalysisParentRow(Base):
     """The earlier analyses whose results an analysis used."""
 
     __tablename__ = "analysis_parents"
@@ -42,7 +42,7 @@ class AnalysisParent(Base):
     parent_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"), primary_key=True, index=True)
 
 
-class FrequencyResponseSet(Recorded, Base):
+class FrequencyResponseSetRow(Recorded, Base):
     """The accelerances of one set, of hammer or sine, on one frequency axis, Hz (array column)."""
 
     __tablename__ = "frequency_response_sets"
@@ -65,10 +65,10 @@ class FrequencyResponseSet(Recorded, Base):
     estimator: Mapped[str]
     source: Mapped[str | None]
     excitation: Mapped[str] = mapped_column(server_default="hammer")
-    run: Mapped[Run] = relationship()
+    run: Mapped[RunRow] = relationship()
 
 
-class FrequencyResponse(Recorded, Base):
+class FrequencyResponseRow(Recorded, Base):
     """One accelerance, (m/s^2)/N, with coherence and variance where known (array columns)."""
 
     __tablename__ = "frequency_responses"
@@ -86,7 +86,7 @@ class FrequencyResponse(Recorded, Base):
     variance: Mapped[bytes | None]
 
 
-class ModeSet(Recorded, Base):
+class ModeSetRow(Recorded, Base):
     """The modes of one analysis: the degrees of freedom of their shapes and the covariance of their poles."""
 
     __tablename__ = "mode_sets"
@@ -96,7 +96,7 @@ class ModeSet(Recorded, Base):
     pole_covariance: Mapped[bytes | None]
 
 
-class Mode(Recorded, Base):
+class ModeRow(Recorded, Base):
     """One mode: frequency in Hz, loss factor, 95 % intervals, complex shape (array column)."""
 
     __tablename__ = "modes"
@@ -115,7 +115,7 @@ class Mode(Recorded, Base):
     shape_covariance: Mapped[bytes | None]
 
 
-class JointMatrix(Recorded, Base):
+class JointMatrixRow(Recorded, Base):
     """A joint's identified matrices; covariance of [k11,k12,k13,k22,k23,k33,h11,...] as an array column."""
 
     __tablename__ = "joint_matrices"
@@ -126,13 +126,13 @@ class JointMatrix(Recorded, Base):
     joint: Mapped[str]
     node: Mapped[int]
     covariance: Mapped[bytes | None]
-    specimen: Mapped[Specimen] = relationship()
-    elements: Mapped[list[JointElement]] = relationship(
-        order_by="(JointElement.matrix_row, JointElement.matrix_column)", cascade="all"
+    specimen: Mapped[SpecimenRow] = relationship()
+    elements: Mapped[list[JointElementRow]] = relationship(
+        order_by="(JointElementRow.matrix_row, JointElementRow.matrix_column)", cascade="all"
     )
 
 
-class JointElement(Recorded, Base):
+class JointElementRow(Recorded, Base):
     """One element of a joint's matrices, rows and columns 1..3 = x, y, rotation; N/m, N or N m."""
 
     __tablename__ = "joint_elements"
@@ -153,7 +153,7 @@ class JointElement(Recorded, Base):
     observable: Mapped[bool]
 
 
-class DynamicStiffness(Recorded, Base):
+class DynamicStiffnessRow(Recorded, Base):
     """Dynamic stiffness of a specimen at one sine point: k, h in N/m, loss factor, energies in J a cycle, flags."""
 
     __tablename__ = "dynamic_stiffness"
@@ -197,10 +197,10 @@ class DynamicStiffness(Recorded, Base):
     temperature_c: Mapped[float | None]
     flags: Mapped[list[str]]
     shared_errors: Mapped[dict[str, Any] | None]
-    specimen: Mapped[Specimen] = relationship()
+    specimen: Mapped[SpecimenRow] = relationship()
 
 
-class Comparison(Recorded, Base):
+class ComparisonRow(Recorded, Base):
     """One joint element by both experiments: 95 % intervals and the verdict."""
 
     __tablename__ = "comparisons"

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from store.models.base import Base, Recorded
 
 
-class ApiKey(Recorded, Base):
+class ApiKeyRow(Recorded, Base):
     """A key by which a person or a program is known; only a hash of its secret is kept."""
 
     __tablename__ = "api_keys"
@@ -23,7 +23,7 @@ class ApiKey(Recorded, Base):
     revoked_at: Mapped[datetime | None]
 
 
-class AuditEntry(Recorded, Base):
+class AuditEntryRow(Recorded, Base):
     """Somebody asked for something that acts, and what came of it; never changed."""
 
     __tablename__ = "audit_entries"
@@ -36,7 +36,7 @@ class AuditEntry(Recorded, Base):
     details: Mapped[dict[str, Any]]
 
 
-class Request(Recorded, Base):
+class RequestRow(Recorded, Base):
     """A request that acts, by its idempotency key: asked again, it gets the first answer."""
 
     __tablename__ = "requests"
@@ -49,7 +49,7 @@ class Request(Recorded, Base):
     body: Mapped[str | None]
 
 
-class SequenceDocument(Recorded, Base):
+class SequenceDocumentRow(Recorded, Base):
     """A sequence under a name, to be run again and again."""
 
     __tablename__ = "sequence_documents"
@@ -59,7 +59,7 @@ class SequenceDocument(Recorded, Base):
     changed_at: Mapped[datetime]
 
 
-class RigLimits(Recorded, Base):
+class RigLimitsRow(Recorded, Base):
     """Somebody set the limits of a rig; the newest row of a rig is in force, and none is ever changed."""
 
     __tablename__ = "rig_limits"
@@ -70,7 +70,7 @@ class RigLimits(Recorded, Base):
     limits: Mapped[dict[str, Any]]
 
 
-class Job(Recorded, Base):
+class JobRow(Recorded, Base):
     """Work that takes its time; whoever holds `lease_token` until `leased_until` does it."""
 
     __tablename__ = "jobs"
@@ -94,7 +94,7 @@ class Job(Recorded, Base):
     finished_at: Mapped[datetime | None]
 
 
-class Diagnosis(Recorded, Base):
+class DiagnosisRow(Recorded, Base):
     """A diagnosis of the gap between measurement and simulation: its verdict, and the whole document."""
 
     __tablename__ = "diagnoses"

@@ -13,8 +13,8 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.dof import Dof
-from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
+from store.dof import StoredDof
+from store.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
 from store.runs import start_run
 from store.states import AnalysisKind
@@ -113,8 +113,8 @@ def _fill(folder: Path) -> int:
             session, kind=AnalysisKind.FREQUENCY_RESPONSES, method="made up", settings={}, runs=[run.id]
         )
         measured = FrequencyResponseSet(
-            1, Dof(3, "y"), tuple(Dof.parse(point) for point in POINTS), frequency, accelerance, 10, 100.0, 23.0,
-            "none", 5120.0, 2.0, "H1", np.ones(shape),
+            1, StoredDof(3, "y"), tuple(StoredDof.parse(point) for point in POINTS), frequency, accelerance, 10, 100.0,
+            23.0, "none", 5120.0, 2.0, "H1", np.ones(shape),
         )  # fmt: skip
         add_frequency_responses(session, analysis, run.id, measured)
         analysis = add_analysis(
@@ -124,7 +124,7 @@ def _fill(folder: Path) -> int:
         return run.id
 
 
-def _sine_points() -> list[DynamicStiffness]:
+def _sine_points() -> list[StoredStiffness]:
     places = [
         (specimen, configuration, amplitude, 5.0 * step)
         for specimen in ("I", "II")
@@ -133,7 +133,7 @@ def _sine_points() -> list[DynamicStiffness]:
         for step in range(1, 41)
     ]
     return [
-        DynamicStiffness(
+        StoredStiffness(
             order,
             float(order),
             *place,

@@ -19,13 +19,14 @@ from typing import Any
 from sqlalchemy import event, insert, text
 from sqlalchemy.orm import Session
 
-from store import models
 from store.analyses import latest_analysis
 from store.blows import list_blows
 from store.calibrations import list_known_instruments
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.joint_matrices import list_joint_matrices
+from store.models.measurements import RunRow
+from store.models.results import AnalysisRow, AnalysisRunRow
 from store.result_queries import find_comparisons, find_elements, find_sine_points
 from store.runs import count_runs, list_runs
 from store.sine_records import list_sine_records
@@ -151,7 +152,7 @@ def measure(name: str, catalogue: Catalogue) -> None:
 def fill(catalogue: Catalogue) -> None:
     """10,000 runs with what belongs to them, 1,000,000 sine points among that."""
     with catalogue.writing() as session:
-        session.execute(insert(models.Run), [run_row(number) for number in range(1, RUNS + 1)])
+        session.execute(insert(RunRow), [run_row(number) for number in range(1, RUNS + 1)])
         add_analyses(session)
         postgresql = session.get_bind().dialect.name == "postgresql"
         types = {"binary": "BYTEA", "json": "JSON"} if postgresql else {"binary": "BLOB", "json": "TEXT"}
@@ -186,9 +187,9 @@ def add_analyses(session: Session) -> None:
         (kind, run) for run in range(1, RUNS + 1) for kind in (kinds if run % 2 else (AnalysisKind.DYNAMIC_STIFFNESS,))
     ]
     rows = [{"kind": kind, "method": "bench", "settings": {}, "configuration_hash": "0"} for kind, _ in wanted]
-    session.execute(insert(models.Analysis), rows)
+    session.execute(insert(AnalysisRow), rows)
     used = [{"analysis_id": number, "run_id": run} for number, (_, run) in enumerate(wanted, start=1)]
-    session.execute(insert(models.AnalysisRun), used)
+    session.execute(insert(AnalysisRunRow), used)
 
 
 Ask = Callable[[Session], Sequence[Any]]

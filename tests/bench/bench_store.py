@@ -11,7 +11,7 @@ import numpy as np
 
 from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
-from store.dof import Dof
+from store.dof import StoredDof
 from store.runs import Run, start_run
 from store.sine_records import SineRecord, add_sine_record
 from store.waveform import Waveform, WaveformChannel
@@ -47,7 +47,7 @@ def blows(catalogue: Catalogue, run: Run) -> list[float]:
     """Seconds of each blow."""
     waveform, took = record(10_240), []
     with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(1, "y"))
+        point = add_point(session, run.id, StoredDof(1, "y"))
     for number in range(1, RECORDS + 1):
         began = time.perf_counter()
         reference = catalogue.waveforms.append(run.waveform_file, waveform)

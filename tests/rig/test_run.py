@@ -25,7 +25,7 @@ from rig.thermometer import ThermometerError
 from simlab.laboratory import Laboratory
 from store.audit import list_audit_entries
 from store.catalogue import Catalogue
-from store.models import Base
+from store.models.base import Base
 from store.runs import Run, list_runs
 from store.states import RunState
 from tests.rig.person import Person

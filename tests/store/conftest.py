@@ -17,22 +17,22 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store import models
 from store.analyses import add_analysis
 from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.comparisons import Comparison, add_comparisons
-from store.diagnoses import Diagnosis, add_diagnosis
-from store.dof import Dof
-from store.dynamic_stiffness import DynamicStiffness, add_dynamic_stiffness
+from store.diagnoses import StoredDiagnosis, add_diagnosis
+from store.dof import StoredDof
+from store.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
-from store.instruments import Channel, Instrument
+from store.instruments import Instrument, StoredChannel
 from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.keys import add_key
-from store.models import Base
+from store.models.base import Base
+from store.models.measurements import BlowWithdrawalRow
 from store.modes import ModeSet, add_modes
 from store.requests import begin_request
 from store.rig_limits import save_rig_limits
@@ -161,11 +161,11 @@ SETUP = {
     },
 }  # fmt: skip
 STARTED = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)
-HAMMER = Channel(
+HAMMER = StoredChannel(
     "hammer", "cDAQ1Mod1/ai0", "force", "N", 0.0023, -2000.0, 2000.0, 0.004,
     Instrument("hammer", "086C03", "4711", date(2026, 1, 15), 0.0023, "V/N"),
 )  # fmt: skip
-ACCELEROMETER = Channel(
+ACCELEROMETER = StoredChannel(
     "accelerometer", "cDAQ1Mod1/ai1", "acceleration", "m/s^2", 0.0102, -500.0, 500.0, 0.004,
     Instrument("accelerometer", "352C33", "1234", date(2026, 1, 16), 0.0102, "V/(m/s^2)"),
 )  # fmt: skip
@@ -234,7 +234,7 @@ def _hammer_run(catalogue: Catalogue) -> int:
             sequence={"points": ["1y", "4y"], "blows": 2}, channels=[HAMMER, ACCELEROMETER],
             instruments=[Instrument("thermometer", "T-100", "99")], started_at=STARTED,
         )  # fmt: skip
-    for dof in (Dof(1, "y"), Dof(4, "y")):
+    for dof in (StoredDof(1, "y"), StoredDof(4, "y")):
         with catalogue.writing() as session:
             point = add_point(session, run.id, dof)
         for number, reason in enumerate([None, "double hit: second peak 34 % of the first", None], start=1):
@@ -265,10 +265,10 @@ def _sweep(catalogue: Catalogue) -> tuple[int, int]:
     return run.id, number
 
 
-def dynamic_stiffness(record: int | None = None) -> list[DynamicStiffness]:
+def dynamic_stiffness(record: int | None = None) -> list[StoredStiffness]:
     """Two amplitudes at two frequencies, as the direct method gives them."""
     return [
-        DynamicStiffness(
+        StoredStiffness(
             order_number=order, elapsed=1.5 * order, specimen="I", configuration="shear", amplitude_pp_mm=amplitude,
             frequency=frequency, stiffness=7e5 / amplitude, damping=7e4, loss_factor=0.1 * amplitude,
             magnitude=7.1e5, loss_angle_deg=5.7, stiffness_se=700.0, damping_se=600.0, loss_factor_se=0.001,
@@ -286,8 +286,9 @@ def dynamic_stiffness(record: int | None = None) -> list[DynamicStiffness]:
 def frequency_response_set() -> FrequencyResponseSet:
     rng = np.random.default_rng(3)
     return FrequencyResponseSet(
-        number=1, response=Dof(3, "y"), inputs=(Dof(1, "y"), Dof(4, "y")), frequency=np.arange(9) / 2.0,
-        accelerance=rng.normal(size=(2, 9)) + 1j * rng.normal(size=(2, 9)), averages=2, peak_force=102.0,
+        number=1, response=StoredDof(3, "y"), inputs=(StoredDof(1, "y"), StoredDof(4, "y")),
+        frequency=np.arange(9) / 2.0, accelerance=rng.normal(size=(2, 9)) + 1j * rng.normal(size=(2, 9)),
+        averages=2, peak_force=102.0,
         temperature_c=23.1, window="none", sample_rate=5120.0, block_seconds=2.0, estimator="H1",
         coherence=rng.uniform(size=(2, 9)), variance=rng.uniform(size=(2, 9)),
     )  # fmt: skip
@@ -296,7 +297,8 @@ def frequency_response_set() -> FrequencyResponseSet:
 def mode_set() -> ModeSet:
     rng = np.random.default_rng(4)
     return ModeSet(
-        frequency=np.array([77.1, 79.4]), loss_factor=np.array([0.05, 0.06]), dofs=(Dof(1, "y"), Dof(4, "y")),
+        frequency=np.array([77.1, 79.4]), loss_factor=np.array([0.05, 0.06]),
+        dofs=(StoredDof(1, "y"), StoredDof(4, "y")),
         shapes=rng.normal(size=(2, 2)) + 1j * rng.normal(size=(2, 2)),
         frequency_ci95=np.array([[77.0, 77.2], [np.nan, np.nan]]),
         loss_factor_ci95=np.array([[0.04, 0.06], [0.05, 0.07]]),
@@ -340,12 +342,12 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
     add_comparisons(session, compared, COMPARISONS)
     diagnosed = analysis(AnalysisKind.DIAGNOSES, "nested models", hammer, sweep, parents=(responses, direct))
     found = {"verdict": {"status": "explained", "effects": ["sensor_mass"]}}
-    add_diagnosis(session, Diagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, document=found))
+    add_diagnosis(session, StoredDiagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, document=found))
 
 
 def _add_requests(session: Session) -> None:
     # of a blow that was refused already, which changes no count
-    session.add(models.BlowWithdrawal(blow_id=2, reason="struck beside", who="bench"))
+    session.add(BlowWithdrawalRow(blow_id=2, reason="struck beside", who="bench"))
     add_key(session, "bench", [Scope.READ])
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")

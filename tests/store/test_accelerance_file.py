@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from store.accelerance_file import accelerance_functions, even_spacing, read_accelerances
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 from store.excitation import SINE
 from store.uff import UffDof, UffFunction, write_uff
@@ -20,30 +20,30 @@ from tests.recordings import Recording
 FREQUENCY = np.arange(5) / 2.0
 ROWS = np.array([[1, 2j, 3, 4, 5], [6, 7, 8j, 9, 10]], dtype=complex)
 COHERENCE = np.linspace(0, 1, 10).reshape(2, 5)
-INPUTS = (Dof(1, "y"), Dof(4, "x"))
+INPUTS = (StoredDof(1, "y"), StoredDof(4, "x"))
 
 
 @pytest.fixture
 def functions() -> list[UffFunction]:
-    return accelerance_functions(Dof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE)
+    return accelerance_functions(StoredDof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE)
 
 
 def test_a_set_comes_back(tmp_path: Path, functions: list[UffFunction]) -> None:
     write_uff(tmp_path / "a.unv", functions)
     found = read_accelerances(tmp_path / "a.unv")
-    assert (found.response, found.inputs, found.warnings) == (Dof(3, "y"), INPUTS, ())
+    assert (found.response, found.inputs, found.warnings) == (StoredDof(3, "y"), INPUTS, ())
     np.testing.assert_array_equal(found.frequency, FREQUENCY)
     np.testing.assert_array_equal(found.accelerance, ROWS)
     np.testing.assert_array_equal(found.coherence, COHERENCE)
 
 
 def test_a_set_of_a_shaker_is_that_of_a_hammer_with_the_two_exchanged(tmp_path: Path) -> None:
-    shaken = accelerance_functions(Dof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE, SINE)
+    shaken = accelerance_functions(StoredDof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE, SINE)
     assert [str(function.reference) for function in shaken] == 4 * ["3+y"]
     assert [str(function.response) for function in shaken[:2]] == ["1+y", "4+x"]
     write_uff(tmp_path / "a.unv", shaken)
     found = read_accelerances(tmp_path / "a.unv", SINE)
-    assert (found.response, found.inputs) == (Dof(3, "y"), INPUTS)
+    assert (found.response, found.inputs) == (StoredDof(3, "y"), INPUTS)
     np.testing.assert_array_equal(found.accelerance, ROWS)
     np.testing.assert_array_equal(found.coherence, COHERENCE)
     with pytest.raises(StoreError, match=r"response is at 4\+x, the first function's at 1\+y"):
@@ -152,6 +152,6 @@ def test_a_computed_axis_is_even() -> None:
 
 def test_a_real_beam_is_read_as_one_set(recording: Recording) -> None:
     found = read_accelerances(recording("data/beam/beam_accelerance_derived.uff"))
-    assert found.inputs == (Dof(1, "x"), Dof(2, "x"), Dof(3, "x"))
+    assert found.inputs == (StoredDof(1, "x"), StoredDof(2, "x"), StoredDof(3, "x"))
     assert found.accelerance.shape == (3, 1001)
     assert found.coherence is None

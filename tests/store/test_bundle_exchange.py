@@ -18,7 +18,7 @@ from store.accelerance_file import accelerance_functions, read_accelerances
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.excitation import SINE
 from store.runs import get_run, list_runs
@@ -70,13 +70,13 @@ def test_sets_of_hammer_and_shaker_go_side_by_side(catalogue: Catalogue, bundle:
     assert "excitation" not in struck  # the exchange format does not know it
     measured = read_accelerances(bundle / struck["file"])
     shaken = accelerance_functions(
-        Dof(4, "y"), measured.inputs, measured.frequency, 2 * measured.accelerance, excitation=SINE
+        StoredDof(4, "y"), measured.inputs, measured.frequency, 2 * measured.accelerance, excitation=SINE
     )
     write_uff(bundle / "shaken.unv", shaken)
     setup["inverse"].append(struck | {"file": "shaken.unv", "excitation": "sine", "peak_force": 0.1})
     (bundle / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
     original = read_bundle(bundle)
-    expected = [("hammer", Dof(3, "y")), ("sine", Dof(4, "y"))]
+    expected = [("hammer", StoredDof(3, "y")), ("sine", StoredDof(4, "y"))]
     assert [(each.excitation, each.response) for each in original.inverse] == expected
     export_bundle(catalogue, import_bundle(catalogue, bundle), tmp_path / "out")
     assert_equal(read_bundle(tmp_path / "out"), original)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from store.bundle_setup import BundleSetup, parse_setup
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import StoreError
 
 WHOLE: dict[str, Any] = {
@@ -156,8 +156,8 @@ def test_what_is_no_json_object_of_numbers_is_refused(content: bytes) -> None:
 
 def test_a_point_that_the_beam_does_not_have_is_refused() -> None:
     setup, _ = parse(WHOLE)
-    setup.check_node(Dof(5, "x"), "a.unv")
-    for dof in (Dof(6, "y"), Dof(1, "r")):
+    setup.check_node(StoredDof(5, "x"), "a.unv")
+    for dof in (StoredDof(6, "y"), StoredDof(1, "r")):
         with pytest.raises(StoreError, match=f"a.unv: unknown point {dof}"):
             setup.check_node(dof, "a.unv")
 

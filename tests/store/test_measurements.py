@@ -11,12 +11,13 @@ import pytest
 from sqlalchemy import func, select, text
 from sqlalchemy.exc import DBAPIError
 
-from store import models
 from store.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
 from store.catalogue import Catalogue
-from store.dof import Dof
+from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.instruments import Instrument, calibration_id, list_channels, list_instruments
+from store.models.base import Base
+from store.models.measurements import InstrumentRow
 from store.runs import Run, finish_run, get_run, list_runs, specimen_id, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
 from store.states import RunState
@@ -117,7 +118,7 @@ def test_a_calibration_is_stored_once_and_a_new_one_beside_it(catalogue: Catalog
     uncalibrated = Instrument("tester", "servo", "7")
     with catalogue.writing() as session:
         numbers = [calibration_id(session, instrument) for instrument in (first, second, uncalibrated) * 2]
-        instruments = session.scalar(select(func.count()).select_from(models.Instrument))
+        instruments = session.scalar(select(func.count()).select_from(InstrumentRow))
     assert numbers[:3] == numbers[3:]
     assert len(set(numbers)) == 3
     assert instruments == 2
@@ -151,7 +152,7 @@ def test_a_refused_blow_has_a_reason_and_an_accepted_one_has_none(
     catalogue: Catalogue, run: Run, accepted: bool, reason: str | None
 ) -> None:
     with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(3, "y"))
+        point = add_point(session, run.id, StoredDof(3, "y"))
         with pytest.raises(StoreError, match="blow 1 at 3y"):
             add_blow(session, point, 1, accepted=accepted, reason=reason)
 
@@ -159,7 +160,7 @@ def test_a_refused_blow_has_a_reason_and_an_accepted_one_has_none(
 def test_a_waveform_of_another_run_is_refused(catalogue: Catalogue, run: Run) -> None:
     other = WaveformReference("other.waveforms", 1)
     with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(3, "y"))
+        point = add_point(session, run.id, StoredDof(3, "y"))
         with pytest.raises(StoreError, match=f"not of run {run.id}"):
             add_blow(session, point, 1, accepted=True, waveform=other)
         record = SineRecord(1, "I", "shear", 0.1, None, 5.0, 0.0, None, None, other)
@@ -169,11 +170,11 @@ def test_a_waveform_of_another_run_is_refused(catalogue: Catalogue, run: Run) ->
 
 def test_the_same_point_and_the_same_blow_come_once(catalogue: Catalogue, run: Run) -> None:
     with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(3, "y"))
+        point = add_point(session, run.id, StoredDof(3, "y"))
         add_blow(session, point, 1, accepted=True)
-        add_point(session, run.id, Dof(3, "y"), set_number=2)
+        add_point(session, run.id, StoredDof(3, "y"), set_number=2)
     with pytest.raises(StoreError, match="has point 3y already"), catalogue.writing() as session:
-        add_point(session, run.id, Dof(3, "y"))
+        add_point(session, run.id, StoredDof(3, "y"))
     with pytest.raises(StoreError, match=r"(?i)unique"), catalogue.writing() as session:
         add_blow(session, point, 1, accepted=True)
 
@@ -199,7 +200,7 @@ def test_an_unknown_configuration_is_refused(catalogue: Catalogue, run: Run) -> 
 
 def test_numbers_of_numpy_are_stored_as_numbers(catalogue: Catalogue, run: Run) -> None:
     with catalogue.writing() as session:
-        point = add_point(session, run.id, Dof(np.int64(3), "y"))  # type: ignore[arg-type]  # what callers do
+        point = add_point(session, run.id, StoredDof(np.int64(3), "y"))  # type: ignore[arg-type]  # what callers do
         add_blow(session, point, np.int32(1), accepted=True, peak_force=np.float32(0.5))  # type: ignore[arg-type]
     with catalogue.reading() as session:
         assert session.execute(text("SELECT point, number, peak_force FROM v_blows")).one() == ("3y", 1, 0.5)
@@ -214,7 +215,7 @@ def test_raw_rows_are_never_changed_or_deleted(catalogue: Catalogue, filled: int
 
 def test_every_row_says_when_and_by_which_version_it_was_written(catalogue: Catalogue, filled: int) -> None:
     with catalogue.reading() as session:
-        for table in models.Base.metadata.sorted_tables:
+        for table in Base.metadata.sorted_tables:
             if table.name in ("run_instruments", "analysis_runs", "analysis_parents"):
                 continue
             rows = session.execute(select(table.c.created_at, table.c.software_version)).all()

@@ -24,7 +24,7 @@ from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import StoreError
 from store.instruments import list_channels
 from store.migrate import configuration, current_revision, known_revisions
-from store.models import Base
+from store.models.base import Base
 from store.runs import get_run, list_run_events, start_run
 from store.sine_records import list_sine_records
 

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import pytest
 from sqlalchemy import inspect, text
 
-from store import models
 from store.analyses import add_analysis
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
+from store.models.base import Base
 from store.modes import add_modes
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -58,7 +58,7 @@ def test_the_page_names_every_column_of_every_view_in_its_order(catalogue: Catal
 
 def test_the_schema_page_names_every_table() -> None:
     page = (DOCS / "schema.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"^\| (\w+) \|", page, flags=re.MULTILINE)) - {"table"} == set(models.Base.metadata.tables)
+    assert set(re.findall(r"^\| (\w+) \|", page, flags=re.MULTILINE)) - {"table"} == set(Base.metadata.tables)
 
 
 def test_latest_is_the_newest_of_its_kind_and_method_on_its_run(

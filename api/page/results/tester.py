@@ -15,12 +15,12 @@ from jointlab.identification.direct import Direct
 from jointlab.report.curves import superposition_curves
 from store.analyses import Analysis
 from store.catalogue import Catalogue
-from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.runs import Run
 from store.states import AnalysisKind
 
 HALF_WIDTH = 1.96  # standard errors of a 95 % interval
-Found = tuple[Analysis, list[DynamicStiffness], dict[str, Direct]]
+Found = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]
 
 
 def _read(catalogue: Catalogue, run: Run) -> Found:
@@ -56,9 +56,9 @@ def _draw(_run: Run, found: Found) -> None:
 
 
 def curves(
-    points: Sequence[DynamicStiffness],
-    value: Callable[[DynamicStiffness], float],
-    error: Callable[[DynamicStiffness], float],
+    points: Sequence[StoredStiffness],
+    value: Callable[[StoredStiffness], float],
+    error: Callable[[StoredStiffness], float],
 ) -> dict[float, sines.Banded]:
     """One curve for each amplitude, largest first, over rising frequency, with half-widths of 95 % intervals."""
     made = {}

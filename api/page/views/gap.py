@@ -17,7 +17,7 @@ from api.page.markup import Bar, Cell, Link, paragraph, show, table
 from api.page.results.section import show_origin
 from jointlab.diagnosis import wording
 from store.analyses import Analysis, get_analysis
-from store.diagnoses import Diagnosis, get_diagnosis, list_diagnoses
+from store.diagnoses import StoredDiagnosis, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
 
 STATUS = {
@@ -67,7 +67,7 @@ def _list(frame: Frame) -> None:
     show(table("Diagnoses", ("", "verdict", "effects", "gap before", "after", "made"), rows))
 
 
-def _draw(found: Diagnosis, analysis: Analysis) -> None:
+def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
     document = found.document
     verdict = document["verdict"]
     colour = "refused" if verdict["status"] in ("partial", "unknown") else "accepted"

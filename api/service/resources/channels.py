@@ -15,7 +15,7 @@ from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, page_of_whole
 from api.service.problems import problems
 from rig.instruments import stored_channel
-from store.instruments import Channel, list_channels
+from store.instruments import StoredChannel, list_channels
 from store.quantity import quantity
 from store.runs import get_run
 
@@ -37,7 +37,7 @@ class ChannelDocument(BaseModel):
     calibrated_on: date | None
 
     @classmethod
-    def of(cls, channel: Channel) -> ChannelDocument:
+    def of(cls, channel: StoredChannel) -> ChannelDocument:
         """What is shown of a channel."""
         same = set(cls.model_fields) - {"serial", "calibrated_on"}
         return cls(

@@ -18,7 +18,7 @@ from api.service.pages import LARGEST, Cursor, Limit, Page, number_from, page_of
 from api.service.problems import problems
 from api.service.resources.identifications import OfRun, existing_run
 from api.service.resources.jobs import JobDocument, queue_job, queueing
-from store.diagnoses import Verdict, get_diagnosis, list_diagnoses
+from store.diagnoses import StoredVerdict, get_diagnosis, list_diagnoses
 from store.quantity import quantity
 
 router = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
@@ -35,7 +35,7 @@ class DiagnosisSummary(BaseModel):
     created_at: datetime | None
 
     @classmethod
-    def of(cls, found: Verdict) -> DiagnosisSummary:
+    def of(cls, found: StoredVerdict) -> DiagnosisSummary:
         """What is shown of a diagnosis in a list."""
         same = set(DiagnosisSummary.model_fields) - {"id", "effects"}
         shown = {name: getattr(found, name) for name in same}

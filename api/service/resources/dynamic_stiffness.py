@@ -14,9 +14,9 @@ from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from store.analyses import chosen_analysis
-from store.dynamic_stiffness import DynamicStiffness, list_dynamic_stiffness
+from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.quantity import quantity
-from store.result_queries import Place, find_sine_points
+from store.result_queries import ResultIds, find_sine_points
 from store.states import AnalysisKind
 
 router = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
@@ -55,7 +55,7 @@ class StiffnessPoint(BaseModel):
     flags: list[str] = Field(description="what to mind about this point")
 
     @classmethod
-    def of(cls, analysis_id: int, point: DynamicStiffness) -> StiffnessPoint:
+    def of(cls, analysis_id: int, point: StoredStiffness) -> StiffnessPoint:
         """What is shown of a point."""
         return cls(analysis_id=analysis_id, **_shown(point))
 
@@ -67,7 +67,7 @@ class FoundPoint(StiffnessPoint):
     run_id: int
 
     @classmethod
-    def at(cls, place: Place, point: DynamicStiffness) -> FoundPoint:
+    def at(cls, place: ResultIds, point: StoredStiffness) -> FoundPoint:
         """What is shown of a point that was searched for."""
         return cls(**place._asdict(), **_shown(point))
 
@@ -123,6 +123,6 @@ def of_article(
     return page_of([FoundPoint.at(*each) for each in found], limit, lambda each: each.id)
 
 
-def _shown(point: DynamicStiffness) -> dict[str, Any]:
+def _shown(point: StoredStiffness) -> dict[str, Any]:
     same = set(StiffnessPoint.model_fields) - {"analysis_id", "flags"}
     return {name: getattr(point, name) for name in same} | {"flags": list(point.flags)}

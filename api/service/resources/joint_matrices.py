@@ -19,7 +19,7 @@ from store.analyses import Analysis, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
 from store.quantity import quantity
-from store.result_queries import Element, Place, find_elements
+from store.result_queries import Element, ResultIds, find_elements
 from store.runs import get_run
 from store.states import AnalysisKind
 
@@ -84,7 +84,7 @@ class ElementDocument(BaseModel):
     observable: bool
 
     @classmethod
-    def of(cls, place: Place, element: Element) -> ElementDocument:
+    def of(cls, place: ResultIds, element: Element) -> ElementDocument:
         """What is shown of an element."""
         return cls(**place._asdict(), **element._asdict())
 

@@ -9,7 +9,7 @@ import pytest
 
 from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
-from store.dof import Dof
+from store.dof import StoredDof
 from store.runs import finish_run, start_run
 from store.states import RunState
 from store.waveform import Waveform, WaveformChannel
@@ -22,7 +22,7 @@ def waveform_file(tmp_path: Path) -> Path:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
         with opened.writing() as session:
             run = start_run(session, kind="hammer", title="t", article="a", setup={})
-            point = add_point(session, run.id, Dof(1, "y"))
+            point = add_point(session, run.id, StoredDof(1, "y"))
         samples = np.random.default_rng(1).integers(-(2**23), 2**23, (1, 10_000), dtype=np.int32)
         record = opened.waveforms.append(run.waveform_file, Waveform((WaveformChannel("a", "N"),), samples, 1000.0))
         with opened.writing() as session:

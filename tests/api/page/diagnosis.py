@@ -6,7 +6,7 @@ from typing import Any
 
 from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import Diagnosis, add_diagnosis
+from store.diagnoses import StoredDiagnosis, add_diagnosis
 from store.states import AnalysisKind
 
 
@@ -130,7 +130,7 @@ def add_example_diagnosis(catalogue: Catalogue, run_id: int) -> int:
         )
         add_diagnosis(
             session,
-            Diagnosis(
+            StoredDiagnosis(
                 analysis_id=analysis,
                 status=document["verdict"]["status"],
                 effects=tuple(document["verdict"]["effects"]),

@@ -24,9 +24,9 @@ from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
-from store import models
 from store.catalogue import Catalogue
 from store.keys import add_key, revoke_key
+from store.models.service import ApiKeyRow
 from store.states import Scope
 
 PROBLEM = "application/problem+json"
@@ -97,7 +97,7 @@ def make_key_in(catalogue: Catalogue) -> MakeKey:
                 revoke_key(session, key.id)
             if ended:
                 past = datetime.now(UTC) - timedelta(seconds=1)
-                session.execute(update(models.ApiKey).where(models.ApiKey.id == key.id).values(expires_at=past))
+                session.execute(update(ApiKeyRow).where(ApiKeyRow.id == key.id).values(expires_at=past))
         return secret
 
     return make

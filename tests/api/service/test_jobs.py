@@ -16,7 +16,7 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import Diagnosis, add_diagnosis
+from store.diagnoses import StoredDiagnosis, add_diagnosis
 from store.states import AnalysisKind
 from tests.api.service.conftest import Acting, served
 
@@ -119,7 +119,7 @@ def test_diagnoses_are_listed_and_shown_whole(measured: int, client: httpx.Clien
     with catalogue.writing() as session:
         kind = AnalysisKind.DIAGNOSES
         number = add_analysis(session, kind=kind, method="test", settings={}, runs=[measured])
-        add_diagnosis(session, Diagnosis(number, "explained", ("sensor_mass",), 12.3, 3.1, document=document))
+        add_diagnosis(session, StoredDiagnosis(number, "explained", ("sensor_mass",), 12.3, 3.1, document=document))
     (listed,) = client.get("/api/diagnoses", params={"run": measured}).json()["items"]
     assert (listed["id"], listed["status"], listed["effects"]) == (number, "explained", ["sensor_mass"])
     whole = client.get(f"/api/diagnoses/{number}").json()

@@ -21,7 +21,7 @@ from jointlab.report.inverse import inverse_sections
 from jointlab.report.section import Table
 from store.blow_window import NO_WINDOW, BlowWindow
 from store.bundle_setup import Article
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 from store.frequency_responses import FrequencyResponseSet
 
 NOISE = 0.003

@@ -23,14 +23,14 @@ from store.accelerance_file import accelerance_functions
 from store.bundle import Bundle, read_bundle
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
-from store.dof import Dof
+from store.dof import StoredDof
 from store.excitation import HAMMER, SINE, Excitation
 from store.uff import write_uff
 
 NOISE = 0.003  # (m/s^2)/N a line
 FREQUENCY = np.arange(20.0, 1025.0, 1.0)
-POINTS = tuple(map(Dof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]))
-SHAKER = Dof.parse("5y")
+POINTS = tuple(map(StoredDof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]))
+SHAKER = StoredDof.parse("5y")
 FORCES = (0.02, 0.5)
 
 
@@ -44,13 +44,13 @@ def bundle(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bundle:
     folder = tmp_path_factory.mktemp("shaken")
     rng = np.random.default_rng(5)
 
-    def written(name: str, fixed: Dof, accelerance: Any, excitation: Excitation) -> None:
+    def written(name: str, fixed: StoredDof, accelerance: Any, excitation: Excitation) -> None:
         noise = NOISE * rng.standard_normal((2, *accelerance.shape))
         noisy = accelerance + noise[0] + 1j * noise[1]
         write_uff(folder / name, accelerance_functions(fixed, POINTS, FREQUENCY, noisy, excitation=excitation))
 
     struck = np.array([bench.accelerance(FREQUENCY, point.node, point.direction) for point in POINTS])
-    written("inverse_1.unv", Dof.parse("3y"), struck, HAMMER)
+    written("inverse_1.unv", StoredDof.parse("3y"), struck, HAMMER)
     entries = [{"file": "inverse_1.unv", "peak_force": 100.0}]
     for number, force in enumerate(FORCES, start=2):
         places = [(NODE_POSITIONS[point.node - 1], point.direction) for point in POINTS]

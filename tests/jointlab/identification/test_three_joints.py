@@ -17,7 +17,7 @@ from jointlab.identification.structure import free_beam_of
 from simlab.case.bundle import write_case
 from simlab.case.draw import Kind, draw_case
 from store.bundle import read_bundle
-from store.dof import Dof as StoredDof
+from store.dof import StoredDof
 
 NOISE = 0.003
 STIFFNESS = {"I": (2.6e6, 1.9e6), "M": (1.1e6, 0.4e6), "II": (3.2e6, -2.2e6)}  # k22 and k12, N/m

@@ -127,7 +127,7 @@ def trial(
     ] = 4,
     publish: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the scores shown beside verdicts: jointlab/diagnosis/trial_scores.json."),
+        typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json."),
     ] = None,
 ) -> None:
     """Try the diagnosis on simulated cases whose truth is sealed until it has answered.

@@ -19,7 +19,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True, order=True)
 class Dof:
-    """Node and direction, written ``3y`` as in the paper's measurement points."""
+    """Node and direction, written ``3y`` as the paper names its measurement points."""
 
     node: int
     direction: Direction

@@ -1,4 +1,4 @@
-"""The one error that analysis raises for numbers it cannot work with."""
+"""The error that analysis raises for numbers that it cannot use."""
 
 
 class AnalysisError(ValueError):

@@ -21,16 +21,16 @@ class FrequencyResponses:
     Attributes:
         frequency: (lines,) in Hz, rising.
         accelerance: (rows, lines) complex, in (m/s^2)/N.
-        response: where the accelerometer sits.
-        inputs: (rows,) where the hammer struck.
+        response: position of the accelerometer.
+        inputs: (rows,) points struck.
         coherence: (rows, lines) in 0..1, or None where it was not measured.
         variance: (rows, lines) variance of the averaged accelerance, per real and imaginary part,
-            in ((m/s^2)/N)^2, or None where it is not known. Lines are taken to be independent of each other.
+            in ((m/s^2)/N)^2, or None where it is unknown. Lines are taken as independent of each other.
         scatter: (rows, blows, lines) complex, in (m/s^2)/N: how far each blow moves the average of its row. Their outer
-            products add up to the covariance of the average, between lines too: a blow beside its mark is off at all
-            lines together. None where single blows are not known, or too few.
-        decay: in 1/s, of the exponential window that the records carry: lines are then at lambda = decay + i w, where
-            every mode seems damped more than it is, and not at i w.
+            products add up to the covariance of the average, between lines too, because a blow beside its mark changes
+            all lines together. None where single blows are unknown or too few.
+        decay: in 1/s, of the exponential window that the records carry: lines are then at lambda = decay + i w
+            instead of i w, and every mode appears more damped than it is.
     """
 
     frequency: Real
@@ -79,5 +79,5 @@ class FrequencyResponses:
 
 
 def blows_behind(scatter: Complex) -> Real:
-    """(rows,) how many blows each row of a scatter (rows, blows, lines) has; it is zero for those that a row lacks."""
+    """(rows,) number of blows in each row of a scatter (rows, blows, lines); missing blows are zero there."""
     return np.asarray(np.sum(np.any(scatter != 0, axis=2), axis=1), dtype=np.float64)

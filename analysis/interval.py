@@ -9,17 +9,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from analysis.frequency_response import Real
+
 CONFIDENCE = 0.95
+
+
+def quantile(degrees_of_freedom: float | Real, confidence: float = CONFIDENCE) -> Real:
+    """Of Student's distribution (normal at infinite degrees of freedom), for a two-sided interval."""
+    return np.asarray(stdtrit(degrees_of_freedom, (1 + confidence) / 2))
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and what is known about its error.
+    """A number with its standard error.
 
     Attributes:
         value: in its own unit.
         standard_error: in the same unit.
-        degrees_of_freedom: behind the standard error; infinite where it is known beforehand.
+        degrees_of_freedom: behind the standard error; infinite where it is known in advance.
     """
 
     value: float
@@ -28,7 +35,7 @@ class Estimate:
 
     def half_width(self, confidence: float = CONFIDENCE) -> float:
         """Half of the two-sided interval."""
-        return float(stdtrit(self.degrees_of_freedom, (1 + confidence) / 2)) * self.standard_error
+        return float(quantile(self.degrees_of_freedom, confidence)) * self.standard_error
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """Lower and upper end of the two-sided interval."""
@@ -36,14 +43,16 @@ class Estimate:
         return self.value - half, self.value + half
 
     def probability_below(self, limit: float) -> float:
-        """How probable Student's distribution about `value` holds what lies below `limit`; 0 or 1 where exact."""
+        """Probability of values below `limit`, by Student's distribution about `value`; 0 or 1 where that is exact."""
         if self.standard_error == 0:
             return float(self.value < limit)
         return float(stdtr(self.degrees_of_freedom, (limit - self.value) / self.standard_error))
 
 
 def combined_degrees_of_freedom(variances: Sequence[float], degrees_of_freedom: Sequence[float]) -> float:
-    """Of a sum of independent estimates, by Welch and Satterthwaite (Biometrics Bulletin 2, 1946, 110-114).
+    """Degrees of freedom of a sum of independent estimates, after Welch and Satterthwaite.
+
+    F. E. Satterthwaite, Biometrics Bulletin 2, 1946, 110-114.
 
     Args:
         variances: what each contributes to the variance of the sum.

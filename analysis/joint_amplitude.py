@@ -1,29 +1,36 @@
-"""The amplitude at which a blow works a joint, for asking the direct method at the same one.
+"""The amplitude at which blows or a steady sine move a joint, to ask the direct method at the same one.
 
-A blow rings down, so its amplitude is no single number. From the modal model: a blow of force spectrum F at freedom j
-leaves the freedom p of a joint moving as
+A blow rings down, so its amplitude is no single number. By the modal model, a blow of force spectrum F at freedom j
+moves freedom p of a joint by
 
     u_p(t) = Re sum_r a_pr e^(lambda_r t),     a_pr = psi_pr psi_jr F(w_r) / lambda_r,
 
-with shapes of unit modal mass and t = 0 in the middle of a short blow, where |F| will do. The rubber feels the whole
+with shapes of unit modal mass and t = 0 in the middle of a short blow, where |F| is enough. The rubber sees the whole
 deformation, all modes together, of envelope
 
     x(t) = sqrt(sum_p |sum_r a_pr e^(lambda_r t)|^2).
 
-Its stiffness falls nearly linearly with ln x, and an accelerance weighs each moment by its energy, and blows alike
-whatever their force F_b (root mean square of |F| at the modes). So the equivalent amplitude that mode r sees is the
-mean of ln x, weighted by the energy per squared force that mode r then has in the joint, over time and all blows:
+Its stiffness falls nearly linearly with ln x. An accelerance weighs each moment by its energy, and all blows alike
+whatever their force F_b (root mean square of |F| at the modes). So mode r sees the mean of ln x, weighted by the energy
+per squared force that the mode has in the joint at that moment, over time and all blows:
 
     ln x_r = sum_blows int e_r ln x dt / sum_blows int e_r dt,   e_r = sum_p |a_pr|^2 e^(2 Re(lambda_r) t) / F_b^2.
 
-A single mode alone has x_r = x(0) / sqrt(e): 0.61 of where it starts. It is a mean over the blows, weighted by their
-energies w_b = int e_r dt, and as one is known by how the means y_b of the single blows scatter about it,
+A single mode alone has x_r = x(0) / sqrt(e): 0.61 of its start. The mean over the blows has weights w_b = int e_r dt.
+Its error follows from the scatter of the means y_b of single blows,
 
     var ln x_r = n / (n - 1) sum_b w_b^2 (y_b - ln x_r)^2 / (sum_b w_b)^2
 
-(W. G. Cochran, Sampling Techniques, 3rd ed., Section 6.4, for a ratio of sums). That points differ is part of the
-scatter: accelerances weigh them only roughly by their energy. What the joint's rotation adds through the
-lever of the cylinders is left out; translations are larger by far.
+(W. G. Cochran, Sampling Techniques, 3rd ed., Section 6.4, for a ratio of sums). The difference between points counts as
+scatter, because accelerances weigh points only roughly by their energy. The joint's rotation, which acts through the
+lever of the cylinders, is left out; translations are larger by far.
+
+A steady sine of a shaker, of force F at frequency w, moves freedom p of a joint by F |u_p|, with the modal sum
+
+    u_p(w) = sum_s psi_ps psi_js / (-lambda_s^2 - w^2),
+
+j being the point of the shaker. Off resonance the rubber hardly moves, so mode r sees the amplitude at its own
+frequency.
 """
 
 from __future__ import annotations
@@ -38,7 +45,7 @@ from numpy.typing import ArrayLike
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.interval import Estimate
+from analysis.interval import quantile
 from analysis.modes import Modes
 
 SAMPLES_PER_CYCLE = 8  # of the highest mode; the envelope beats with differences of frequencies
@@ -48,10 +55,10 @@ MOST_SAMPLES = 200_000
 
 @dataclass(frozen=True, eq=False)
 class BlowForce:
-    """One blow, or the mean one at a point.
+    """One blow, or the mean blow at a point.
 
     Attributes:
-        point: where the hammer struck.
+        point: that was struck.
         impulse: (modes,) |F| at the frequency of each mode, N s.
     """
 
@@ -86,7 +93,7 @@ class BlowForce:
         length = 1.5 * width  # a half-sine is above half of its peak for two thirds of its length
         turn = 2 * modes.frequency * length
         off = np.abs(1 - turn**2)
-        # |F| of a half-sine; at turn = 1 its limit is peak * length / 2
+        # |F| of a half-sine; its limit at turn = 1 is peak * length / 2
         spectrum = np.where(off < 1e-6, np.pi / 4, np.abs(np.cos(np.pi * turn / 2)) / np.where(off < 1e-6, 1, off))
         return cls(point, 2 * length * peak_force / np.pi * spectrum)
 
@@ -97,10 +104,9 @@ class JointAmplitude:
 
     Attributes:
         amplitude_pp: (modes,) peak to peak, m.
-        log_error: (modes,) standard error of its logarithm, from the scatter over the blows; None where there is no
-            scatter to tell it.
+        log_error: (modes,) standard error of its logarithm, from the scatter over the blows; None without scatter.
         degrees_of_freedom: behind the error.
-        source: what it was computed from, in words.
+        source: what it was computed from, as text for reports.
     """
 
     amplitude_pp: Real
@@ -113,12 +119,12 @@ class JointAmplitude:
         """(modes, 2) 95 % intervals, m, or None."""
         if self.log_error is None:
             return None
-        half = float(Estimate(0.0, 1.0, self.degrees_of_freedom).half_width()) * self.log_error
+        half = quantile(self.degrees_of_freedom) * self.log_error
         return np.asarray(self.amplitude_pp[:, None] * np.exp(np.stack([-half, half], axis=1)))
 
     @property
     def over_modes(self) -> JointAmplitude:
-        """One amplitude for all modes, (1,): the mean of the logarithm; the same blows moved them all."""
+        """One amplitude for all modes, (1,): the mean of the logarithm. The same blows moved all modes."""
         return replace(
             self,
             amplitude_pp=np.exp(np.mean(np.log(self.amplitude_pp), keepdims=True)),
@@ -135,9 +141,8 @@ def joint_amplitudes(
         modes: shapes of unit modal mass with x and y at every joint and at every point struck, as
             `forward.eigensolution` gives them.
         joint_nodes: of each joint, numbered from 1.
-        blows: those that the accelerances are made of. A mean one for each point will do, but what scatters then is
-            not blows.
-        source: what the blows are known from, in words.
+        blows: of the accelerances. A mean blow for each point is enough, but then there is no scatter of blows.
+        source: what the blows are known from, as text for reports.
 
     Raises:
         AnalysisError: there is no blow, a shape lacks a component, or a mode does not decay.
@@ -150,30 +155,30 @@ def joint_amplitudes(
     step = 1 / (SAMPLES_PER_CYCLE * float(np.max(modes.poles.imag)) / (2 * np.pi))
     time = np.linspace(0, MEMORY / slowest, min(int(MEMORY / slowest / step) + 2, MOST_SAMPLES))
     decay = np.exp(modes.poles[:, None] * time)  # (modes, times)
-    # of unit energy at the start, in trapezia
+    # energy as a share of that at the start, by the trapezoidal rule
     fading = np.abs(decay) ** 2 * (time[1] - time[0])
     fading[:, [0, -1]] /= 2
     strength = np.array([max(float(np.mean(blow.impulse**2)), np.finfo(float).tiny) for blow in blows])
     return {
-        name: _amplitude(np.array([_started(modes, node, blow) for blow in blows]), strength, decay, fading, source)
+        name: _amplitude(np.array([_at_start(modes, node, blow) for blow in blows]), strength, decay, fading, source)
         for name, node in joint_nodes.items()
     }
 
 
-def _started(modes: Modes, node: int, blow: BlowForce) -> Complex:
+def _at_start(modes: Modes, node: int, blow: BlowForce) -> Complex:
     """(2, modes) complex amplitudes a_pr in m with which a blow starts each mode along x and y of a node."""
     at_joint = np.stack([modes.at(Dof(node, direction)) for direction in (Direction.X, Direction.Y)])
     return np.asarray(at_joint * modes.at(blow.point) * blow.impulse / modes.poles)
 
 
 def _amplitude(started: Complex, strength: Real, decay: Complex, fading: Real, source: str) -> JointAmplitude:
-    """The amplitude of blows that began so.
+    """The amplitude of blows with these start amplitudes.
 
     Args:
-        started: (blows, 2, modes).
+        started: (blows, 2, modes) m.
         strength: (blows,) squared force.
         decay: (modes, times).
-        fading: (modes, times) energy that goes with it.
+        fading: (modes, times) its energy, as weights of an integral over time.
         source: see `JointAmplitude`.
     """
     lasting = np.sum(fading, axis=1)
@@ -196,17 +201,16 @@ def _amplitude(started: Complex, strength: Real, decay: Complex, fading: Real, s
 
 
 def sine_amplitudes(
-    modes: Modes, joint_nodes: Mapping[str, int], point: Dof, force: float, source: str = ""
+    modes: Modes, joint_nodes: Mapping[str, int], point: Dof, force: float
 ) -> dict[str, JointAmplitude]:
-    """The amplitude at which each mode sees each joint, by the joint's name.
+    """The amplitude at which each mode sees each joint under a sine, by the joint's name.
 
     Args:
         modes: shapes of unit modal mass with x and y at every joint and at the point, as `forward.eigensolution` gives
             them.
         joint_nodes: of each joint, numbered from 1.
-        point: where the shaker pushes.
+        point: of the shaker.
         force: amplitude of the sine, zero to peak, N.
-        source: where it is known from, in words.
 
     Raises:
         AnalysisError: the force is not positive, or a mode does not decay.
@@ -220,5 +224,5 @@ def sine_amplitudes(
     found = {}
     for name, node in joint_nodes.items():
         at_joint = np.array([modes.at(Dof(node, direction)) for direction in (Direction.X, Direction.Y)])
-        found[name] = JointAmplitude(2 * np.sqrt(np.sum(np.abs(at_joint @ excited) ** 2, axis=0)), source=source)
+        found[name] = JointAmplitude(2 * np.sqrt(np.sum(np.abs(at_joint @ excited) ** 2, axis=0)))
     return found

@@ -1,4 +1,4 @@
-"""Modes, estimated or predicted: complex poles and shapes that assume no kind of damping."""
+"""Modes, estimated or predicted: complex poles and shapes. They assume no kind of damping."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Modes:
     Attributes:
         poles: (modes,) lambda_r in rad/s, positive imaginary part, sorted by frequency.
         shapes: (modes, dofs) complex shape components; the scale of each mode is free.
-        dofs: (dofs,) what the columns of `shapes` are.
+        dofs: (dofs,) of the columns of `shapes`.
         pole_covariance: (2 modes, 2 modes) covariance of [f_1, eta_1, f_2, eta_2, ...] in Hz and 1,
             or None where the modes are exact or the covariance is unknown.
         shape_covariance: (modes, 2 dofs, 2 dofs) covariance of [real, imaginary] of each shape, or None.

@@ -1,7 +1,7 @@
-"""Where a measured and a simulated response differ, when there is no model of the bench to ask: two curves, no more.
+"""Where measured and simulated responses differ, from the two curves alone, without a model of the bench.
 
-Says in which bands, by how much each resonance is off in frequency and height, and whether magnitude or phase differs
-more. It cannot name a cause: for that the simulation has to be one whose parts can be changed (see `analysis.gap`).
+The result gives the bands, the difference of each resonance in frequency and height, and whether magnitude or phase
+differs more. It names no cause: that takes a simulation whose parts can be changed (see `analysis.gap`).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from analysis.gap.measurement import Indices
 from analysis.modal.response_variance import variance_from_neighbours
 
 PROMINENCE = np.log(2.0)
-"""By what factor, in logarithm, a peak stands out to count as a resonance."""
+"""Least prominence of a resonance: logarithm of the factor by which a peak stands out."""
 SAME_RESONANCE = 0.2
-"""Of the frequency: peaks farther apart than this are not of one mode."""
+"""Largest distance of two peaks of one mode, relative to the frequency."""
 TRUSTED = 10.0
-"""Standard deviations that a peak is high, or it is noise."""
+"""Least height of a peak, in standard deviations of the noise."""
 LEAST_NOISE = 1e-3
-"""Of the largest response of a row: no line is trusted further."""
+"""Least standard deviation of a line, relative to the largest response of its row."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class ResponseGap:
         map: misfit beyond noise by row and band.
         places: the largest parts of it.
         resonances: by row, those that both show.
-        statements: in sentences.
+        statements: the same as text.
     """
 
     percent: float
@@ -75,8 +75,8 @@ def response_gap(
         frequency: (lines,) Hz, rising.
         measured, simulated: (rows, lines) in the same unit.
         rows: names.
-        deviation: (rows, lines) standard deviation per real and imaginary part of what was measured; by default from
-            how lines scatter about their neighbours.
+        deviation: (rows, lines) standard deviation of the measured values per real and imaginary part; by default from
+            the scatter of neighbouring lines.
 
     Raises:
         AnalysisError: shapes differ, there are too few lines, or values are not finite.
@@ -101,7 +101,7 @@ def response_gap(
 
 
 def shared_resonances(frequency: Real, measured: Complex, simulated: Complex, deviation: Real) -> tuple[Resonance, ...]:
-    """Peaks of two responses (lines,) that are of one mode: nearest to each other, and near at all."""
+    """Pairs of peaks of two responses (lines,) that belong to one mode: nearest to each other, and near enough."""
     ours, theirs = _peaks(measured, TRUSTED * deviation), _peaks(simulated, TRUSTED * deviation)
     found = []
     for peak in ours:
@@ -116,7 +116,7 @@ def shared_resonances(frequency: Real, measured: Complex, simulated: Complex, de
 
 
 def _peaks(response: Complex, least: Real) -> Indices:
-    """Places of peaks of at least that height."""
+    """Lines of peaks that are higher than `least` (lines,)."""
     size = np.abs(response)
     found, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=PROMINENCE)
     return np.asarray(found[size[found] > least[found]])

@@ -1,4 +1,4 @@
-"""The paper's Tables 1 to 4 for any bench, as plain rows for a report."""
+"""The paper's Tables 2 to 4 for any bench, as plain rows for a report. Table 1: `suspended.characterisation`."""
 
 from __future__ import annotations
 
@@ -8,21 +8,15 @@ from itertools import zip_longest
 
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
-from analysis.structure.beam import RIGID_MODES, Beam, Mesh, Theory, assemble
+from analysis.structure.beam import Beam, Mesh, Theory, assemble
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint
 
 
 @dataclass(frozen=True)
 class FrequencyRow:
-    """A row of Table 1 or 4: one natural frequency in Hz, None where there is none.
+    """A row of Table 4: one natural frequency by both theories, Hz; None where a theory has no such mode."""
 
-    Attributes:
-        mode: number r as in the paper, the rigid modes being 1 to 3.
-    """
-
-    mode: int
-    experiment: float | None
     timoshenko: float | None
     euler_bernoulli: float | None
 
@@ -34,7 +28,7 @@ class TermRow:
     Attributes:
         joint: name.
         element: such as "k12" or "gamma12".
-        value: nan where it means nothing.
+        value: nan where it has no meaning.
         low, high: ends of the interval.
         observable: whether the modes alone determine the stiffness behind it.
     """
@@ -47,97 +41,39 @@ class TermRow:
     observable: bool
 
 
-def free_frequencies(
-    beam: Beam, mesh: Mesh, experiment: Sequence[float] = (), modes: int = 3
-) -> tuple[FrequencyRow, ...]:
-    """Table 1: elastic modes of the free beam.
-
-    Args:
-        beam: geometry and material.
-        mesh: of either theory.
-        experiment: measured frequencies, Hz, from the first elastic mode on.
-        modes: how many elastic modes.
-    """
-    elastic = slice(RIGID_MODES, RIGID_MODES + modes)
-    theories = [assemble(beam, mesh, theory).frequency[elastic].tolist() for theory in Theory]
-    return _rows(RIGID_MODES + 1, experiment, *theories)
-
-
 def supported_frequencies(
-    beam: Beam,
-    mesh: Mesh,
-    joints: Sequence[Joint],
-    highest_frequency: float,
-    experiment: Sequence[float] = (),
-    damping_ratios: Sequence[float] = (),
+    beam: Beam, mesh: Mesh, joints: Sequence[Joint], highest_frequency: float
 ) -> tuple[FrequencyRow, ...]:
-    """Table 4: modes of the supported beam, both theories on the same joints.
-
-    Args:
-        beam: geometry and material.
-        mesh: of either theory.
-        joints: as identified.
-        highest_frequency: of the theory's modes, Hz.
-        experiment: measured frequencies, Hz, from the lowest.
-        damping_ratios: of the free beam.
+    """Table 4: modes of the undamped beam on its joints up to `highest_frequency`, Hz, from the lowest.
 
     Raises:
         AnalysisError: the modes cannot be computed.
     """
     theories = [
-        eigensolution(assemble(beam, mesh, theory, damping_ratios), joints, highest_frequency).frequency.tolist()
-        for theory in Theory
+        eigensolution(assemble(beam, mesh, theory), joints, highest_frequency).frequency.tolist() for theory in Theory
     ]
-    return _rows(1, experiment, *theories)
+    return tuple(FrequencyRow(*frequencies) for frequencies in zip_longest(*theories))
 
 
 def stiffness_terms(estimates: Iterable[IdentifiedJoint], unit: Real) -> tuple[TermRow, ...]:
-    """Table 2: stiffness of every joint, nine elements each.
-
-    Args:
-        estimates: of the joints.
-        unit: (3, 3) what terms are divided by, such as `Beam.stiffness_unit`.
-    """
+    """Table 2: nine stiffnesses of every joint, divided by `unit` (3, 3) such as `Beam.stiffness_unit`."""
     return tuple(
-        TermRow(
-            joint=found.name,
-            element=f"k{p + 1}{q + 1}",
-            value=float(found.stiffness[p, q] / unit[p, q]),
-            low=float(found.k_ci95[p, q, 0] / unit[p, q]),
-            high=float(found.k_ci95[p, q, 1] / unit[p, q]),
-            observable=bool(found.observable[p, q]),
-        )
-        for found in estimates
-        for p in range(3)
-        for q in range(3)
+        row for found in estimates for row in _terms(found, "k", found.stiffness / unit, found.k_ci95 / unit[..., None])
     )
 
 
 def loss_factor_terms(estimates: Iterable[IdentifiedJoint]) -> tuple[TermRow, ...]:
-    """Table 3: loss factors of every joint, nan where the stiffness cannot be told from zero.
-
-    Args:
-        estimates: of the joints.
-    """
+    """Table 3: nine loss factors of every joint, nan where the stiffness cannot be told from zero."""
     return tuple(
-        TermRow(
-            joint=found.name,
-            element=f"gamma{p + 1}{q + 1}",
-            value=float(found.loss_factor[p, q]),
-            low=float(found.loss_factor_ci95[p, q, 0]),
-            high=float(found.loss_factor_ci95[p, q, 1]),
-            observable=bool(found.observable[p, q]),
-        )
-        for found in estimates
+        row for found in estimates for row in _terms(found, "gamma", found.loss_factor, found.loss_factor_ci95)
+    )
+
+
+def _terms(joint: IdentifiedJoint, symbol: str, values: Real, intervals: Real) -> list[TermRow]:
+    """Rows of one joint, from (3, 3) values and (3, 3, 2) intervals."""
+    return [
+        TermRow(joint.name, f"{symbol}{p + 1}{q + 1}", float(values[p, q]), low, high, bool(joint.observable[p, q]))
         for p in range(3)
         for q in range(3)
-    )
-
-
-def _rows(
-    first: int, experiment: Sequence[float], timoshenko: Sequence[float], euler_bernoulli: Sequence[float]
-) -> tuple[FrequencyRow, ...]:
-    return tuple(
-        FrequencyRow(first + place, *frequencies)
-        for place, frequencies in enumerate(zip_longest(experiment, timoshenko, euler_bernoulli))
-    )
+        for low, high in [intervals[p, q].tolist()]
+    ]

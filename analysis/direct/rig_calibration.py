@@ -81,7 +81,7 @@ def calibrate_rig(
 
     Args:
         runs: on blanks, masses or nothing, each at several frequencies.
-        effects: those of the rig; one that is left out is taken to be nought.
+        effects: those of the rig; one that is left out is taken to be zero.
 
     Raises:
         AnalysisError: there is no point, or no effect that the runs determine; or a rigid blank without a frame
@@ -96,7 +96,7 @@ def calibrate_rig(
     start = {effect: model.start(effect) for effect in wanted}
     determined = _determined(model, wanted, start)
     warnings = [
-        f"{effect}: these runs do not determine {PARAMETERS[effect][0]}; it is taken to be nought"
+        f"{effect}: these runs do not determine {PARAMETERS[effect][0]}; it is taken to be zero"
         for effect in wanted
         if effect not in determined
     ]
@@ -133,7 +133,7 @@ def _doubts(corrections: RigCorrections, frequencies: int, numbers: int) -> list
         error = corrections.estimate(effect).standard_error
         if abs(value) < 2 * error:
             symbol, unit = PARAMETERS[effect]
-            found.append(f"{effect}: {symbol} = {value:.3g} +- {error:.2g} {unit} cannot be told from nought")
+            found.append(f"{effect}: {symbol} = {value:.3g} +- {error:.2g} {unit} cannot be told from zero")
     return found
 
 
@@ -219,7 +219,7 @@ def _predict(
 def _determined(
     model: _Model, effects: Sequence[TesterEffect], start: Mapping[TesterEffect, float]
 ) -> list[TesterEffect]:
-    """Those effects whose columns are neither nought nor sums of those before them."""
+    """Those effects whose columns are neither zero nor sums of those before them."""
     kept: list[TesterEffect] = []
     for effect in effects:
         columns = model.slopes(start, [*kept, effect])

@@ -124,7 +124,7 @@ def _reason(frequency: Real, stiffness: Complex, error: Real, line: int) -> tupl
 
 
 def _slope(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[float, float]:
-    """D ln |z| / d ln f about a line, with its standard error; nought with an infinite one where no other is near."""
+    """D ln |z| / d ln f about a line, with its standard error; zero with an infinite one where no other is near."""
     near = (frequency <= WINDOW * frequency[line]) & (frequency >= frequency[line] / WINDOW) & (stiffness != 0)
     if np.count_nonzero(near) < 2:
         return 0.0, np.inf

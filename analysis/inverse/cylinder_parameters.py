@@ -1,7 +1,7 @@
 """Joints described by the cylinders they are built of, Eqs. (8)-(11): fewer parameters, and a prior on each.
 
 The matrix of a joint is linear in the cylinders' a, b, c, d and known in how they lean. Where terms of the matrices
-cannot be told apart, such as k11 of two joints on a bar that hardly stretches, this says how they hang together.
+cannot be told apart, such as k11 of two joints on a beam that hardly stretches, this says how they hang together.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class CylinderPrior:
     Attributes:
         mean: (4,) of a, b, c, d.
         deviation: (4,) standard deviation of their real and of their imaginary part; infinite where nothing is known.
-            By default d is nil within 1000 N, which leaves c uncertain by some 10 N m.
+            By default d is zero within 1000 N, which leaves c uncertain by some 10 N m.
     """
 
     mean: tuple[complex, complex, complex, complex] = (0.0, 0.0, 0.0, 0.0)
@@ -107,7 +107,7 @@ class CylinderParameters:
         return self._joined([(pair.prior.deviation, pair.prior.deviation, self.inclination) for pair in self.pairs])
 
     def start(self, joints: Sequence[Joint]) -> Real:
-        """Least squares for a, b, c with d nil, cylinders as drawn, translations and rotation apart.
+        """Least squares for a, b, c with d zero, cylinders as drawn, translations and rotation apart.
 
         Raises:
             AnalysisError: the joints are not those of the pairs.
@@ -128,7 +128,7 @@ class CylinderParameters:
         return self._joined(parts)
 
     def reach(self, values: Real) -> Real:
-        """A share of each cylinder's terms; infinite for those that start at nil."""
+        """A share of each cylinder's terms; infinite for those that start at zero."""
         sizes = REACH * np.abs(self._split(values)[0])
         sizes[sizes == 0] = np.inf
         return self._joined([(size, size, np.inf) for size in sizes])

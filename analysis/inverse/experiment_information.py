@@ -48,7 +48,7 @@ class PlannedSet:
 
 @dataclass(frozen=True)
 class LinearPrior:
-    """Something known of the joints beforehand: a combination of terms is nil within a standard deviation.
+    """Something known of the joints beforehand: a combination of terms is zero within a standard deviation.
 
     Attributes:
         weights: by term, such as {"k11(I)": 1, "k22(I)": -1}.

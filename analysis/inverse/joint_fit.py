@@ -29,7 +29,7 @@ class PriorEffect:
     """Of the terms of all joints, (12 joints,), in the order of `regression.TERMS`.
 
     Attributes:
-        bias: to first order, for joints that are as they were found. Where the prior decides alone this is nil, as the
+        bias: to first order, for joints that are as they were found. Where the prior decides alone this is zero, as the
             term then is where the prior has it.
         share: of the variance, 0 to 1. It is what remains where joints are as far from the prior's mean as it says,
             while the rest comes from noise: 0 where the data decide, 1 where the prior does.
@@ -50,7 +50,7 @@ def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, o
         slope: (terms, parameters) derivative of the terms.
         curvature: (parameters, parameters) C.
         covariance: (parameters, parameters) of the estimate; C itself where the data's errors are those of F.
-        weight: (parameters, parameters) R; nil for what the prior in question is not about.
+        weight: (parameters, parameters) R; zero for what the prior in question is not about.
         off: (parameters,) theta - theta0.
     """
     reach = slope @ curvature

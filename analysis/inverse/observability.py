@@ -3,7 +3,7 @@
 `modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information that poles and shape
 components hold about the terms of all joints, with the scale of each shape unknown. Nothing is assumed
 about the longitudinal motion. On the paper's bench it shows that only k11(I) + k11(II) is determined,
-for the bar hardly stretches; `weak_directions` says so in words.
+for the beam hardly stretches; `weak_directions` says so in words.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class ResponseLikelihood:
         measured: (rows, lines) accelerances, (m/s^2)/N.
         deviation: (rows, lines) their standard deviation, per real and imaginary part.
         parameters: of the joints.
-        tolerance: (4 + 2 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds one at nil.
+        tolerance: (4 + 2 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds one at zero.
     """
 
     model: ResponseModel

@@ -91,7 +91,7 @@ class ResponseModel:
     def kinks(self, deviations: Deviations) -> Real:
         """(1 + rows,) m/N that shear takes off the motion at the accelerometer, for a blow beside it but at its node.
 
-        Under a force the bar has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node, smooth as
+        Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node, smooth as
         it is here, is that of the accelerometer right under the blow, and off it falls by half of that a metre.
         """
         return -self.kink_slope(deviations) * np.abs(self._beside(deviations))

@@ -41,7 +41,7 @@ def h2_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> C
     Args:
         force: (blows, lines) spectra of the force.
         acceleration: (blows, lines) spectra of the acceleration.
-        accelerance: (lines,) H2; nil where nothing was heard.
+        accelerance: (lines,) H2; zero where nothing was heard.
     """
     blows = force.shape[0]
     heard = np.maximum(np.sum(np.abs(acceleration) ** 2, axis=0), np.finfo(float).tiny)

@@ -31,7 +31,7 @@ class Theory(StrEnum):
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform bar of rectangular section: lengths in m, Young's modulus in Pa, density in kg/m^3.
+    """A uniform beam of rectangular section: lengths in m, Young's modulus in Pa, density in kg/m^3.
 
     Raises:
         AnalysisError: a value is not positive and finite, or Poisson's ratio is outside -1..0.5.
@@ -208,7 +208,7 @@ def assemble(
         mesh: nodes; the first lies at 0 and the last at the beam's length.
         theory: Timoshenko, or Euler-Bernoulli (phi = 0 and no rotary inertia: this gives the paper's Table 1).
         damping_ratios: zeta of the elastic free modes from the lowest up; the last holds for those above, where
-            bars lose about alike. Where none is given, there is no damping.
+            beams lose about alike. Where none is given, there is no damping.
         point_masses: known masses in kg by node, such as metal caps of a joint or an accelerometer.
 
     Raises:

@@ -40,7 +40,7 @@ class JointDesign:
         stiffness_ratio: k-bar = k_t L^3 / EI, k_t being the lesser of the principal stiffnesses in translation.
         aspect_ratio: R = k_l / k_t, one or more.
         inclination: theta of the stiff axis from that of the beam, rad, above -pi/2 up to pi/2; positive where
-            k12 > 0 as at joint I, and nought where no axis is stiffer than the other.
+            k12 > 0 as at joint I, and zero where no axis is stiffer than the other.
         rotation_ratio: k_theta / (k_t L^2).
         loss_factors: along the soft and along the stiff axis.
     """

@@ -1,1 +1,1 @@
-"""The suspended bar, a test of its own: its damping, and what its frequencies say of material and size."""
+"""The test of the suspended beam: its damping, material and dimensions from its free modes."""

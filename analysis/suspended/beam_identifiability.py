@@ -1,4 +1,4 @@
-"""What free frequencies do not say of a bar, in plain sentences."""
+"""Which parameters of a beam its free frequencies do not determine, in plain sentences."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from analysis.suspended.beam_update import PARAMETERS, BeamUpdate
 
-LIKE_TWINS = 0.99  # cosine of what two parameters do to the frequencies
-SILENT = 0.3  # a parameter that moves no frequency by this share of its error, over its tolerance, does not show
-UNLEARNT = 0.9  # a standard deviation that is this share of the tolerance, or more, is still that of the tolerance
+CONFOUNDED = 0.99  # least cosine between the effects of two confounded parameters on the frequencies
+INVISIBLE = 0.3  # a parameter whose tolerance changes no frequency by this share of its error is invisible
+UNCHANGED = 0.9  # standard deviation after the update over the tolerance, from which the data tell nothing new
 
 NAMES: Mapping[str, str] = {
     "youngs_modulus": "Young's modulus",
@@ -23,16 +23,16 @@ NAMES: Mapping[str, str] = {
 }
 MODULUS_BY_DENSITY = {"youngs_modulus": 1.0, "density": -1.0}
 SLENDER = {"youngs_modulus": 1.0, "density": -1.0, "height": 2.0, "length": -4.0}
-"""Powers in E h^2 / (rho L^4): the frequencies of a slender bar are proportional to its root."""
+"""Exponents of E h^2 / (rho L^4); the frequencies of a slender beam are proportional to its root."""
 
 
 @dataclass(frozen=True)
-class Twins:
-    """Two parameters that move the measured frequencies alike.
+class ConfoundedPair:
+    """Two parameters with nearly the same effect on the measured frequencies.
 
     Attributes:
         first, second: of `PARAMETERS`.
-        cosine: between what the two do to the frequencies, by the errors of these; 1 or -1 cannot be told apart.
+        cosine: between their effects on the frequencies, in errors of these; at 1 or -1 the two are inseparable.
         correlation: of the two after the update.
     """
 
@@ -43,20 +43,20 @@ class Twins:
 
     @property
     def text(self) -> str:
-        """The pair in words."""
+        """The pair as text."""
         return (
             f"{NAMES[self.first]} and {NAMES[self.second]} (cosine {self.cosine:+.4f}, "
             f"correlation after the update {self.correlation:+.3f})"
         )
 
 
-def twins(update: BeamUpdate) -> tuple[Twins, ...]:
-    """Pairs of parameters, neither of them exact, that the frequencies cannot tell apart; the likest first."""
+def confounded_pairs(update: BeamUpdate) -> tuple[ConfoundedPair, ...]:
+    """Pairs of inexact parameters that the frequencies cannot separate, the most similar first."""
     signatures = update.slopes * update.prior_deviation / update.deviation[:, None]
     size = np.linalg.norm(signatures, axis=0)
-    shown = [place for place in range(len(PARAMETERS)) if size[place] > SILENT]
+    shown = [place for place in range(len(PARAMETERS)) if size[place] > INVISIBLE]
     found = [
-        Twins(
+        ConfoundedPair(
             PARAMETERS[one],
             PARAMETERS[other],
             float(signatures[:, one] @ signatures[:, other] / (size[one] * size[other])),
@@ -64,24 +64,24 @@ def twins(update: BeamUpdate) -> tuple[Twins, ...]:
         )
         for one, other in combinations(shown, 2)
     ]
-    return tuple(sorted((pair for pair in found if abs(pair.cosine) > LIKE_TWINS), key=lambda pair: -abs(pair.cosine)))
+    return tuple(sorted((pair for pair in found if abs(pair.cosine) > CONFOUNDED), key=lambda pair: -abs(pair.cosine)))
 
 
 def statements(update: BeamUpdate) -> tuple[str, ...]:
-    """What the data determine, what they do not, and whether they agree with the tolerances; one sentence each."""
+    """One sentence each: which parameters the data determine and which not, and any conflict with the tolerances."""
     return (
-        *([] if update.consistent else [_disagreement(update)]),
+        *([] if update.consistent else [_conflict(update)]),
         _determined(update),
         *_ratio_only(update),
-        *_unlearnt(update),
-        *_twins(update),
+        *_unchanged(update),
+        *_confounded(update),
     )
 
 
 def _determined(update: BeamUpdate) -> str:
     slender = update.combination(SLENDER)
     share = slender.standard_error / slender.value
-    return f"E h^2 / (rho L^4), which the frequencies of a slender bar follow, is known to {share:.2g} (relative)"
+    return f"E h^2 / (rho L^4), which the frequencies of a slender beam follow, is known to {share:.2g} (relative)"
 
 
 def _ratio_only(update: BeamUpdate) -> list[str]:
@@ -94,37 +94,37 @@ def _ratio_only(update: BeamUpdate) -> list[str]:
     shares = [found.standard_error / found.value for found in (ratio, modulus, density)]
     return [
         f"E and rho show as the ratio E / rho = {ratio.value:.6g} (m/s)^2 only, known to {shares[0]:.2g} (relative); E "
-        f"alone is known to {shares[1]:.2g} and rho alone to {shares[2]:.2g}, by their tolerances: weigh the bar"
+        f"alone is known to {shares[1]:.2g} and rho alone to {shares[2]:.2g}, by their tolerances: weigh the beam"
     ]
 
 
-def _twins(update: BeamUpdate) -> list[str]:
-    pairs = "; ".join(pair.text for pair in twins(update))
+def _confounded(update: BeamUpdate) -> list[str]:
+    pairs = "; ".join(pair.text for pair in confounded_pairs(update))
     return (
         [f"twins, which move these frequencies alike and are told apart by tolerances only: {pairs}"] if pairs else []
     )
 
 
-def _unlearnt(update: BeamUpdate) -> list[str]:
-    """Parameters that are known no better than before."""
+def _unchanged(update: BeamUpdate) -> list[str]:
+    """Parameters that are known no better after the update."""
     prior, after = update.prior_deviation, np.sqrt(np.diag(update.covariance))
     signatures = np.max(np.abs(update.slopes) / update.deviation[:, None], axis=0) * prior
     found = []
     for name, before, now, signature in zip(PARAMETERS, prior, after, signatures, strict=True):
         if before == 0:
             found.append(f"{NAMES[name]} was taken to be exact")
-        elif now >= UNLEARNT * before:
-            why = "does not show in these frequencies" if signature < SILENT else "cannot be told from the others"
+        elif now >= UNCHANGED * before:
+            why = "does not show in these frequencies" if signature < INVISIBLE else "cannot be told from the others"
             found.append(f"{NAMES[name]} {why}: known to {now:.2g} (relative), its tolerance being {before:.2g}")
     return found
 
 
-def _disagreement(update: BeamUpdate) -> str:
+def _conflict(update: BeamUpdate) -> str:
     worst = int(np.argmax(np.abs(update.misfit) / update.deviation))
     stretched = int(np.argmax(np.abs(update.deviations_used)))
     return (
         f"frequencies and tolerances disagree, so no interval here can be relied on: chi-square "
-        f"{update.chi_square:.3g} on {update.degrees_of_freedom}; the best bar has its {NAMES[PARAMETERS[stretched]]} "
+        f"{update.chi_square:.3g} on {update.degrees_of_freedom}; the best beam has its {NAMES[PARAMETERS[stretched]]} "
         f"{update.deviations_used[stretched]:+.1f} tolerances off and leaves mode {update.numbers[worst]} "
         f"{update.misfit[worst]:+.2g} (relative) from its measurement, where {update.deviation[worst]:.2g} is expected"
     )

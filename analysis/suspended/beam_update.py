@@ -1,12 +1,12 @@
-"""Material and dimensions of a bar from its free frequencies, within the tolerances stated for them.
+"""Material and dimensions of a beam from its free frequencies, within the tolerances stated for them.
 
 The most probable parameters (maximum a posteriori) minimise
 
     chi^2 = (ln f - ln f(p))^t S^-1 (ln f - ln f(p)) + sum (ln p / p_0)^2 / tolerance^2,
 
-S the covariance of the measured ln f and of the model's own error. Priors are Gaussian in the logarithm, which keeps
-parameters positive and is the same as Gaussian in p for tolerances of a few per cent. With p_0 and S right, the
-least chi^2 is distributed as chi-square with as many degrees of freedom as there are data.
+S being the covariance of the measured ln f and of the model's own error. Priors are Gaussian in the logarithm, which
+keeps parameters positive and equals a Gaussian in p for tolerances of a few per cent. With correct p_0 and S, the least
+chi^2 is distributed as chi-square with one degree of freedom for each datum.
 """
 
 from __future__ import annotations
@@ -28,6 +28,10 @@ from analysis.suspended.free_modes import ElasticModes
 
 PARAMETERS = ("youngs_modulus", "density", "length", "height", "width")
 """Of `Beam`, in the order of all arrays over parameters."""
+STIFFNESS_POWERS = {"youngs_modulus": 1.0, "height": 3.0, "width": 1.0, "length": -3.0}
+"""Exponents of the parameters in the bending stiffness E h^3 w / L^3."""
+MASS_POWERS = {"density": 1.0, "height": 1.0, "width": 1.0, "length": 1.0}
+"""Exponents of the parameters in the mass rho L h w."""
 
 
 def free_frequencies(
@@ -39,16 +43,16 @@ def free_frequencies(
 ) -> tuple[Real, Real]:
     """Frequencies of some free modes and d ln f / d ln p by every parameter p; nodes move with the length.
 
-    d w^2 = psi^T (dK - w^2 dM) psi for a mass-normalised shape. K is proportional to E, M less the point masses to
-    the density, both to the width. The height is differentiated through the element matrices. The length then follows
-    from dimensions: w^2 rho L^2 / E depends on h / L, w / L and m / (rho L^3) only.
+    d w^2 = psi^T (dK - w^2 dM) psi for a mass-normalised shape. K is proportional to E, M without the point masses to
+    the density, both to the width. The slope by the height comes from the element matrices. The slope by the length
+    follows from dimensions: w^2 rho L^2 / E depends on h / L, w / L and m / (rho L^3) only.
 
     Args:
         beam: material and dimensions.
         mesh: nodes, from 0 to the length.
-        places: (modes,) of the modes among those of the free bar, the rigid ones being 0 to 2.
+        places: (modes,) indices of the modes among those of the free beam, the rigid ones being 0 to 2.
         theory: of the beam.
-        point_masses: masses in kg by node; they stay what they are.
+        point_masses: masses in kg by node; they do not change with the parameters.
 
     Returns:
         (modes,) frequencies in Hz and (modes, 5) slopes in the order of `PARAMETERS`.
@@ -68,7 +72,7 @@ def free_frequencies(
 
 
 def _by_height(beam: Beam, mesh: Mesh, theory: Theory, squared: Real, shapes: Real) -> Real:
-    """(modes,) d ln f / d ln h, by the height in the plane of bending. There A ~ h, I ~ h^3, and phi ~ h^2."""
+    """(modes,) d ln f / d ln h for the height in the plane of bending; A ~ h, I ~ h^3 and phi ~ h^2."""
     rigidity, mass_per_length = beam.flexural_rigidity, beam.density * beam.area
     energy = np.zeros(squared.size)
     for number, (start, end) in enumerate(pairwise(mesh.positions)):
@@ -90,7 +94,7 @@ def _by_height(beam: Beam, mesh: Mesh, theory: Theory, squared: Real, shapes: Re
 
 
 def _doubled(matrix: Real, shapes: Real) -> Real:
-    """(modes,) twice the energy that (n, n) `matrix` has in each of (n, modes) shapes."""
+    """(modes,) twice the energy of (n, n) `matrix` in each of (n, modes) shapes."""
     return np.asarray(np.einsum("im,ij,jm->m", shapes, matrix, shapes))
 
 
@@ -110,13 +114,11 @@ def _in_phi(
 ITERATIONS = 30
 CONVERGED = 1e-6  # gain in chi-square: every parameter is within a thousandth of its standard deviation
 DISAGREE = 0.01  # p-value of chi-square
-WEIGHED = np.array([0.0, 1.0, 1.0, 1.0, 1.0])
-"""Exponents of the parameters in the bar's mass rho L h w."""
 
 
 @dataclass(frozen=True)
 class BeamTolerances:
-    """Standard deviations of what is stated of a bar; nought says that the drawing is exact.
+    """Standard deviations of the stated material and dimensions; zero means that the statement is exact.
 
     Attributes:
         youngs_modulus: relative.
@@ -124,8 +126,8 @@ class BeamTolerances:
         length: m; of a steel tape.
         height: in the plane of bending, m; of callipers.
         width: m; of callipers.
-        frequency: of the model's frequencies, relative and each on its own; four elements between eleven nodes put
-            the third elastic mode 0.8e-4 high, eight 0.2e-4.
+        frequency: error of the model, relative, independent for each mode; with four elements between eleven nodes
+            the third elastic mode is 0.8e-4 too high, with eight 0.2e-4.
 
     Raises:
         AnalysisError: one is negative or not finite.
@@ -152,21 +154,21 @@ class BeamTolerances:
 
 @dataclass(frozen=True, eq=False)
 class BeamUpdate:
-    """The most probable bar.
+    """The most probable beam.
 
     Attributes:
-        drawn, beam: the bar before and after.
-        mesh: of the bar after; the nodes have moved with its length.
-        tolerances: that were allowed.
+        drawn, beam: the beam before and after the update.
+        mesh: of the beam after the update; its nodes move with the length.
+        tolerances: of the statement.
         covariance: (5, 5) of ln p after the update, in the order of `PARAMETERS`.
         slopes: (modes, 5) d ln f / d ln p.
         numbers: (modes,) r of the modes, as in the paper.
-        frequency: (modes,) of the bar after the update, Hz.
+        frequency: (modes,) of the beam after the update, Hz.
         misfit: (modes,) ln of measured over updated frequency.
         deviation: (modes,) standard deviation expected of `misfit`: measurement and model.
         chi_square: at the optimum.
         degrees_of_freedom: of chi-square.
-        weighed: whether the mass of the bar was among the data.
+        weighed: whether the data include the mass of the beam.
     """
 
     drawn: Beam
@@ -185,12 +187,12 @@ class BeamUpdate:
 
     @property
     def p_value(self) -> float:
-        """How probable a chi-square as large as this is, tolerances and errors being right."""
+        """Probability of so large a chi-square if tolerances and errors are correct."""
         return float(chdtrc(self.degrees_of_freedom, self.chi_square))
 
     @property
     def consistent(self) -> bool:
-        """Whether data and tolerances agree; where they do not, no interval of this update can be relied on."""
+        """Whether data and tolerances agree; if not, no interval of this update is reliable."""
         return self.p_value >= DISAGREE
 
     @property
@@ -200,23 +202,27 @@ class BeamUpdate:
 
     @property
     def deviations_used(self) -> Real:
-        """(5,) how far each parameter went, in tolerances; nought where its tolerance is."""
+        """(5,) change of each parameter, in tolerances; zero where the tolerance is zero."""
         prior = self.prior_deviation
         moved = np.array([np.log(getattr(self.beam, name) / getattr(self.drawn, name)) for name in PARAMETERS])
         return np.asarray(moved / np.where(prior > 0, prior, np.inf))
 
     def parameter(self, name: str) -> Estimate:
-        """A parameter of the bar after the update, in the unit of `Beam`."""
+        """A parameter of the beam after the update, in the unit of `Beam`."""
         return self.combination({name: 1.0})
 
     def combination(self, exponents: Mapping[str, float]) -> Estimate:
         """A product of powers of the parameters, such as {"youngs_modulus": 1, "density": -1} for E / rho."""
-        powers = np.array([exponents.get(name, 0.0) for name in PARAMETERS])
-        value = float(np.prod([getattr(self.beam, name) ** exponents.get(name, 0.0) for name in PARAMETERS]))
+        powers = _powers(exponents)
+        value = float(
+            np.prod(
+                [getattr(self.beam, name) ** power for name, power in zip(PARAMETERS, powers.tolist(), strict=True)]
+            )
+        )
         return Estimate(value, value * float(np.sqrt(powers @ self.covariance @ powers)))
 
     def correlation(self, first: str, second: str) -> float:
-        """Between two parameters after the update; nought where the tolerance of one is."""
+        """Between two parameters after the update; zero where one of the tolerances is zero."""
         places = [PARAMETERS.index(first), PARAMETERS.index(second)]
         block = self.covariance[np.ix_(places, places)]
         size = float(np.sqrt(block[0, 0] * block[1, 1]))
@@ -229,29 +235,27 @@ def update_beam(
     mesh: Mesh,
     tolerances: BeamTolerances,
     *,
-    theory: Theory = Theory.TIMOSHENKO,
     point_masses: Mapping[int, float] | None = None,
     weighed: Estimate | None = None,
 ) -> BeamUpdate:
-    """The bar that is most probable after its free frequencies, by Gauss and Newton with exact derivatives.
+    """The most probable beam for measured free frequencies, by Gauss-Newton steps with exact derivatives.
 
     Args:
-        measured: elastic modes of the free bar.
-        drawn: the bar as stated.
+        measured: elastic modes of the free beam.
+        drawn: the beam as stated.
         mesh: its nodes.
-        tolerances: of what is stated.
-        theory: of the model.
-        point_masses: what is mounted on the bar, kg by node.
-        weighed: mass of the bare bar in kg, from a balance. It is what tells the density from Young's modulus.
+        tolerances: of the statement.
+        point_masses: masses mounted on the beam, kg by node.
+        weighed: mass of the bare beam in kg, from a balance; only it separates the density from Young's modulus.
 
     Raises:
-        AnalysisError: all tolerances are nought, the model and the data are both exact, or the search does not settle.
+        AnalysisError: all tolerances are zero, the model and the data are both exact, or the search does not settle.
     """
     prior = tolerances.relative(drawn)
     free = np.flatnonzero(prior)
     if free.size == 0:
-        raise AnalysisError("every tolerance of the beam is nought, so there is nothing to update")
-    model = _Model(drawn, mesh, tuple(number - 1 for number in measured.numbers), theory, point_masses, weighed)
+        raise AnalysisError("every tolerance of the beam is zero, so there is nothing to update")
+    model = _Model(drawn, mesh, tuple(number - 1 for number in measured.numbers), point_masses, weighed)
     data, covariance = _data(measured, tolerances.frequency, weighed)
     try:
         root = np.linalg.cholesky(covariance)
@@ -272,7 +276,7 @@ def update_beam(
         steps = steps + step
     else:
         raise AnalysisError(
-            f"the search for the bar would still gain {gain:.1g} in chi-square after {ITERATIONS} steps; "
+            f"the search for the beam would still gain {gain:.1g} in chi-square after {ITERATIONS} steps; "
             "state narrower tolerances, or an error of the frequencies"
         )
     after = np.zeros((prior.size, prior.size))
@@ -297,7 +301,7 @@ def update_beam(
 
 
 def _data(measured: ElasticModes, model_error: float, weighed: Estimate | None) -> tuple[Real, Real]:
-    """(data,) ln f of every mode, and ln m of the bar where it was weighed; their covariance with the model's error."""
+    """(data,) ln f of every mode and, if weighed, ln m of the beam; their covariance with the model's error."""
     data = np.log(measured.frequency)
     covariance = measured.frequency_covariance / np.outer(measured.frequency, measured.frequency)
     covariance = covariance + model_error**2 * np.eye(data.size)
@@ -308,34 +312,33 @@ def _data(measured: ElasticModes, model_error: float, weighed: Estimate | None) 
 
 @dataclass(frozen=True)
 class _Model:
-    """What a changed bar should show."""
+    """Prediction of the data for a changed beam."""
 
     drawn: Beam
     mesh: Mesh
     places: tuple[int, ...]
-    theory: Theory
     point_masses: Mapping[int, float] | None
     weighed: Estimate | None
 
     def at(self, change: Real) -> tuple[Beam, Mesh, Real, Real]:
-        """The bar after `change` of ln p, its mesh, what is expected of the data, and the slopes of that by ln p."""
+        """The beam after `change` of ln p, its mesh, the expected data, and their slopes by ln p."""
         scale = zip(PARAMETERS, np.exp(change).tolist(), strict=True)
         beam = replace(self.drawn, **{name: getattr(self.drawn, name) * factor for name, factor in scale})
         moved = replace(self.mesh, positions=self.mesh.positions * (beam.length / self.mesh.positions[-1]))
-        frequency, slopes = free_frequencies(beam, moved, self.places, self.theory, self.point_masses)
+        frequency, slopes = free_frequencies(beam, moved, self.places, point_masses=self.point_masses)
         if self.weighed is None:
             return beam, moved, np.log(frequency), slopes
         mass = beam.density * beam.area * beam.length
-        return beam, moved, np.log([*frequency, mass]), np.vstack([slopes, WEIGHED])
-
-
-BENDS_BY = {"youngs_modulus": 1.0, "height": 3.0, "width": 1.0, "length": -3.0}
-WEIGHS = {"density": 1.0, "height": 1.0, "width": 1.0, "length": 1.0}
+        return beam, moved, np.log([*frequency, mass]), np.vstack([slopes, _powers(MASS_POWERS)])
 
 
 @dataclass(frozen=True)
 class Material:
-    """Young's modulus and density of a bar of the drawing's dimensions that bends and weighs as the suspended one.
+    """Young's modulus and density that give a beam of the drawn dimensions the updated one's bending and weight.
+
+    A beam bends by E h^3 w / L^3 and weighs rho L h w. Its free frequencies determine the ratio of the two, and a
+    balance the second, far better than E, rho and the dimensions are known one by one. So the errors of the dimensions
+    go into E and rho, which are then correlated.
 
     Attributes:
         youngs_modulus: Pa.
@@ -348,17 +351,17 @@ class Material:
     correlation: float
 
     def of(self, drawn: Beam) -> Beam:
-        """The bar as drawn, of this material."""
+        """The drawn beam of this material."""
         return replace(drawn, youngs_modulus=self.youngs_modulus.value, density=self.density.value)
 
 
 def material_of(update: BeamUpdate) -> Material:
-    """The material that an updated bar leads to."""
-    powers = np.array([[power.get(name, 0.0) for name in PARAMETERS] for power in (BENDS_BY, WEIGHS)])
+    """The material of an updated beam for the dimensions of the drawing."""
+    powers = np.array([_powers(STIFFNESS_POWERS), _powers(MASS_POWERS)])
     covariance = powers @ update.covariance @ powers.T
     deviation = np.sqrt(np.diag(covariance))
-    modulus = update.drawn.youngs_modulus * _grown(update, BENDS_BY)
-    density = update.drawn.density * _grown(update, WEIGHS)
+    modulus = update.drawn.youngs_modulus * _growth(update, STIFFNESS_POWERS)
+    density = update.drawn.density * _growth(update, MASS_POWERS)
     size = float(np.prod(deviation))
     return Material(
         Estimate(modulus, modulus * float(deviation[0])),
@@ -367,8 +370,13 @@ def material_of(update: BeamUpdate) -> Material:
     )
 
 
-def _grown(update: BeamUpdate, powers: Mapping[str, float]) -> float:
-    """A product of powers of the bar's parameters after the update over that before."""
+def _growth(update: BeamUpdate, powers: Mapping[str, float]) -> float:
+    """A product of powers of the beam's parameters after the update, over the same product before."""
     return float(
         np.prod([(getattr(update.beam, name) / getattr(update.drawn, name)) ** power for name, power in powers.items()])
     )
+
+
+def _powers(exponents: Mapping[str, float]) -> Real:
+    """(5,) exponents in the order of `PARAMETERS`."""
+    return np.array([exponents.get(name, 0.0) for name in PARAMETERS])

@@ -1,7 +1,7 @@
-"""The test of the suspended bar, Section 7: Table 1 with intervals, the bar's damping, and its material and dimensions.
+"""The test of the suspended beam, Section 7: Table 1 with intervals, damping, material and dimensions of the beam.
 
-What identification of joints needs from it is the bar's `damping_ratios`, which make the proportional C, and its
-`material`. `free_beam` is the updated bar itself.
+The identification of joints uses the beam's `damping_ratios`, which make the proportional C, and its `material`.
+`free_beam` is the updated beam itself.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ from analysis.suspended.beam_identifiability import statements
 from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, Material, material_of, update_beam
 from analysis.suspended.free_modes import SOFT, ElasticModes, Suspension, elastic_modes
 
-REJECTED = 0.01  # p-value of chi-square
+REJECTED = 0.01  # p-value of chi-square below which Rayleigh damping is rejected
+FEWEST_ROWS = 3  # of Table 1
 
 
 @dataclass(frozen=True, eq=False)
 class RayleighDamping:
-    """The best alpha and beta, neither of them negative, and how well they do.
+    """C = alpha M + beta K fitted to measured damping ratios: zeta_r = alpha / (2 w_r) + beta w_r / 2.
 
     Attributes:
-        mass_factor: alpha, 1/s.
-        stiffness_factor: beta, s; both with the standard errors that they have without the bound at nought.
-        damping_ratio: (modes,) what they give.
-        worst_share: largest difference from a measured damping ratio, as a share of that or, if larger, of its error.
+        mass_factor: alpha, 1/s, not negative.
+        stiffness_factor: beta, s, not negative; both standard errors ignore this bound.
+        damping_ratio: (modes,) as fitted.
+        worst_share: largest difference from a measured damping ratio, relative to the ratio or, if larger, its error.
         chi_square: weighted sum of squares left.
-        degrees_of_freedom: of chi-square; nought for two modes, which any alpha and beta fit.
+        degrees_of_freedom: of chi-square; zero for two modes, which alpha and beta always fit.
     """
 
     mass_factor: Estimate
@@ -47,7 +48,7 @@ class RayleighDamping:
 
     @property
     def describes(self) -> bool | None:
-        """Whether what is left is within the errors, chi-square having a p-value of 0.01 or more; None if untested."""
+        """Whether the residual is within the errors (chi-square with a p-value of 0.01 or more); None if untested."""
         if self.degrees_of_freedom == 0:
             return None
         return bool(chdtrc(self.degrees_of_freedom, self.chi_square) >= REJECTED)
@@ -58,12 +59,12 @@ class RayleighDamping:
         law = f"C = alpha M + beta K with alpha = {self.mass_factor.value:.3g} 1/s, beta = "
         law += f"{self.stiffness_factor.value:.3g} s"
         if self.describes is None:
-            return f"{law} fits two modes whatever they are; a third would tell whether damping is of that kind"
+            return f"{law} fits any two modes; a third mode would test whether damping is of that kind"
         left = f"chi-square {self.chi_square:.3g} on {self.degrees_of_freedom}"
         if self.describes:
-            return f"{law} describes the damping of the free bar: {left}"
+            return f"{law} describes the damping of the free beam: {left}"
         return (
-            f"{law} does not describe the damping of the free bar: {left}, up to {self.worst_share:.0%} off; "
+            f"{law} does not describe the damping of the free beam: {left}, up to {self.worst_share:.0%} off; "
             "use the damping ratios mode by mode"
         )
 
@@ -106,10 +107,10 @@ class FreeModeRow:
 
     Attributes:
         mode: number r as in the paper, the rigid modes being 1 to 3.
-        experiment: frequency of the free bar, Hz, or None where the mode was not measured.
-        damping_ratio: of the free bar, or None.
-        timoshenko, euler_bernoulli: of the bar as drawn, Hz.
-        updated: of the bar after the update, Timoshenko, Hz.
+        experiment: frequency of the free beam, Hz, or None where the mode was not measured.
+        damping_ratio: of the free beam, or None.
+        timoshenko, euler_bernoulli: of the beam as drawn, Hz.
+        updated: of the beam after the update, Timoshenko, Hz.
     """
 
     mode: int
@@ -122,18 +123,18 @@ class FreeModeRow:
 
 @dataclass(frozen=True, eq=False)
 class FreeBeamResult:
-    """What a test of the suspended bar says.
+    """Result of a test of the suspended beam.
 
     Attributes:
         elastic: the elastic modes that were found.
         table: Table 1.
-        damping_ratios: of the elastic modes from the lowest up, for `assemble`; nought where one was not measured.
-        rayleigh: whether C = alpha M + beta K would do; None where one mode was measured only.
-        update: the bar after the update.
-        material: Young's modulus and density for the bar as drawn in size; None where frequencies and tolerances
-            disagree, and nothing of the update can be relied on.
-        free_beam: that bar with its damping and what is mounted on it.
-        statements: what is not determined or not right, one sentence each.
+        damping_ratios: of the elastic modes from the lowest up, for `assemble`; zero where not measured.
+        rayleigh: whether C = alpha M + beta K describes the damping; None where only one mode was measured.
+        update: the updated beam.
+        material: Young's modulus and density for the drawn dimensions; None where frequencies and tolerances disagree,
+            so that the update is not reliable.
+        free_beam: the updated beam with its damping and the masses mounted on it.
+        statements: what is not determined or doubtful, one sentence each.
     """
 
     elastic: ElasticModes
@@ -153,29 +154,25 @@ def characterise_free_beam(
     tolerances: BeamTolerances | None = None,
     *,
     suspension: Suspension | None = None,
-    lowest_frequency: float | None = None,
     point_masses: Mapping[int, float] | None = None,
     weighed: Estimate | None = None,
-    rows: int = 3,
 ) -> FreeBeamResult:
-    """Compare the measured modes of a suspended bar with theory, and update the bar.
+    """Compare the measured modes of a suspended beam with theory, and update the beam.
 
     Args:
         modes: measured, with the covariance of their poles.
         beam: as drawn.
         mesh: with the measured nodes.
         tolerances: of the drawing; those of `BeamTolerances` by default.
-        suspension: whose part is taken out of frequencies and damping; None where it is not known.
-        lowest_frequency: modes below it, Hz, are the suspension's; half of the first elastic mode by default.
-        point_masses: what is mounted on the bar, such as the accelerometer, kg by node.
-        weighed: mass of the bare bar, kg, where it was weighed.
-        rows: of the table, or as many as were measured if that is more.
+        suspension: its effect is subtracted from frequencies and damping; None where unknown.
+        point_masses: masses mounted on the beam, such as the accelerometer, kg by node.
+        weighed: mass of the bare beam, kg, where it was weighed.
 
     Raises:
-        AnalysisError: no elastic mode is found, the modes have no covariance, or the bar cannot be updated.
+        AnalysisError: no elastic mode is found, the modes have no covariance, or the beam cannot be updated.
     """
     drawn = {theory: assemble(beam, mesh, theory, point_masses=point_masses) for theory in Theory}
-    elastic = elastic_modes(modes, drawn[Theory.TIMOSHENKO], lowest_frequency, suspension)
+    elastic = elastic_modes(modes, drawn[Theory.TIMOSHENKO], suspension=suspension)
     update = update_beam(
         elastic, beam, mesh, tolerances or BeamTolerances(), point_masses=point_masses, weighed=weighed
     )
@@ -185,7 +182,7 @@ def characterise_free_beam(
     rayleigh = None
     if len(elastic.numbers) > 1:
         rayleigh = rayleigh_damping(elastic.angular_frequency, elastic.damping_ratio, elastic.damping_covariance)
-    last = max(RIGID_MODES + rows, elastic.numbers[-1])
+    last = max(RIGID_MODES + FEWEST_ROWS, elastic.numbers[-1])
     return FreeBeamResult(
         elastic=elastic,
         table=tuple(
@@ -205,15 +202,15 @@ def characterise_free_beam(
         material=material_of(update) if update.consistent else None,
         free_beam=updated,
         statements=(
-            *_of_suspension(elastic, suspension),
-            *_of_modes(elastic),
+            *_suspension_statements(elastic, suspension),
+            *_mode_statements(elastic),
             *([rayleigh.text] if rayleigh is not None else []),
             *statements(update),
         ),
     )
 
 
-def _of_suspension(elastic: ElasticModes, suspension: Suspension | None) -> list[str]:
+def _suspension_statements(elastic: ElasticModes, suspension: Suspension | None) -> list[str]:
     first = float(elastic.frequency[0])
     if suspension is None:
         if not elastic.suspension_modes:
@@ -222,7 +219,7 @@ def _of_suspension(elastic: ElasticModes, suspension: Suspension | None) -> list
         return [
             f"a rigid mode at {highest:.3g} Hz was measured: a suspension of that frequency raises mode "
             f"{elastic.numbers[0]} by up to {2 * (highest / first) ** 2:.2g} (relative), which was not taken out; "
-            "state the frequency of its bounce and where it holds the bar"
+            "state the frequency of its bounce and where it holds the beam"
         ]
     share = suspension.frequency / first
     found = [
@@ -231,21 +228,21 @@ def _of_suspension(elastic: ElasticModes, suspension: Suspension | None) -> list
     ]
     if share > SOFT:
         found.append(
-            f"the suspension bounces at {share:.0%} of the first elastic mode; hang the bar softer than {SOFT:.0%}"
+            f"the suspension bounces at {share:.0%} of the first elastic mode; use springs that bounce below {SOFT:.0%}"
         )
     return found
 
 
-def _of_modes(elastic: ElasticModes) -> list[str]:
+def _mode_statements(elastic: ElasticModes) -> list[str]:
     found = []
     if elastic.others:
         listed = ", ".join(f"{frequency:.1f}" for frequency in elastic.others)
-        found.append(f"{listed} Hz: no elastic mode of this bar in its plane of bending; not used")
+        found.append(f"{listed} Hz: no elastic mode of this beam in its plane of bending; not used")
     missing = sorted(set(range(RIGID_MODES + 1, elastic.numbers[-1])) - set(elastic.numbers))
     if missing:
-        found.append(f"mode {', '.join(map(str, missing))} was not measured; its damping is taken to be nought")
+        found.append(f"mode {', '.join(map(str, missing))} was not measured; its damping is taken to be zero")
     errors = np.sqrt(np.diag(elastic.damping_covariance))
     for number, ratio, error in zip(elastic.numbers, elastic.damping_ratio, errors, strict=True):
         if ratio < 2 * error:
-            found.append(f"the damping ratio of mode {number}, {ratio:.2g} +- {error:.1g}, cannot be told from nought")
+            found.append(f"the damping ratio of mode {number}, {ratio:.2g} +- {error:.1g}, cannot be told from zero")
     return found

@@ -1,14 +1,14 @@
-"""What the springs of a suspension add to the elastic modes of the bar that hangs in them.
+"""Elastic modes of a suspended beam: found among the measured modes, without the effect of the suspension.
 
-Springs of stiffness k_j at x_j leave the shape psi_r of an elastic mode as it is, to first order (Rayleigh), so with
-mass-normalised shapes, m the mass that hangs and f_s the frequency of its bounce, (2 pi f_s)^2 = sum k_j / m,
+Springs of stiffness k_j at x_j do not change the shape psi_r of an elastic mode to first order (Rayleigh). With
+mass-normalised shapes, m the suspended mass and f_s the frequency of its bounce, (2 pi f_s)^2 = sum k_j / m,
 
     f_r^2 = f_r,free^2 + f_s^2 a_r,      zeta_r f_r = zeta_r,free f_r,free + eta_s f_s^2 a_r / (2 f_r),
 
-where a_r is the mean of m psi_r^2 over the springs: 4 at the ends of a slender bar, 0 at the nodes of the mode, and 1
-on average over the bar. The bar's own damping is viscous, zeta f then stays; that of the springs is structural. What
-is left out of f_r is below 8 (f_s / f_r)^4 of it, where springs at the ends couple it to the rigid modes: 2e-6 for
-springs of 5 Hz under the first mode of a bar of 160 Hz, which couples to the bounce only.
+where a_r is the mean of m psi_r^2 over the springs: 4 at the ends of a slender beam, 0 at the nodes of the mode, and 1
+on average over the beam. The beam's own damping is viscous, so zeta f stays; that of the springs is structural. The
+error of f_r is below 8 (f_s / f_r)^4 of it, from springs at the ends that couple it to the rigid modes: 2e-6 for
+springs of 5 Hz under the first mode of a beam of 160 Hz, which couples to the bounce only.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ SOFT = 0.1  # a suspension above this share of the first elastic frequency is st
 
 @dataclass(frozen=True)
 class Suspension:
-    """Equal springs, or cords, that hold the bar against motion in the plane in which it bends.
+    """Equal springs or cords that suspend the beam; they act in the plane of bending.
 
     Attributes:
-        frequency: of the bounce of the hanging bar in that plane, Hz.
+        frequency: of the bounce of the suspended beam in that plane, Hz.
         standard_error: of that frequency, Hz.
-        positions: where the springs are along the bar, m from its left end; empty where that is not known.
+        positions: of the springs along the beam, m from its left end; empty where unknown.
         loss_factor: of the springs.
 
     Raises:
@@ -62,12 +62,12 @@ class Suspension:
 
 @dataclass(frozen=True, eq=False)
 class Participation:
-    """How much some elastic modes move at the springs.
+    """Motion of elastic modes at the springs.
 
     Attributes:
         mean: (modes,) a_r, the mean of m psi_r^2.
-        deviation: (modes,) its standard deviation: nought where the springs' places are known, otherwise that of one
-            spring anywhere on the bar.
+        deviation: (modes,) its standard deviation: zero where the positions of the springs are known, otherwise that
+            of one spring anywhere on the beam.
     """
 
     mean: Real
@@ -75,10 +75,10 @@ class Participation:
 
 
 def participation(suspension: Suspension, free_beam: FreeBeam, places: Sequence[int]) -> Participation:
-    """a_r of the elastic modes at `places` among the modes of `free_beam`.
+    """a_r of the modes of `free_beam` with indices `places`.
 
     Raises:
-        AnalysisError: a spring is not on the bar.
+        AnalysisError: a spring is not on the beam.
     """
     across = DIRECTIONS.index(Direction.Y)
     positions = free_beam.mesh.positions
@@ -86,7 +86,7 @@ def participation(suspension: Suspension, free_beam: FreeBeam, places: Sequence[
     shape = CubicSpline(positions, free_beam.shapes[across :: len(DIRECTIONS), list(places)])
     off = [place for place in suspension.positions if not positions[0] <= place <= positions[-1]]
     if off:
-        raise AnalysisError(f"no spring can be at {off} m; the bar reaches from {positions[0]} to {positions[-1]} m")
+        raise AnalysisError(f"no spring can be at {off} m; the beam reaches from {positions[0]} to {positions[-1]} m")
     if suspension.positions:
         mean = hanging * np.mean(shape(suspension.positions) ** 2, axis=0)
         return Participation(mean, np.zeros_like(mean))
@@ -95,23 +95,23 @@ def participation(suspension: Suspension, free_beam: FreeBeam, places: Sequence[
 
 
 NEAR = 0.1  # largest difference in the logarithm of frequency between a measured mode and its prediction
-ALIKE = 0.8  # least modal assurance criterion of the two
-_APART = 1e3  # cost of a pair that is none: more than all true pairs together
+ALIKE = 0.8  # least modal assurance criterion between them
+_NO_PAIR = 1e3  # cost of a pair that does not match: more than all true pairs together
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticModes:
-    """Elastic modes of the free bar from a test in which it was suspended.
+    """Elastic modes of the free beam from a test in which it was suspended.
 
     Attributes:
         numbers: (modes,) r as in the paper, the rigid modes being 1 to 3; rising.
-        frequency: (modes,) undamped natural frequency of the free bar, Hz.
-        damping_ratio: (modes,) viscous, of the free bar.
-        covariance: (2 modes, 2 modes) of [f_4, zeta_4, f_5, ...] in Hz and 1, with what is not known of the suspension.
-        suspension_shift: (modes,) by how much the suspension raised the measured frequency, Hz; taken out.
+        frequency: (modes,) undamped natural frequency of the free beam, Hz.
+        damping_ratio: (modes,) viscous, of the free beam.
+        covariance: (2 modes, 2 modes) of [f_4, zeta_4, f_5, ...] in Hz and 1, with the error of the suspension.
+        suspension_shift: (modes,) rise of the measured frequency by the suspension, Hz; already subtracted.
         assurance: (modes,) modal assurance criterion of measured and predicted shape.
         suspension_modes: frequencies of the measured modes below the limit, Hz; not used.
-        others: frequencies of measured modes that are no elastic mode of this bar in its plane, Hz; not used.
+        others: frequencies of measured modes that match no elastic mode of this beam in its plane, Hz; not used.
     """
 
     numbers: tuple[int, ...]
@@ -159,28 +159,28 @@ def elastic_modes(
     lowest_frequency: float | None = None,
     suspension: Suspension | None = None,
 ) -> ElasticModes:
-    """Find the elastic modes of the bar among measured ones, and take out what the suspension adds to them.
+    """Find the elastic modes of the beam among measured ones, and subtract the effect of the suspension.
 
-    A measured mode is the predicted one that it is nearest to in frequency, within 10 %, with a modal assurance
-    criterion of 0.8 or more. Where several qualify, as many modes as possible are paired.
+    A measured mode matches a predicted one within 10 % in frequency and with a modal assurance criterion of 0.8 or
+    more. Where several match, as many modes as possible are paired.
 
     Args:
-        modes: of the suspended bar, with the covariance of the poles.
-        free_beam: the bar as drawn, with what is mounted on it, on a mesh that has the measured nodes.
-        lowest_frequency: modes below, Hz, are those of the suspension; half of the first elastic mode by default.
-        suspension: of the bar; None where nothing is to be taken out.
+        modes: of the suspended beam, with the covariance of the poles.
+        free_beam: the beam as drawn with the masses mounted on it, on a mesh that has the measured nodes.
+        lowest_frequency: modes below it, Hz, are those of the suspension; half of the first elastic mode by default.
+        suspension: of the beam; None to subtract nothing.
 
     Raises:
         AnalysisError: the poles have no covariance, no mode is an elastic one, a node is unknown, or the suspension
             bounces above the limit.
     """
     if modes.pole_covariance is None:
-        raise AnalysisError("the measured modes have no covariance; without it nothing can be said of the bar")
+        raise AnalysisError("the measured modes have no covariance; the test of the beam needs one")
     limit = 0.5 * float(free_beam.frequency[RIGID_MODES]) if lowest_frequency is None else lowest_frequency
     if suspension is not None and suspension.frequency >= limit:
         raise AnalysisError(
             f"the suspension bounces at {suspension.frequency:g} Hz, not below the limit of {limit:g} Hz between its "
-            "modes and the elastic ones; hang the bar softer or lower the limit"
+            "modes and the elastic ones; use softer springs or lower the limit"
         )
     natural, covariance = _natural(modes)
     above = np.flatnonzero(natural[:, 0] >= limit)
@@ -188,12 +188,12 @@ def elastic_modes(
     if paired.size == 0:
         raise AnalysisError(
             f"none of the modes at {natural[:, 0].round(2).tolist()} Hz is within {NEAR:.0%} of an elastic mode of the "
-            f"bar, which has them at {free_beam.frequency[RIGID_MODES : RIGID_MODES + 3].round(1).tolist()} Hz, ...; "
+            f"beam, which has them at {free_beam.frequency[RIGID_MODES : RIGID_MODES + 3].round(1).tolist()} Hz, ...; "
             "check its dimensions and the nodes that were struck"
         )
     kept = np.stack([2 * paired, 2 * paired + 1], axis=1).ravel()
     values, covariance = natural[paired], covariance[np.ix_(kept, kept)]
-    freed, covariance = _freed(values, covariance, free_beam, places.tolist(), suspension)
+    freed, covariance = _without_suspension(values, covariance, free_beam, places.tolist(), suspension)
     return ElasticModes(
         numbers=tuple(1 + place for place in places.tolist()),
         frequency=freed[:, 0],
@@ -231,19 +231,19 @@ def _pairs(
     elastic = np.flatnonzero(moving & (np.arange(moving.size) >= RIGID_MODES))
     distance = np.abs(np.log(free_beam.frequency[elastic] / modes.frequency[candidates, None]))
     assurance = mac(modes.shapes[candidates], shapes[:, elastic].T.astype(complex))
-    cost = np.where((distance <= NEAR) & (assurance >= ALIKE), 1 - assurance + distance / NEAR, _APART)
+    cost = np.where((distance <= NEAR) & (assurance >= ALIKE), 1 - assurance + distance / NEAR, _NO_PAIR)
     rows, columns = linear_sum_assignment(cost)
-    true = cost[rows, columns] < _APART
+    true = cost[rows, columns] < _NO_PAIR
     rows, columns = rows[true], columns[true]
     rising = np.argsort(elastic[columns])
     rows, columns = rows[rising], columns[rising]
     return candidates[rows], elastic[columns], assurance[rows, columns]
 
 
-def _freed(
+def _without_suspension(
     measured: Real, covariance: Real, free_beam: FreeBeam, places: list[int], suspension: Suspension | None
 ) -> tuple[Real, Real]:
-    """(modes, 2) frequencies and damping ratios of the free bar, and their covariance."""
+    """(modes, 2) frequencies and damping ratios of the free beam, and their covariance."""
     if suspension is None:
         return measured, covariance
     part = participation(suspension, free_beam, places)

@@ -1,4 +1,4 @@
-"""The paper's bar, and a bench of it on two joints, for the tests of everything that needs a beam."""
+"""The paper's beam, and a bench of it on two joints, for the tests of everything that needs a beam."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def test_errors_are_those_of_repeats_and_chi_square_is_its_degrees_of_freedom() 
 def test_a_rigid_blank_alone_leaves_the_inertia_undetermined_and_says_so() -> None:
     found = calibrate_rig([run(RIGID)])
     assert set(found.corrections.values) == {LAG, FRAME}
-    assert found.warnings == ("fixture_inertia: these runs do not determine m; it is taken to be nought",)
+    assert found.warnings == ("fixture_inertia: these runs do not determine m; it is taken to be zero",)
 
 
 def test_an_effect_that_is_left_out_is_not_sought() -> None:

@@ -21,7 +21,7 @@ from analysis.structure.joints import Joint
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
 
-BAR = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
 
 
 def positive_matrix(seed: int, kind: int) -> NDArray[np.float64]:
@@ -32,7 +32,7 @@ def positive_matrix(seed: int, kind: int) -> NDArray[np.float64]:
 
 def random_joint(seed: int, name: str, node: int, k_bar: float, loss: float) -> Joint:
     lever = np.array([1.0, 1.0, 0.1])  # a rotation of one radian about a point 0.1 L away
-    scale = k_bar * BAR.stiffness_unit * np.outer(lever, lever)
+    scale = k_bar * BEAM.stiffness_unit * np.outer(lever, lever)
     shape = positive_matrix(seed, 0) + 1j * loss * positive_matrix(seed, 1)
     return Joint(name, node, np.asarray(scale * shape, dtype=complex))
 
@@ -40,7 +40,7 @@ def random_joint(seed: int, name: str, node: int, k_bar: float, loss: float) -> 
 @st.composite
 def unequal_meshes(draw: st.DrawFn) -> NDArray[np.float64]:
     gaps = np.array(draw(st.lists(st.floats(0.6, 1.6), min_size=10, max_size=10)))
-    return np.concatenate([[0.0], np.cumsum(gaps) / np.sum(gaps) * BAR.length])
+    return np.concatenate([[0.0], np.cumsum(gaps) / np.sum(gaps) * BEAM.length])
 
 
 @settings(max_examples=40, deadline=None)
@@ -62,8 +62,8 @@ def test_exact_modes_in_exact_joints_out(
     loss: float,
     damping: float,
 ) -> None:
-    positions[-1] = BAR.length
-    free_beam = assemble(BAR, Mesh.through(positions, elements), damping_ratios=(damping, damping / 2, damping / 4))
+    positions[-1] = BEAM.length
+    free_beam = assemble(BEAM, Mesh.through(positions, elements), damping_ratios=(damping, damping / 2, damping / 4))
     joints = [random_joint(seed + node, f"at {node}", node, k_bar, loss) for node in nodes]
     measured = tuple(Dof.parse(f"{node}{way}") for node in range(1, 12) if node not in nodes for way in "xy")
     modes = eigensolution(free_beam, joints, 1500.0, measured)
@@ -72,7 +72,10 @@ def test_exact_modes_in_exact_joints_out(
     )
     for joint in joints:
         estimate = found[joint.name]
-        exact, got = joint.dynamic_stiffness / BAR.stiffness_unit, estimate.joint.dynamic_stiffness / BAR.stiffness_unit
+        exact, got = (
+            joint.dynamic_stiffness / BEAM.stiffness_unit,
+            estimate.joint.dynamic_stiffness / BEAM.stiffness_unit,
+        )
         assert np.max(np.abs(got - exact)) < 1e-9 * np.max(np.abs(exact))
         assert estimate.regression.determination == pytest.approx(1.0)
 

@@ -25,7 +25,7 @@ from analysis.structure.joints import Joint
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
-BAR = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
 INPUTS = tuple(map(Dof.parse, ["1y", "3y", "5y", "8y", "11x"]))
 SIZES = np.array([0.02, 0.01, 0.01, 1e-3])  # of gain, E, rho and the accelerometer's position
 STENCIL = (4 / 5, -1 / 5, 4 / 105, -1 / 280)  # eighth order
@@ -47,17 +47,17 @@ class Case:
 @st.composite
 def cases(draw: st.DrawFn) -> Case:
     gaps = np.array(draw(st.lists(st.floats(0.6, 1.6), min_size=10, max_size=10)))
-    positions = np.concatenate([[0.0], np.cumsum(gaps) / np.sum(gaps) * BAR.length])
-    positions[-1] = BAR.length
+    positions = np.concatenate([[0.0], np.cumsum(gaps) / np.sum(gaps) * BEAM.length])
+    positions[-1] = BEAM.length
     nodes = draw(st.sampled_from([(2, 10), (3, 8), (6,), (2, 6, 10)]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     damping = draw(st.floats(0.002, 0.02))
-    free = assemble(BAR, Mesh.through(positions, draw(st.integers(2, 4))), damping_ratios=3 * [damping])
+    free = assemble(BEAM, Mesh.through(positions, draw(st.integers(2, 4))), damping_ratios=3 * [damping])
     lever = np.array([1.0, 1.0, 0.1])
     stiffness = []
     for _ in nodes:
         k, h = (factor @ factor.T + 0.3 * np.eye(3) for factor in rng.standard_normal((2, 3, 3)))
-        stiffness.append(50 * BAR.stiffness_unit * np.outer(lever, lever) * (k + 0.15j * h))
+        stiffness.append(50 * BEAM.stiffness_unit * np.outer(lever, lever) * (k + 0.15j * h))
     model = ResponseModel(free, nodes, Dof.parse("3y"), INPUTS, np.linspace(20.3, 1024.0, 40))
     joints = np.repeat([1e-3, 0.1], len(nodes))  # positions and exponents
     sizes = np.concatenate([SIZES, joints, np.repeat([1.5e-3, 0.02], len(INPUTS))])
@@ -93,7 +93,7 @@ def test_derivatives_in_joint_terms_are_exact(case: Case) -> None:
 def test_derivatives_in_all_deviations_of_the_bench_are_exact(case: Case) -> None:
     values, z = case.deviations.values, case.stiffness
     beside = case.deviations.blow_positions[INPUTS.index(case.model.response)] - case.deviations.sensor_position
-    assume(abs(beside) > 5e-4)  # where they meet the bar has its kink, and no derivative
+    assume(abs(beside) > 5e-4)  # where they meet the beam has its kink, and no derivative
     active = np.ones(values.size, dtype=bool)
     columns = deviation_columns(case.model.condensed(case.deviations).evaluate_on(z), active)
     for place, column in enumerate(columns):
@@ -144,12 +144,12 @@ def test_modulus_and_density_act_as_on_a_beam_assembled_with_them(case: Case, mo
 
 
 def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
-    positions = np.linspace(0.0, BAR.length, 11)
+    positions = np.linspace(0.0, BEAM.length, 11)
     frequency = np.linspace(20.3, 1024.0, 40)
-    z = np.array([50 * BAR.stiffness_unit * np.diag([1.0, 1.0, 0.01]) * (1 + 0.1j)] * 2)
+    z = np.array([50 * BEAM.stiffness_unit * np.diag([1.0, 1.0, 0.01]) * (1 + 0.1j)] * 2)
 
     def answer(at: NDArray[np.float64], joint_off: float) -> Complex:
-        free = assemble(BAR, Mesh.through(at, 6), damping_ratios=(0.004, 0.001, 0.001))
+        free = assemble(BEAM, Mesh.through(at, 6), damping_ratios=(0.004, 0.001, 0.001))
         model = ResponseModel(free, (2, 10), Dof.parse("4y"), INPUTS, frequency)
         values = np.zeros(4 + 2 * 2 + 2 * len(INPUTS))
         values[4] = joint_off
@@ -164,16 +164,16 @@ def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
 
 @pytest.mark.parametrize("beside", [0.002, -0.002])
 def test_a_blow_beside_the_accelerometer_meets_the_kink_that_it_makes(beside: float) -> None:
-    positions = np.linspace(0.0, BAR.length, 11)
+    positions = np.linspace(0.0, BEAM.length, 11)
     frequency = np.linspace(20.3, 2000.0, 40)
-    z = np.array([50 * BAR.stiffness_unit * np.diag([1.0, 1.0, 0.01]) * (1 + 0.1j)] * 2)
+    z = np.array([50 * BEAM.stiffness_unit * np.diag([1.0, 1.0, 0.01]) * (1 + 0.1j)] * 2)
     moved = np.sort(np.append(positions, positions[3] + beside))
     here, there = (5, 4) if beside < 0 else (4, 5)  # of the accelerometer, and of a node where the blow falls
-    free = assemble(BAR, Mesh.through(moved, 32), damping_ratios=(0.004, 0.001, 0.001))
+    free = assemble(BEAM, Mesh.through(moved, 32), damping_ratios=(0.004, 0.001, 0.001))
     joints = [Joint("I", 2, z[0]), Joint("II", 11, z[1])]
     exact = accelerance(free, joints, frequency, Dof(here, Direction.Y), [Dof(there, Direction.Y)]).accelerance
 
-    own = assemble(BAR, Mesh.through(positions, 32), damping_ratios=(0.004, 0.001, 0.001))
+    own = assemble(BEAM, Mesh.through(positions, 32), damping_ratios=(0.004, 0.001, 0.001))
     model = ResponseModel(own, (2, 10), Dof.parse("4y"), (Dof.parse("4y"),), frequency)
     values = np.zeros(4 + 2 * 2 + 2)
     values[8] = beside
@@ -184,7 +184,7 @@ def test_a_blow_beside_the_accelerometer_meets_the_kink_that_it_makes(beside: fl
 
 
 def test_lines_at_zero_and_joints_at_one_node_are_refused() -> None:
-    free = assemble(BAR, Mesh.through(np.linspace(0.0, BAR.length, 11)))
+    free = assemble(BEAM, Mesh.through(np.linspace(0.0, BEAM.length, 11)))
     with pytest.raises(AnalysisError, match="above 0 Hz"):
         ResponseModel(free, (2, 10), Dof.parse("3y"), INPUTS, np.array([0.0, 1.0]))
     with pytest.raises(AnalysisError, match="node of its own"):

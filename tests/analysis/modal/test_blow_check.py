@@ -277,7 +277,7 @@ def test_of_two_blows_nobody_knows_which_is_wrong() -> None:
 
 
 def test_nothing_is_told_where_blows_disagree_anyway() -> None:
-    """Along the bar a lean of a degree changes the accelerance by as much as it is large."""
+    """Along the beam a lean of a degree changes the accelerance by as much as it is large."""
     assert check_point(*blows("1x", "1x", "1x", "1x", "11x"), RATE, BAND) == (None,) * 5
 
 

@@ -23,7 +23,7 @@ from analysis.structure.joints import Joint, inclined_support
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
 
-BAR = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
 
 
 @given(
@@ -37,8 +37,8 @@ def test_the_design_of_an_inclined_support_is_what_it_was_made_of(
     stiffness_ratio: float, aspect_ratio: float, inclination: float, rotation_ratio: float, loss_factor: float
 ) -> None:
     lossy = stiffness_ratio * (1 + 1j * loss_factor)
-    support = inclined_support(BAR, "I", 2, lossy, aspect_ratio, inclination, rotation_ratio)
-    found = joint_design(BAR, support)
+    support = inclined_support(BEAM, "I", 2, lossy, aspect_ratio, inclination, rotation_ratio)
+    found = joint_design(BEAM, support)
     assert found.stiffness_ratio == pytest.approx(stiffness_ratio, rel=1e-9)
     assert found.aspect_ratio == pytest.approx(aspect_ratio, rel=1e-9)
     turned = (found.inclination - inclination + np.pi / 2) % np.pi - np.pi / 2
@@ -66,14 +66,14 @@ def test_the_papers_bench_keeps_to_what_it_was_designed_for_but_for_the_stiffer_
 
 def test_a_joint_alike_in_all_directions_has_no_inclination_and_is_complained_of() -> None:
     even = Joint("I", 2, np.diag([1e5, 1e5, 10.0]).astype(complex))
-    found = joint_design(BAR, even)
+    found = joint_design(BEAM, even)
     assert (found.aspect_ratio, found.inclination) == (1.0, 0.0)
-    free_beam = assemble(BAR, Mesh.through([0.0, 0.1, 0.8, 0.914]))
+    free_beam = assemble(BEAM, Mesh.through([0.0, 0.1, 0.8, 0.914]))
     assert "joint I: R = 1 is below 2" in bench_design(free_beam, [even]).statements[0]
 
 
 def test_a_beam_that_is_too_long_and_contacts_that_are_no_points_are_said() -> None:
-    long = replace(BAR, length=3.0)
+    long = replace(BEAM, length=3.0)
     free_beam = assemble(long, Mesh.through([0.0, 1.5, 3.0]))
     found = bench_design(free_beam, [], contact_length=0.2)
     assert ["first elastic" in found.statements[0], "longitudinal" in found.statements[1]] == [True, True]
@@ -82,7 +82,7 @@ def test_a_beam_that_is_too_long_and_contacts_that_are_no_points_are_said() -> N
 
 def test_a_joint_that_does_not_push_back_is_refused_with_its_stiffness() -> None:
     with pytest.raises(AnalysisError, match=r"joint II has a stiffness of -2e\+05 N/m in one direction"):
-        joint_design(BAR, Joint("II", 10, np.diag([1e5, -2e5, 1.0]).astype(complex)))
+        joint_design(BEAM, Joint("II", 10, np.diag([1e5, -2e5, 1.0]).astype(complex)))
 
 
 @pytest.fixture(scope="module")

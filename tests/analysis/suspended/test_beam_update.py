@@ -17,7 +17,7 @@ from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.tolerances import Tolerances
 from analysis.structure.beam import Beam, Mesh, Theory, assemble
 from analysis.structure.forward import accelerance
-from analysis.suspended.beam_identifiability import MODULUS_BY_DENSITY, SLENDER, statements, twins
+from analysis.suspended.beam_identifiability import MODULUS_BY_DENSITY, SLENDER, confounded_pairs, statements
 from analysis.suspended.beam_update import (
     PARAMETERS,
     BeamTolerances,
@@ -109,7 +109,7 @@ def test_shear_and_rotary_inertia_make_a_stocky_bar_follow_its_height_less_than_
     )
 
 
-BAR = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
 NODES = np.array([0.0, 0.06, 0.2, 0.4, 0.6, 0.8, 0.94, 1.0])
 EXACT = 1e-8  # relative error of frequencies that are as good as exact
 ONLY_MATERIAL = BeamTolerances(0.005, 0.003, 0.0, 0.0, 0.0, frequency=0.0)
@@ -145,11 +145,11 @@ def weight(beam: Beam) -> float:
 
 
 def changed(**relative: float) -> Beam:
-    return replace(BAR, **{name: getattr(BAR, name) * (1 + share) for name, share in relative.items()})
+    return replace(BEAM, **{name: getattr(BEAM, name) * (1 + share) for name, share in relative.items()})
 
 
 def update(true: Beam, tolerances: BeamTolerances, weighed: Estimate | None = None) -> BeamUpdate:
-    return update_beam(seen(frequencies(true)), BAR, mesh_of(BAR), tolerances, weighed=weighed)
+    return update_beam(seen(frequencies(true)), BEAM, mesh_of(BEAM), tolerances, weighed=weighed)
 
 
 relative = st.floats(-0.01, 0.01)
@@ -168,7 +168,7 @@ def test_e_by_rho_is_recovered_from_exact_frequencies_while_e_and_rho_alone_stay
     # two parameters of which only the difference is known: the best split is by their variances
     of_modulus, of_density = 0.005**2, 0.003**2
     difference = np.log((1 + modulus) / (1 + density))
-    assert np.log(found.beam.youngs_modulus / BAR.youngs_modulus) == pytest.approx(
+    assert np.log(found.beam.youngs_modulus / BEAM.youngs_modulus) == pytest.approx(
         difference * of_modulus / (of_modulus + of_density), abs=1e-7
     )
     alone = np.sqrt(1 / (1 / of_modulus + 1 / of_density))
@@ -176,7 +176,7 @@ def test_e_by_rho_is_recovered_from_exact_frequencies_while_e_and_rho_alone_stay
         estimate = found.parameter(name)
         assert estimate.standard_error / estimate.value == pytest.approx(alone, rel=1e-6)
     assert found.correlation("youngs_modulus", "density") == pytest.approx(1, abs=1e-9)
-    assert twins(found)[0].cosine == pytest.approx(-1, abs=1e-12)
+    assert confounded_pairs(found)[0].cosine == pytest.approx(-1, abs=1e-12)
 
 
 @settings(max_examples=20, deadline=None)
@@ -194,7 +194,7 @@ def test_a_stocky_bar_tells_its_height_from_its_modulus_if_frequencies_and_theor
     modulus: float, height: float
 ) -> None:
     true = changed(youngs_modulus=modulus, height=height)
-    only_two = BeamTolerances(0.01, 0.0, 0.0, 0.01 * BAR.height, 0.0, frequency=0.0)
+    only_two = BeamTolerances(0.01, 0.0, 0.0, 0.01 * BEAM.height, 0.0, frequency=0.0)
     found = update(true, only_two)
     for name in PARAMETERS:
         assert getattr(found.beam, name) == pytest.approx(getattr(true, name), rel=2e-6)
@@ -207,7 +207,7 @@ def test_whatever_the_bar_the_combination_of_a_slender_one_is_known_and_the_freq
     shares: tuple[float, float, float, float, float],
 ) -> None:
     true = changed(**dict(zip(PARAMETERS, shares, strict=True)))
-    generous = BeamTolerances(0.01, 0.01, 0.01 * BAR.length, 0.01 * BAR.height, 0.01 * BAR.width, frequency=1e-5)
+    generous = BeamTolerances(0.01, 0.01, 0.01 * BEAM.length, 0.01 * BEAM.height, 0.01 * BEAM.width, frequency=1e-5)
     found = update(true, generous)
     np.testing.assert_allclose(found.frequency, frequencies(true), rtol=3e-5)
     np.testing.assert_allclose(found.frequency, frequencies(found.beam), rtol=1e-10)
@@ -221,13 +221,13 @@ def test_whatever_the_bar_the_combination_of_a_slender_one_is_known_and_the_freq
 def test_intervals_cover_and_chi_square_is_one_a_datum_when_bars_scatter_as_their_tolerances_say() -> None:
     rng = np.random.default_rng(20261)
     tolerances, error = BeamTolerances(frequency=1e-4), 5e-5
-    prior = tolerances.relative(BAR)
+    prior = tolerances.relative(BEAM)
     runs, covered, chi_square = 600, np.zeros(len(PARAMETERS)), []
     for _ in range(runs):
         shares = np.exp(prior * rng.standard_normal(prior.size)) - 1
         true = changed(**dict(zip(PARAMETERS, shares.tolist(), strict=True)))
         data = frequencies(true) * np.exp(np.hypot(error, tolerances.frequency) * rng.standard_normal(3))
-        found = update_beam(seen(data, error), BAR, mesh_of(BAR), tolerances)
+        found = update_beam(seen(data, error), BEAM, mesh_of(BEAM), tolerances)
         chi_square.append(found.chi_square)
         for place, name in enumerate(PARAMETERS):
             low, high = found.parameter(name).interval()
@@ -238,14 +238,14 @@ def test_intervals_cover_and_chi_square_is_one_a_datum_when_bars_scatter_as_thei
 
 
 def test_the_covariance_is_the_inverse_of_fisher_information_and_prior() -> None:
-    found = update_beam(seen(frequencies(BAR), 2e-4), BAR, mesh_of(BAR), BeamTolerances(frequency=1e-4))
-    prior = BeamTolerances().relative(BAR)
+    found = update_beam(seen(frequencies(BEAM), 2e-4), BEAM, mesh_of(BEAM), BeamTolerances(frequency=1e-4))
+    prior = BeamTolerances().relative(BEAM)
     information = found.slopes.T @ found.slopes / (4e-8 + 1e-8) + np.diag(1 / prior**2)
     np.testing.assert_allclose(found.covariance, np.linalg.inv(information), rtol=1e-7, atol=1e-14)
 
 
 def test_an_exact_drawing_that_is_right_leaves_nothing_to_do() -> None:
-    found = update(BAR, CALLIPERS)
+    found = update(BEAM, CALLIPERS)
     np.testing.assert_allclose(found.deviations_used, 0, atol=1e-6)
     assert found.chi_square < 1e-6
     assert found.consistent
@@ -254,10 +254,12 @@ def test_an_exact_drawing_that_is_right_leaves_nothing_to_do() -> None:
 def test_a_bar_computed_by_other_means_is_recovered_within_its_interval() -> None:
     """By a Ritz series instead of elements, on the default mesh."""
     true = changed(youngs_modulus=0.007)
-    bar = simlab_beam.Bar(true.length, true.height, true.width, true.youngs_modulus, true.poisson_ratio, true.density)
-    data = simlab_beam.free_modes(bar).frequency[3:6]
+    simulated = simlab_beam.Bar(
+        true.length, true.height, true.width, true.youngs_modulus, true.poisson_ratio, true.density
+    )
+    data = simlab_beam.free_modes(simulated).frequency[3:6]
     only_modulus = BeamTolerances(0.01, 0.0, 0.0, 0.0, 0.0)
-    found = update_beam(seen(data), BAR, Mesh.through(np.linspace(0, BAR.length, 11)), only_modulus)
+    found = update_beam(seen(data), BEAM, Mesh.through(np.linspace(0, BEAM.length, 11)), only_modulus)
     low, high = found.parameter("youngs_modulus").interval()
     assert low < true.youngs_modulus < high
     assert (high - low) / true.youngs_modulus < 6e-4
@@ -267,7 +269,7 @@ def test_a_bar_computed_by_other_means_is_recovered_within_its_interval() -> Non
 def test_the_six_modes_of_a_recorded_free_beam_are_those_of_a_slender_bar_to_a_third_of_a_percent() -> None:
     """Hz, what three tools find in a published record; material and dimensions are not told, so they are loose."""
     recorded = np.array([51.5, 142.18, 278.66, 460.39, 687.16, 958.5])
-    drawn = replace(BAR, length=1.0, height=0.01)
+    drawn = replace(BEAM, length=1.0, height=0.01)
     loose = BeamTolerances(youngs_modulus=0.3, height=0.002, frequency=0.002)
     found = update_beam(seen(recorded, 1e-4), drawn, Mesh.through(np.linspace(0, 1, 11)), loose)
     assert np.max(np.abs(found.misfit)) < 0.0033
@@ -278,9 +280,9 @@ def test_point_masses_are_not_taken_for_density() -> None:
     masses = {3: 0.03, 7: 0.01}
     true = changed(youngs_modulus=0.004)
     data = free_frequencies(true, mesh_of(true), (3, 4, 5), point_masses=masses)[0]
-    found = update_beam(seen(data), BAR, mesh_of(BAR), ONLY_MATERIAL, point_masses=masses)
+    found = update_beam(seen(data), BEAM, mesh_of(BEAM), ONLY_MATERIAL, point_masses=masses)
     assert found.combination(MODULUS_BY_DENSITY).value == pytest.approx(true.youngs_modulus / true.density, rel=1e-4)
-    without = update_beam(seen(data), BAR, mesh_of(BAR), ONLY_MATERIAL)
+    without = update_beam(seen(data), BEAM, mesh_of(BEAM), ONLY_MATERIAL)
     assert not without.consistent
 
 
@@ -290,7 +292,7 @@ def test_a_bar_beyond_its_tolerances_is_said_to_disagree() -> None:
     assert found.p_value < 1e-4
     sentence = statements(found)[0]
     assert sentence.startswith("frequencies and tolerances disagree, so no interval here can be relied on")
-    assert "the best bar has its Young's modulus +3.4 tolerances off" in sentence  # the twin with the wider tolerance
+    assert "the best beam has its Young's modulus +3.4 tolerances off" in sentence  # the twin with the wider tolerance
 
 
 def test_a_measurement_within_its_tolerances_is_not_said_to_disagree() -> None:
@@ -298,25 +300,25 @@ def test_a_measurement_within_its_tolerances_is_not_said_to_disagree() -> None:
 
 
 def test_what_frequencies_do_not_say_is_said() -> None:
-    said = " | ".join(statements(update(BAR, BeamTolerances())))
+    said = " | ".join(statements(update(BEAM, BeamTolerances())))
     assert "show as the ratio E / rho" in said
-    assert "weigh the bar" in said
+    assert "weigh the beam" in said
     assert "width does not show in these frequencies" in said
     assert "Young's modulus and density (cosine -1.0000" in said
-    weighed = statements(update(BAR, BeamTolerances(), weighed=Estimate(weight(BAR), 1e-3)))
-    assert not any("weigh the bar" in text for text in weighed)
-    exact = " | ".join(statements(update(BAR, replace(BeamTolerances(), width=0.0))))
+    weighed = statements(update(BEAM, BeamTolerances(), weighed=Estimate(weight(BEAM), 1e-3)))
+    assert not any("weigh the beam" in text for text in weighed)
+    exact = " | ".join(statements(update(BEAM, replace(BeamTolerances(), width=0.0))))
     assert "width was taken to be exact" in exact
 
 
 def test_nothing_loose_is_refused() -> None:
-    with pytest.raises(AnalysisError, match="every tolerance of the beam is nought"):
-        update(BAR, BeamTolerances(0, 0, 0, 0, 0))
+    with pytest.raises(AnalysisError, match="every tolerance of the beam is zero"):
+        update(BEAM, BeamTolerances(0, 0, 0, 0, 0))
 
 
 def test_frequencies_without_any_error_are_refused() -> None:
     with pytest.raises(AnalysisError, match="state a tolerance of frequency"):
-        update_beam(seen(frequencies(BAR), 0.0), BAR, mesh_of(BAR), CALLIPERS)
+        update_beam(seen(frequencies(BEAM), 0.0), BEAM, mesh_of(BEAM), CALLIPERS)
 
 
 @pytest.mark.parametrize("value", [-0.1, float("inf"), float("nan")])
@@ -336,7 +338,7 @@ STATED = Tolerances(sensor_gain=0.005, youngs_modulus=0.005, density=0.003)
 
 @dataclass(frozen=True)
 class Test:
-    """The bar as it is, as drawn, and what its free frequencies and a balance say."""
+    """The beam as it is, as drawn, and what its free frequencies and a balance say."""
 
     __test__ = False
 
@@ -348,7 +350,7 @@ class Test:
 
 @pytest.fixture(scope="module")
 def suspended(paper_beam: Beam, bench: Bench) -> Test:
-    """A bar two per cent stiffer than drawn, and a little off in size and density."""
+    """A beam two per cent stiffer than drawn, and a little off in size and density."""
     nodes = bench.free_beam.mesh.positions[list(bench.free_beam.mesh.named)]
     true = replace(paper_beam, youngs_modulus=1.02 * 207e9, density=0.998 * 7850.0, height=1.0015 * paper_beam.height)
     frequency = assemble(true, Mesh.through(nodes, 16)).frequency[3:6]
@@ -367,7 +369,7 @@ def material(suspended: Test) -> Material:
 
 @pytest.fixture(scope="module")
 def measured(suspended: Test, bench: Bench) -> FrequencyResponses:
-    """The true bar on its joints."""
+    """The true beam on its joints."""
     free = assemble(suspended.true, Mesh.through(suspended.nodes, 16), damping_ratios=RATIOS)
     exact = accelerance(free, bench.joints, FREQUENCY, Dof.parse("3y"), bench.inputs)
     parts = np.random.default_rng(5).standard_normal((2, *exact.accelerance.shape))
@@ -428,4 +430,4 @@ def test_joints_are_right_on_a_bar_two_per_cent_stiffer_than_drawn(
     assert np.max(np.abs(as_stated)) > 0.005
     assert np.max(np.abs(found)) < 0.001
     assert np.all(np.abs(found) < 1.5 * half)
-    assert np.max(half[[1, 3]]) < 0.001  # k22: weighed, the bar is a standard of stiffness, and gain counts no longer
+    assert np.max(half[[1, 3]]) < 0.001  # k22: weighed, the beam is a standard of stiffness, and gain counts no longer

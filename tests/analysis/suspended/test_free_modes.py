@@ -134,14 +134,14 @@ def test_a_suspension_above_the_limit_is_refused(free_beam: FreeBeam) -> None:
         elastic_modes(modes, free_beam, lowest_frequency=20.0, suspension=Suspension(30.0))
 
 
-BAR = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
 POSITIONS = np.array([0.0, 0.1, 0.205, 0.457, 0.709, 0.814, 0.914])
 BENDING = (3, 4, 5)
 
 
 @pytest.fixture(scope="module")
 def held_beam() -> FreeBeam:
-    return assemble(BAR, Mesh.through(POSITIONS, 6), damping_ratios=(0.004, 0.001, 0.001))
+    return assemble(BEAM, Mesh.through(POSITIONS, 6), damping_ratios=(0.004, 0.001, 0.001))
 
 
 @settings(max_examples=10, deadline=None)
@@ -153,7 +153,7 @@ def held_beam() -> FreeBeam:
 def test_springs_at_known_places_raise_elastic_modes_as_rayleigh_says(
     held_beam: FreeBeam, frequency: float, loss_factor: float, nodes: tuple[int, int]
 ) -> None:
-    kilograms = BAR.density * BAR.area * BAR.length
+    kilograms = BEAM.density * BEAM.area * BEAM.length
     spring = kilograms * (2 * np.pi * frequency) ** 2 / 2 * (1 + 1j * loss_factor)
     springs = [Joint(str(node), node, np.diag([1.0, spring, 0])) for node in nodes]
     hanging = eigensolution(held_beam, springs, 1024.0, [Dof.parse("1y")])
@@ -185,7 +185,7 @@ def test_springs_at_unknown_places_have_a_participation_of_one_on_average(
 ) -> None:
     unknown = participation(Suspension(3.0), held_beam, BENDING)
     np.testing.assert_allclose(unknown.mean, 1, rtol=0.02)  # rotary inertia takes a little
-    everywhere = np.linspace(0, BAR.length, 400)
+    everywhere = np.linspace(0, BEAM.length, 400)
     each = [participation(Suspension(3.0, positions=(place,)), held_beam, BENDING).mean for place in everywhere]
     np.testing.assert_allclose(unknown.deviation, np.std(each, axis=0), rtol=0.02)
     assert np.all(np.max(np.abs(each - unknown.mean), axis=0) < 4 * unknown.deviation)
@@ -194,14 +194,14 @@ def test_springs_at_unknown_places_have_a_participation_of_one_on_average(
 def test_a_point_mass_hangs_in_the_springs_as_well() -> None:
     mesh = Mesh.through(POSITIONS)
     masses = {3: 0.5}
-    loaded = assemble(BAR, mesh, point_masses=masses)
+    loaded = assemble(BEAM, mesh, point_masses=masses)
     across = loaded.shapes[mesh.degree(Dof.parse("1y")), 3]
     found = participation(Suspension(3.0, positions=(0.0,)), loaded, (3,)).mean[0]
-    assert found == pytest.approx((BAR.density * BAR.area * BAR.length + 0.5) * across**2, rel=1e-9)
+    assert found == pytest.approx((BEAM.density * BEAM.area * BEAM.length + 0.5) * across**2, rel=1e-9)
 
 
 def test_a_spring_beside_the_bar_is_refused(held_beam: FreeBeam) -> None:
-    with pytest.raises(AnalysisError, match=r"no spring can be at \[1\.2\] m; the bar reaches from 0\.0 to 0\.914 m"):
+    with pytest.raises(AnalysisError, match=r"no spring can be at \[1\.2\] m; the beam reaches from 0\.0 to 0\.914 m"):
         participation(Suspension(3.0, positions=(0.1, 1.2)), held_beam, BENDING)
 
 

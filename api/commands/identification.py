@@ -23,13 +23,12 @@ from api.commands.terminal import (
     write_json,
 )
 from jointlab.identification.document import identification_document, modes_document, plain
-from jointlab.identification.fit_texts import fit_texts
 from jointlab.identification.load import measurement_of_bundle, with_free_beam
 from jointlab.identification.measurement import dof
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification, identify
-from jointlab.identification.regularisation import regularisation_texts
 from jointlab.identification.run import identify_and_save
+from jointlab.identification.statements import fit_statements, regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from store.accelerance_file import read_accelerances
 from store.bundle import read_bundle
@@ -158,10 +157,10 @@ def show(found: Identification) -> None:
                     " .. ".join(f"{end / 1e6:.3f}" for end in paper.k_ci95[at]),
                 )
         out.print(table)
-        for text in fit_texts(found.inverse.fit):
+        for text in fit_statements(found.inverse.fit):
             out.print(text)
         if found.inverse.regularised is not None:
-            for text in regularisation_texts(found.inverse.fit, found.inverse.regularised):
+            for text in regularisation_statements(found.inverse.fit, found.inverse.regularised):
                 out.print(text, style="yellow")
         if found.inverse.remedies:
             out.print("What would mend the weakest direction of the stiffnesses (EI/L^3, noise of the lines alone):")

@@ -15,7 +15,7 @@ from api.page.login import visitor_of
 from api.service.access import check_scope
 from api.service.context import Services
 from api.service.resources.dynamic_stiffness import StiffnessPoint
-from jointlab.identification.save import why_not_observable
+from jointlab.identification.save import unobservable_reasons
 from jointlab.jobs.kinds import exports_folder
 from store.analyses import latest_analysis
 from store.comparisons import list_comparisons
@@ -87,7 +87,7 @@ def _joints(session: Session, run_id: int) -> Rows:
     analysis = latest_analysis(session, run_id, AnalysisKind.JOINT_MATRICES)
     yield "joint", "row", "column", "k", "k_low", "k_high", "h", "h_low", "h_high", "observable", "reason"
     for joint in list_joint_matrices(session, analysis.id):
-        reasons = why_not_observable(analysis, joint.joint)
+        reasons = unobservable_reasons(analysis, joint.joint)
         for at in ((row, column) for row in range(3) for column in range(3)):
             k, h = (joint.stiffness[at], *joint.stiffness_ci95[at]), (joint.damping[at], *joint.damping_ci95[at])
             reason = reasons.get(f"k{at[0] + 1}{at[1] + 1}", "")

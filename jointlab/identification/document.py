@@ -19,11 +19,11 @@ from analysis.modal.estimation import ModalEstimate
 from analysis.modal.spectra import Windows
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
-from jointlab.identification.inverse import Inverse, Route
+from jointlab.identification.inverse import Inverse, MethodResult, prior_effect_by_joint
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.regularisation import by_joint, regularisation_texts
+from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
 
@@ -105,7 +105,7 @@ def _modes(inverse: Inverse) -> dict[str, Any]:
     return modes_document(inverse.modal) | _predicted(inverse.modal, inverse.likelihood) | paper
 
 
-def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
+def _predicted(modal: ModalEstimate, route: MethodResult[Any]) -> dict[str, Any]:
     """What the beam on the identified joints does, mode by measured mode."""
     pairs = {pair.measured: pair for pair in route.errors}
     modes = range(modal.modes.poles.size)
@@ -120,7 +120,7 @@ def _predicted(modal: ModalEstimate, route: Route[Any]) -> dict[str, Any]:
     }
 
 
-def _inverse(route: Route[Any]) -> dict[str, Any]:
+def _inverse(route: MethodResult[Any]) -> dict[str, Any]:
     joints = {name: _joint(joint) for name, joint in route.joints.items()}
     return joints | {"weak_directions": _weak_directions(route)}
 
@@ -174,8 +174,8 @@ def _regularisation(inverse: Inverse | None) -> dict[str, Any] | None:
         return None
     return {
         "within": inverse.regularised,
-        "statements": regularisation_texts(inverse.fit, inverse.regularised),
-        "joints": by_joint(inverse.fit),
+        "statements": regularisation_statements(inverse.fit, inverse.regularised),
+        "joints": prior_effect_by_joint(inverse.fit),
     }
 
 
@@ -220,7 +220,7 @@ def _level_amplitude(found: JointAmplitude | None) -> dict[str, Any]:
     }
 
 
-def _weak_directions(route: Route[Any]) -> list[str]:
+def _weak_directions(route: MethodResult[Any]) -> list[str]:
     if route.weak_directions is None:
         return ["not known: the identified joints do not give back as many modes as were measured"]
     return [weak.text for weak in route.weak_directions]

@@ -16,19 +16,21 @@ from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameter
 from analysis.inverse.experiment_remedies import Remedy, experiment_made, remedies
 from analysis.inverse.frequency_dependent_joints import accelerance_on, modes_on
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, weakest_directions
-from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate
+from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate, square
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
-from analysis.inverse.joint_likelihood import identify_from_responses
+from analysis.inverse.joint_likelihood import identify_from_responses, turning_modestly
+from analysis.inverse.joint_parameters import HALF, held_terms
 from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
 from analysis.inverse.undetermined_terms import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
+from analysis.modal.lscf import lscf_poles
+from analysis.modal.stabilisation import Stabilisation, read_chart
 from analysis.modes import Modes
 from analysis.structure.agreement import ModeError, frac, mode_errors
 from analysis.structure.beam import FreeBeam
 from analysis.suspended.beam_update import Material
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.options import AS_MEASURED, Options
-from jointlab.identification.regularisation import regularised
 from jointlab.identification.structure import free_beam_of
 from jointlab.identification.suspended import SuspendedBeam
 from store.bundle_setup import Article
@@ -37,13 +39,14 @@ PAPER = "modal (Eqs. 17-44)"
 LIKELIHOOD = "maximum likelihood on accelerances"
 HIGHEST_PREDICTED = 1.2  # times the highest measured mode
 PAPER_JOINTS = 2
+HIGHEST_ORDER = 60  # of the stabilisation chart
 LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
 
 JointT = TypeVar("JointT", bound=IdentifiedJoint)
 
 
 @dataclass(frozen=True, eq=False)
-class Route(Generic[JointT]):
+class MethodResult(Generic[JointT]):
     """Joints by one inverse method, and what the beam does on them.
 
     Attributes:
@@ -89,8 +92,8 @@ class Inverse:
     free_beam: FreeBeam
     tolerances: Tolerances
     components: tuple[Dof, ...]
-    paper: Route[JointEstimate]
-    likelihood: Route[LikelihoodEstimate]
+    paper: MethodResult[JointEstimate]
+    likelihood: MethodResult[LikelihoodEstimate]
     fit: JointFit
     regularised: float | None
     cylinders: JointFit | None
@@ -138,7 +141,10 @@ def inverse_of(
     if options.regularise is None:
         fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
     else:
-        fit = regularised(beam, measured, start, tolerances, options.regularise)
+        # modes hardly determine how joints turn, so coupling and rotation are held about those of a joint that is half
+        # as deep as the beam
+        held = held_terms(turning_modestly(start, beam), options.regularise)
+        fit = identify_from_responses(beam, measured, start, parameters=held, tolerances=tolerances)
     weak = weakest_directions(beam, modal.modes, by_modes, components)
     return Inverse(
         measured=measured,
@@ -146,8 +152,8 @@ def inverse_of(
         free_beam=beam,
         tolerances=tolerances,
         components=components,
-        paper=_route(PAPER, by_modes, weak, beam, measured, modal.modes),
-        likelihood=_route(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
+        paper=_result(PAPER, by_modes, weak, beam, measured, modal.modes),
+        likelihood=_result(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
         fit=fit,
         regularised=options.regularise,
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
@@ -193,6 +199,30 @@ def measured_components(responses: FrequencyResponses, joints: int) -> tuple[Dof
     return tuple(point for point in PAPER_DOFS if point in responses.inputs)
 
 
+def stabilisation_of(measured: FrequencyResponses) -> Stabilisation:
+    """The stabilisation chart of a hammer set: poles of every model order from the lines that modes are found from."""
+    lines = measured.band(LOWEST_LINE, float(measured.frequency[-1]))
+    return read_chart(
+        lscf_poles(lines.frequency, lines.accelerance, HIGHEST_ORDER),
+        lowest=float(lines.frequency[0]),
+        highest=float(lines.frequency[-1]),
+        line_spacing=float(lines.frequency[1] - lines.frequency[0]),
+        decay=lines.decay,
+    )
+
+
+def prior_effect_by_joint(fit: JointFit) -> dict[str, dict[str, list[list[float]]]]:
+    """By joint, (3, 3) shares of the prior in the variance of k and of h, and the bias (SI) that it causes."""
+    found: dict[str, dict[str, list[list[float]]]] = {}
+    for place, name in enumerate(fit.joints):
+        found[name] = {}
+        for half, letter in enumerate("kh"):
+            at = slice(HALF * (2 * place + half), HALF * (2 * place + half + 1))
+            found[name][f"{letter}_prior_share"] = square(fit.prior_effect.share[at]).tolist()
+            found[name][f"{letter}_bias"] = square(fit.prior_effect.bias[at]).tolist()
+    return found
+
+
 def exponents_of(fit: JointFit) -> dict[str, float]:
     """Of the power of frequency that each joint follows; empty where joints were taken to be constant."""
     return {name: found.value for name, found in fit.exponents.items()}
@@ -224,7 +254,7 @@ def tolerances_of(article: Article, material: Material | None = None, *, by_hand
     )
 
 
-def _route(
+def _result(
     method: str,
     joints: Mapping[str, JointT],
     weak_directions: tuple[WeakDirection, ...] | None,
@@ -232,10 +262,10 @@ def _route(
     measured: FrequencyResponses,
     modes: Modes,
     exponents: Mapping[str, float] = MappingProxyType({}),
-) -> Route[JointT]:
+) -> MethodResult[JointT]:
     held_by = [found.joint for found in joints.values()]
     predicted = modes_on(beam, held_by, exponents, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
-    return Route(
+    return MethodResult(
         method=method,
         joints=joints,
         weak_directions=weak_directions,

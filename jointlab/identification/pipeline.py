@@ -18,8 +18,7 @@ from jointlab.errors import JointlabError
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.inverse import Inverse, inverse_of
-from jointlab.identification.joint_amplitudes import amplitudes_of_set
-from jointlab.identification.levels import Level, levels_of
+from jointlab.identification.levels import Level, amplitudes_of_set, levels_of
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.suspended import SuspendedBeam, suspended_beam_of

@@ -1,22 +1,38 @@
-"""What is stored of a run's identification, as analysis has it: for what page and report have in common."""
+"""Stored results of a run's identification, as analysis has them, and what the stored joints do on its beam."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from analysis.dof import Dof
+from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.frequency_dependent_joints import accelerance_on
+from analysis.inverse.identification import identify_joints
+from analysis.modes import Modes, poles_from
+from analysis.structure.beam import FreeBeam
+from analysis.structure.joints import Joint
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import Measurement, dof, responses_of
+from jointlab.identification.save import SUSPENDED_METHOD
 from jointlab.identification.sine_points import sine_point
-from store.analyses import Analysis, latest_analysis, list_analyses
+from jointlab.identification.structure import beam_of, free_beam_with
+from store.analyses import Analysis, get_analysis, latest_analysis, list_analyses
 from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
+from store.frequency_responses import list_frequency_responses
 from store.joint_matrices import JointMatrix, list_joint_matrices
+from store.modes import get_modes
 from store.runs import Run
 from store.states import AnalysisKind
 
 METHODS = {LIKELIHOOD: "maximum likelihood", PAPER: "paper's method"}
 """The inverse methods by the names that pictures have for them."""
+EXPONENT = "exponent of joint "
+KEPT = {"youngs_modulus", "density", "elements", "parameters"}
 
 
 def article_of(run: Run) -> Article:
@@ -31,7 +47,7 @@ def article_of(run: Run) -> Article:
         raise NotFoundError(f"run {run.id} has no article whose joints its results could be of: {error}") from error
 
 
-def stored_direct(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
+def read_direct(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
     """What the newest sine points of a run say of each joint's cylinders, by joint.
 
     Raises:
@@ -58,3 +74,78 @@ def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, d
     if not newest:
         raise NotFoundError(f"run {run.id} has no joint matrices")
     return {method: newest[method] for method in sorted(newest, key=[*METHODS, *newest].index)}
+
+
+@dataclass(frozen=True, eq=False)
+class StoredInverse:
+    """The hammer experiment of a run as it is stored.
+
+    Attributes:
+        measured: the reference set.
+        predicted: by the method's name in pictures, what the beam does on its joints at the measured lines.
+        regressions: by joint, what the equations of the paper's method observe and what they are fitted by.
+    """
+
+    measured: FrequencyResponses
+    predicted: Mapping[str, FrequencyResponses]
+    regressions: Mapping[str, tuple[Real, Real]]
+
+
+def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
+    """The newest joints of a run on its beam, with the material, the mesh and the damping that they were found with.
+
+    Raises:
+        NotFoundError: the run has no article, no accelerances, or no joints by both methods; or an older version found
+            these, which did not keep on what beam.
+    """
+    article = article_of(run)
+    newest = newest_joints(catalogue, run)
+    if not {PAPER, LIKELIHOOD} <= set(newest):
+        raise NotFoundError(f"run {run.id} has no joints by both inverse methods")
+    (likelihood, _), (paper, _) = newest[LIKELIHOOD], newest[PAPER]
+    if not set(likelihood.settings) >= KEPT:
+        raise NotFoundError(f"analysis {likelihood.id} does not say on what beam its joints were found")
+    with catalogue.reading() as session:
+        measured = responses_of(list_frequency_responses(session, run.id)[0])
+        parents = [get_analysis(session, number) for number in likelihood.parents]
+        modes = get_modes(session, paper.parents[0])
+    beam = _beam(article, likelihood, parents)
+    exponents = {
+        label.removeprefix(EXPONENT): float(value)
+        for label, value in likelihood.settings["parameters"].items()
+        if label.startswith(EXPONENT)
+    }
+    predicted = {
+        METHODS[method]: accelerance_on(
+            beam,
+            _on_beam(joints),
+            exponents if method == LIKELIHOOD else {},
+            measured.frequency,
+            measured.response,
+            measured.inputs,
+            measured.decay,
+        )
+        for method, (_, joints) in newest.items()
+        if method in METHODS
+    }
+    shapes = Modes(poles_from(modes.frequency, modes.loss_factor), modes.shapes, tuple(map(dof, modes.dofs)))
+    nodes = {joint.name: joint.node for joint in article.joints}
+    solved = identify_joints(beam, shapes, nodes, tuple(map(Dof.parse, paper.settings["points"])))
+    regressions = {name: (found.regression.observed, found.regression.fitted) for name, found in solved.items()}
+    return StoredInverse(measured, predicted, regressions)
+
+
+def _beam(article: Article, likelihood: Analysis, parents: list[Analysis]) -> FreeBeam:
+    settings = likelihood.settings
+    drawn = beam_of(article)
+    beam = replace(drawn, youngs_modulus=settings["youngs_modulus"], density=settings["density"])
+    tested = next(
+        (each.settings for each in parents if (each.kind, each.method) == (AnalysisKind.MODES, SUSPENDED_METHOD)), None
+    )
+    ratios = article.beam.free_damping_ratios if tested is None else tuple(tested["damping_ratios"])
+    elements = settings["elements"] // (len(article.node_positions) - 1)
+    return free_beam_with(article, beam, ratios, elements)
+
+
+def _on_beam(joints: Mapping[str, JointMatrix]) -> list[Joint]:
+    return [Joint(each.joint, each.node, each.stiffness + 1j * each.damping) for each in joints.values()]

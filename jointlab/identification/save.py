@@ -14,7 +14,7 @@ from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
 from analysis.suspended.beam_update import PARAMETERS
-from jointlab.identification.inverse import Inverse, Route
+from jointlab.identification.inverse import Inverse, MethodResult
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
 from store.analyses import Analysis, add_analysis, latest_analysis
@@ -32,7 +32,7 @@ OPTIONS = "options"
 
 
 @dataclass(frozen=True)
-class StoredIdentification:
+class SavedAnalyses:
     """Numbers of the analyses that were stored; None for what was not measured."""
 
     suspended_beam: int | None
@@ -44,7 +44,7 @@ class StoredIdentification:
     comparisons: int | None
 
 
-def save_identification(session: Session, run_id: int, found: Identification) -> StoredIdentification:
+def save_identification(session: Session, run_id: int, found: Identification) -> SavedAnalyses:
     """Store every result of an identification in the caller's transaction.
 
     Raises:
@@ -71,7 +71,7 @@ def save_identification(session: Session, run_id: int, found: Identification) ->
             parents=parents,
         )
         add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
-    return StoredIdentification(suspended, responses, modes, paper, likelihood, points, comparisons)
+    return SavedAnalyses(suspended, responses, modes, paper, likelihood, points, comparisons)
 
 
 def _suspended(session: Session, run_id: int, found: Identification) -> int:
@@ -204,11 +204,11 @@ def _chosen(found: Identification) -> dict[str, Any]:
     return found.options.settings(None if suspended is None else suspended.run)
 
 
-def _reasons(route: Route[Any]) -> dict[str, dict[str, str]]:
+def _reasons(route: MethodResult[Any]) -> dict[str, dict[str, str]]:
     return {name: joint.not_observable for name, joint in route.joints.items()}
 
 
-def why_not_observable(analysis: Analysis, joint: str) -> dict[str, str]:
+def unobservable_reasons(analysis: Analysis, joint: str) -> dict[str, str]:
     """By term, such as "k11", why it is not observable; empty for analyses that older versions stored."""
     found: dict[str, str] = analysis.settings.get(NOT_OBSERVABLE, {}).get(joint, {})
     return found

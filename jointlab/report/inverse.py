@@ -17,13 +17,11 @@ from analysis.structure.agreement import ModeError
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
-from jointlab.identification.fit_texts import fit_texts
-from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse
+from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, prior_effect_by_joint, stabilisation_of
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.read import METHODS
-from jointlab.identification.regularisation import by_joint, regularisation_texts
 from jointlab.identification.save import joint_matrix
-from jointlab.identification.stabilisation import stabilisation_of
+from jointlab.identification.statements import fit_statements, regularisation_statements
 from jointlab.report import figures
 from jointlab.report.curves import FIGURED_POINTS
 from jointlab.report.joint_matrices import READING, matrix_tables
@@ -173,7 +171,7 @@ def _joints(inverse: Inverse) -> Section:
             "paper's method works on the modes.",
             Table("Table 2: stiffness", head, _side_by_side(*stiffness)),
             Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
-            *fit_texts(inverse.fit),
+            *fit_statements(inverse.fit),
             *_regularised(inverse),
             *_validity_checks(inverse),
             *_cylinders(inverse.cylinders),
@@ -208,7 +206,7 @@ def _regularised(inverse: Inverse) -> list[str | Table]:
     """What was assumed of the terms and how much of each comes from that; nothing where they were free."""
     if inverse.regularised is None:
         return []
-    effects = by_joint(inverse.fit)
+    effects = prior_effect_by_joint(inverse.fit)
     rows = []
     for letter in "kh":
         for p, q in UPPER:
@@ -218,7 +216,7 @@ def _regularised(inverse: Inverse) -> list[str | Table]:
                 cells += [f"{100 * share:.1f}", number(bias)]
             rows.append((f"{letter}{p + 1}{q + 1}", *cells))
     columns = [f"joint {name}, {what}" for name in effects for what in ("from the prior (%)", "bias (SI)")]
-    texts = [f"{text}." for text in regularisation_texts(inverse.fit, inverse.regularised)]
+    texts = [f"{text}." for text in regularisation_statements(inverse.fit, inverse.regularised)]
     return [*texts, Table("What the prior does to each term", ("element", *columns), tuple(rows))]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import named_sequence
-from jointlab.identification.inverse import Route
+from jointlab.identification.inverse import MethodResult
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.instruments import instruments_of
@@ -46,7 +46,7 @@ def main() -> None:
         ):
             errors = [100 * (a / b - 1) for a, b in zip(measured, true, strict=True)]
             print(f"  {name:<12}", " ".join(f"{error:+7.3f} %" for error in errors))
-        routes: tuple[Route[Any], ...] = (found.inverse.likelihood, found.inverse.paper)
+        routes: tuple[MethodResult[Any], ...] = (found.inverse.likelihood, found.inverse.paper)
         for route, tally in zip(routes, tallies.values(), strict=True):
             for joint, estimate in route.joints.items():
                 off = tally.add(estimate, np.array(truth["inverse"][joint]["k"]))

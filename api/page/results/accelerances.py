@@ -8,7 +8,7 @@ from api.page.charts import inverse as charts
 from api.page.charts import modal
 from api.page.controls import chart
 from api.page.results.section import Section, analyses_of, inverse_where_known, show_origin
-from jointlab.identification.read_inverse import StoredInverse
+from jointlab.identification.read import StoredInverse
 from jointlab.report.curves import FIGURED_POINTS
 from store.analyses import Analysis
 from store.catalogue import Catalogue

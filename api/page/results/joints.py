@@ -6,9 +6,8 @@ from api.page.charts import inverse as charts
 from api.page.controls import chart
 from api.page.markup import paragraph, show, table
 from api.page.results.section import Section, inverse_where_known, show_origin
-from jointlab.identification.read import newest_joints
-from jointlab.identification.read_inverse import StoredInverse
-from jointlab.identification.save import why_not_observable
+from jointlab.identification.read import StoredInverse, newest_joints
+from jointlab.identification.save import unobservable_reasons
 from jointlab.report.joint_matrices import READING, matrix_tables
 from store.analyses import Analysis
 from store.catalogue import Catalogue
@@ -27,7 +26,7 @@ def _draw(_run: Run, found: Found) -> None:
     by_method, inverse = found
     for analysis, joints in by_method:
         for joint in joints.values():
-            for each in matrix_tables(joint, analysis.method, why_not_observable(analysis, joint.joint)):
+            for each in matrix_tables(joint, analysis.method, unobservable_reasons(analysis, joint.joint)):
                 show(table(each.caption, each.head, each.rows))
         show_origin(analysis)
     if inverse is not None:

@@ -11,8 +11,8 @@ from api.page.charts import modal
 from api.page.controls import chart
 from api.page.markup import show, table
 from api.page.results.section import Section, analyses_of, show_origin
+from jointlab.identification.inverse import stabilisation_of
 from jointlab.identification.measurement import responses_of
-from jointlab.identification.stabilisation import stabilisation_of
 from jointlab.report.section import ends, number
 from store.analyses import Analysis
 from store.bundle_setup import article_from

@@ -9,8 +9,7 @@ from typing import Any, Generic, TypeVar
 from api.page.formatting import moment
 from api.page.markup import Link, details, show, terms
 from jointlab.identification.direct import Direct
-from jointlab.identification.read import stored_direct
-from jointlab.identification.read_inverse import StoredInverse, stored_inverse
+from jointlab.identification.read import StoredInverse, read_direct, read_inverse
 from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -57,7 +56,7 @@ def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
 def inverse_where_known(catalogue: Catalogue, run: Run) -> StoredInverse | None:
     """What the joints of a run do on its beam; None where there are none, or nobody knows on what beam."""
     try:
-        return stored_inverse(catalogue, run)
+        return read_inverse(catalogue, run)
     except NotFoundError:
         return None
 
@@ -65,7 +64,7 @@ def inverse_where_known(catalogue: Catalogue, run: Run) -> StoredInverse | None:
 def direct_where_known(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
     """What the sine points of a run say of each joint's cylinders; nothing where nobody knows of what article."""
     try:
-        return stored_direct(catalogue, run)
+        return read_direct(catalogue, run)
     except NotFoundError:
         return {}
 

@@ -14,7 +14,7 @@ from api.service.etags import TaggedRoute
 from api.service.pages import Cursor, Limit, Page, number_from, page_of, page_of_whole
 from api.service.problems import problems
 from jointlab.identification.document import plain
-from jointlab.identification.save import why_not_observable
+from jointlab.identification.save import unobservable_reasons
 from store.analyses import Analysis, list_analyses
 from store.errors import NotFoundError
 from store.joint_matrices import JointMatrix, list_joint_matrices
@@ -59,7 +59,7 @@ class JointMatrixDocument(BaseModel):
             gamma=plain(found.loss_factor),
             gamma_ci95=plain(found.loss_factor_ci95),
             observable=plain(found.observable),
-            not_observable=why_not_observable(analysis, found.joint),
+            not_observable=unobservable_reasons(analysis, found.joint),
         )
 
 

@@ -11,7 +11,7 @@ import pytest
 from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.document import identification_document
 from jointlab.identification.fault_correction import correct_faults
-from jointlab.identification.joint_amplitudes import amplitudes_of_set
+from jointlab.identification.levels import amplitudes_of_set
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.pipeline import Identification, identify

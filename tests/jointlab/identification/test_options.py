@@ -20,7 +20,7 @@ from store.blow_window import BlowWindow
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 from tests.api.conftest import Command
-from tests.jointlab.identification.test_regularisation import measured as measured_through
+from tests.jointlab.identification.test_inverse import measured as measured_through
 
 WINDOW = BlowWindow(time_constant=0.5)
 COARSE = Options(elements=2)

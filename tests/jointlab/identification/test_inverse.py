@@ -15,7 +15,7 @@ from api.commands.sequences import named_sequence
 from jointlab.identification.inverse import Inverse, inverse_of
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.options import Options
-from jointlab.identification.regularisation import MOSTLY, regularisation_texts
+from jointlab.identification.statements import MOSTLY, regularisation_statements
 from jointlab.identification.structure import free_beam_of
 from jointlab.report.inverse import inverse_sections
 from jointlab.report.section import Table
@@ -83,7 +83,7 @@ def test_joints_far_beyond_the_papers_stiffness_ratio_need_no_prior() -> None:
 
 
 def test_what_the_prior_decides_is_named_and_is_not_called_observable(held: Inverse) -> None:
-    texts = regularisation_texts(held.fit, 0.05)
+    texts = regularisation_statements(held.fit, 0.05)
     assert "within 5 % of its size" in texts[0]
     assert "k11(I), " in texts[1]
     shares = held.fit.prior_effect.share.reshape(2, 2, 6)

@@ -1,4 +1,4 @@
-"""What a fit says of the blows behind it, against the blows that the simulated hand really struck."""
+"""What a fit says of the blows behind it, against the blows that the simulated operator really struck."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from analysis.modal.spectra import responses_from_blows
 from analysis.structure.beam import Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Joint
-from jointlab.identification.fit_texts import fit_texts
+from jointlab.identification.statements import fit_statements
 from simlab.article import JOINT_NODES, NODE_POSITIONS
 from simlab.bench import Bench
 from simlab.clock import Clock
@@ -67,15 +67,15 @@ def test_the_lean_of_the_blows_at_each_point_is_found(bench: Bench, fit: JointFi
     assert np.sqrt(np.mean(np.square(off))) < np.radians(0.25)  # a single blow leans by a degree
 
 
-def test_whoever_strikes_is_told_where_blows_leaned_most(fit: JointFit) -> None:
+def test_the_point_where_blows_lean_most_is_named(fit: JointFit) -> None:
     leaning = fit.values.copy()
     for point, degrees in (("4y", 2.0), ("11x", -3.0)):
         leaning[fit.labels.index(f"lean of the blows at {point}")] = np.radians(degrees)
-    (text,) = fit_texts(replace(fit, values=leaning))
+    (text,) = fit_statements(replace(fit, values=leaning))
     half = np.degrees(fit.leans["11x"].half_width())
-    assert text.startswith(f"The hand leans most at 11x, by 3.0 ± {half:.1f} degrees (95 %")
+    assert text.startswith(f"Blows lean most at 11x, by 3.0 ± {half:.1f} degrees (95 %")
 
 
-def test_straight_blows_are_not_spoken_of(fit: JointFit) -> None:
-    assert fit_texts(replace(fit, values=np.zeros_like(fit.values))) == []
-    assert fit_texts(replace(fit, labels=tuple(label.replace("lean", "") for label in fit.labels))) == []
+def test_straight_blows_are_not_mentioned(fit: JointFit) -> None:
+    assert fit_statements(replace(fit, values=np.zeros_like(fit.values))) == []
+    assert fit_statements(replace(fit, labels=tuple(label.replace("lean", "") for label in fit.labels))) == []

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.read import METHODS, newest_joints, stored_direct
-from jointlab.identification.read_inverse import stored_inverse
+from jointlab.identification.read import METHODS, newest_joints, read_direct, read_inverse
 from jointlab.identification.run import identify_and_save
 from jointlab.identification.save import joint_matrix
 from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
@@ -30,7 +29,7 @@ def found(measured_catalogue: Catalogue, measured: int) -> Identification:
 def test_pictures_from_the_store_are_those_of_the_identification(
     measured_catalogue: Catalogue, run: Run, found: Identification
 ) -> None:
-    stored, inverse = stored_inverse(measured_catalogue, run), found.inverse
+    stored, inverse = read_inverse(measured_catalogue, run), found.inverse
     assert inverse is not None
     routes = {METHODS[route.method]: route for route in (inverse.likelihood, inverse.paper)}
     assert list(stored.predicted) == list(routes)
@@ -46,7 +45,7 @@ def test_pictures_from_the_store_are_those_of_the_identification(
     computed = {
         name: {joint: joint_matrix(each) for joint, each in route.joints.items()} for name, route in routes.items()
     }
-    direct = stored_direct(measured_catalogue, run)
+    direct = read_direct(measured_catalogue, run)
     for panels in (stiffness_panels, loss_factor_panels):
         for ours, theirs in zip(panels(joints, direct), panels(computed, found.direct), strict=True):
             assert ours.title == theirs.title

@@ -19,7 +19,6 @@ from jointlab.diagnosis.load import subject_of_bundle, subject_of_run
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
-from jointlab.identification.fit_texts import fit_texts
 from jointlab.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.measurement import dof
@@ -27,6 +26,7 @@ from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.pipeline import identify as identify_measurement
 from jointlab.identification.run import identify_and_save, identify_run
+from jointlab.identification.statements import fit_statements
 from jointlab.report.gap import write_gap_report
 from jointlab.report.page import write_report as write_identification_report
 from jointlab.settings import load_settings
@@ -218,7 +218,7 @@ def identify(
             for joint in route.joints.values()
             for row in _joint_rows(joint, route.method)
         ]
-        notes += fit_texts(found.inverse.fit)
+        notes += fit_statements(found.inverse.fit)
     if found.direct:
         points = found.measurement.points
         notes.append(f"{len(points)} sine points of joint {', '.join(found.direct)}")

@@ -37,8 +37,8 @@ class Loading:
     fraction: Real
     angled: NDArray[np.bool_]
 
-    def felt(self, component: bool) -> Real:
-        """(n,) amplitude, m, of the deformation, or of its component along each axis of the cylinders."""
+    def deformation(self, component: bool) -> Real:
+        """(n,) amplitude, m, of the whole deformation, or of its component along each axis of the cylinders."""
         return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
 
 

@@ -13,16 +13,13 @@ from analysis.gap.measurement import Measurement
 
 @cache
 def laws() -> tuple[type[Effect], ...]:
-    """All laws of all effects, by id and in the order of their file."""
+    """All laws of all effects, sorted by id; rival laws of one id in the order of their file."""
     found = list[type[Effect]]()
-    for module in sorted(pkgutil.iter_modules(effects.__path__), key=lambda each: each.name):
-        names = vars(import_module(f"{effects.__name__}.{module.name}"))
-        found += [
-            each
-            for each in names.values()
-            if isinstance(each, type) and issubclass(each, Effect) and each.__module__.endswith(f".{module.name}")
-        ]
-    return tuple(found)
+    for module in pkgutil.iter_modules(effects.__path__, f"{effects.__name__}."):
+        names = vars(import_module(module.name)).values()
+        classes = (each for each in names if isinstance(each, type) and issubclass(each, Effect))
+        found += [each for each in classes if each.__module__ == module.name]
+    return tuple(sorted(found, key=lambda law: law.id))
 
 
 def effect_ids() -> tuple[str, ...]:

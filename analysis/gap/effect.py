@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -19,7 +18,7 @@ Given = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Effect(ABC):
+class Effect:
     """An effect of the catalogue under one law.
 
     A subclass says what it is by its class attributes, and overrides those methods that it has something to say to:
@@ -38,15 +37,18 @@ class Effect(ABC):
     interpolates: ClassVar[bool] = True
     """Whether it says anything at amplitudes at which nothing was measured."""
 
+    own_parameters: ClassVar[tuple[Parameter, ...]] = ()
+    """Parameters, where they are the same for every measurement."""
+
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         """All that a measurement can show; by default the one that takes no arguments."""
         return (cls(),)
 
     @property
-    @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
-        """What a candidate may have: its full plausible range."""
+        """Parameters with their full plausible ranges; an override may let them depend on the variant."""
+        return self.own_parameters
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         """The elastomer: in both rigs."""

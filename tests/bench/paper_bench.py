@@ -8,17 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.cylinder_angle import CylinderAngle
-from analysis.gap.effects.density import Density
-from analysis.gap.effects.frequency_dependence import SpringPot
-from analysis.gap.effects.joint_mass import JointMass
-from analysis.gap.effects.mesh_error import MeshError
-from analysis.gap.effects.preload_stiffening import PreloadStiffening
-from analysis.gap.effects.support_position import SupportPosition
-from analysis.gap.effects.temperature_shift import SOFTENING, TemperatureShift
-from analysis.gap.effects.vertical_offset import VerticalOffset
-from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.effects.attachment import JointMass
+from analysis.gap.effects.beam import AccelerometerMass, Density, MeshError, YoungsModulus
+from analysis.gap.effects.joint_frequency import SpringPot
+from analysis.gap.effects.joint_geometry import CylinderAngle, SupportPosition, VerticalOffset
+from analysis.gap.effects.joint_state import SOFTENING, PreloadStiffening, TemperatureShift
 from analysis.gap.free_beam_modes import Bar
 from analysis.gap.parameter import Parameter
 from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble

@@ -1,1 +1,1 @@
-"""The catalogue of effects, a file each; `analysis.gap.catalogue` finds them."""
+"""The effects of the catalogue, a file for each family. A new effect is a class in the file of its family."""

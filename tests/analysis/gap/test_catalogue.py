@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from analysis.gap.catalogue import candidates, effect_ids, laws, shows
 from analysis.gap.effect import Effect
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.sensor_gain import SensorGain
-from analysis.gap.effects.support_position import SupportPosition
+from analysis.gap.effects.joint_geometry import SupportPosition
+from analysis.gap.effects.measuring_chain import SensorGain
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.measurement import Measurement
 
 ELASTOMER = frozenset(

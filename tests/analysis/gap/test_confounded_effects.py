@@ -9,11 +9,10 @@ import numpy as np
 
 from analysis.gap.confounded_effects import twins
 from analysis.gap.effect import Effect
-from analysis.gap.effects.density import Density
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.sensor_gain import SensorGain
-from analysis.gap.effects.temperature_shift import TemperatureShift
-from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.effects.beam import Density, YoungsModulus
+from analysis.gap.effects.joint_state import TemperatureShift
+from analysis.gap.effects.measuring_chain import SensorGain
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
 from analysis.gap.verdict import UNKNOWN, Weighed

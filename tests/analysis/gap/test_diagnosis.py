@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
+from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.model import Model
 from analysis.gap.search import search_of

@@ -13,31 +13,30 @@ from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting, joint_matrices
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.beam_damping import (
+from analysis.gap.effects.attachment import FoundationBothWays, FoundationCompliance, JointMass, MassOfEachJoint
+from analysis.gap.effects.beam import (
     REFERENCE,
+    AccelerometerMass,
     BeamDamping,
     DampingFollowingFrequency,
     DampingOfModes,
+    Density,
+    MeshError,
     MoreFreeDamping,
+    OutOfPlaneBending,
+    RowsOfTheirOwn,
+    YoungsModulus,
 )
-from analysis.gap.effects.channel_delay import ChannelDelay
-from analysis.gap.effects.contact_patch import ContactPatch
-from analysis.gap.effects.cross_axis_sensitivity import CrossAxisSensitivity
-from analysis.gap.effects.cylinder_angle import CylinderAngle
-from analysis.gap.effects.density import Density
-from analysis.gap.effects.exponential_window import ExponentialWindow
-from analysis.gap.effects.foundation_compliance import FoundationBothWays, FoundationCompliance
-from analysis.gap.effects.highpass_corner import HighpassCorner, SecondOrderCorner
-from analysis.gap.effects.impact_angle import AllBlows, BlowsAtOnePoint, ImpactAngle, SurfaceBlows
-from analysis.gap.effects.impact_position import ImpactPosition
-from analysis.gap.effects.joint_mass import JointMass, MassOfEachJoint
-from analysis.gap.effects.mesh_error import MeshError
-from analysis.gap.effects.out_of_plane_bending import OutOfPlaneBending, RowsOfTheirOwn
-from analysis.gap.effects.sensor_gain import SensorGain
-from analysis.gap.effects.support_position import SupportPosition
-from analysis.gap.effects.vertical_offset import VerticalOffset
-from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle, ImpactPosition, SurfaceBlows
+from analysis.gap.effects.joint_geometry import ContactPatch, CylinderAngle, SupportPosition, VerticalOffset
+from analysis.gap.effects.measuring_chain import (
+    ChannelDelay,
+    CrossAxisSensitivity,
+    ExponentialWindow,
+    HighpassCorner,
+    SecondOrderCorner,
+    SensorGain,
+)
 from analysis.gap.fit import Likelihood
 from analysis.gap.free_beam_modes import Bar, bar_of
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints

@@ -10,20 +10,36 @@ from hypothesis import strategies as st
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given
-from analysis.gap.effects.amplitude_dependence import KNOTS, MIDDLE, AmplitudeCurve, AmplitudeDependence, AmplitudeTable
-from analysis.gap.effects.conditioning_drift import ConditioningDrift, LogarithmicDrift, SaturatingDrift
-from analysis.gap.effects.coulomb_friction import CoulombFriction, StickingFriction
-from analysis.gap.effects.cubic_stiffness import CubicStiffness, SaturatingStiffness
-from analysis.gap.effects.frequency_dependence import (
+from analysis.gap.effects.joint_amplitude import (
+    KNOTS,
+    MIDDLE,
+    AmplitudeCurve,
+    AmplitudeDependence,
+    AmplitudeTable,
+    CoulombFriction,
+    CubicStiffness,
+    SaturatingStiffness,
+    StickingFriction,
+)
+from analysis.gap.effects.joint_frequency import (
     REFERENCE,
     FewRelaxations,
     FractionalZener,
     FrequencyDependence,
+    LossLaw,
+    LossLawOfEach,
+    PartViscous,
     SpringPot,
 )
-from analysis.gap.effects.loss_law import LossLaw, LossLawOfEach, PartViscous
-from analysis.gap.effects.preload_stiffening import PreloadStiffening, PreloadWithLoss, PreloadWithSomeLoss
-from analysis.gap.effects.temperature_shift import TemperatureShift
+from analysis.gap.effects.joint_state import (
+    ConditioningDrift,
+    LogarithmicDrift,
+    PreloadStiffening,
+    PreloadWithLoss,
+    PreloadWithSomeLoss,
+    SaturatingDrift,
+    TemperatureShift,
+)
 from analysis.gap.measurement import Measurement
 
 STORAGE = np.array([[[4e5], [2.4e6], [20.0]]])

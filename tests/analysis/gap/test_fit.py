@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.baseline import baseline_of
-from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, FINAL, Latest, Likelihood, Stage, fit
 from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.simulation import Simulation, State

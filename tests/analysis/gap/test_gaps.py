@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
-from analysis.gap.effects.frame_compliance import FrameCompliance
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.gaps import AT_THE_FLOOR, Gaps, measured_gaps, where_asked
 from analysis.gap.measurement import HammerSet
 from analysis.gap.model import Model, refined

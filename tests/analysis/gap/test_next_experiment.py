@@ -9,11 +9,10 @@ import pytest
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.effect import Effect
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.amplitude_dependence import AmplitudeTable
-from analysis.gap.effects.conditioning_drift import ConditioningDrift
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.youngs_modulus import YoungsModulus
+from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
+from analysis.gap.effects.joint_amplitude import AmplitudeTable
+from analysis.gap.effects.joint_state import ConditioningDrift
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, Likelihood, fit
 from analysis.gap.free_beam_modes import bar_of
 from analysis.gap.measurement import Measurement

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.coulomb_friction import StickingFriction
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.impact_angle import AllBlows, BlowsAtOnePoint, ImpactAngle
-from analysis.gap.effects.transducer_lag import TransducerLag
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle
+from analysis.gap.effects.joint_amplitude import StickingFriction
+from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Likelihood, evaluated, fit
 from analysis.gap.linear_step import LinearStep
 from analysis.gap.screening import (

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.transducer_lag import TransducerLag
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.residual_structure import misfit

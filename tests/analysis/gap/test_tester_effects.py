@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.gap.effects.fixture_inertia import FixtureInertia, InertiaOfEachFixture
-from analysis.gap.effects.frame_compliance import FrameCompliance, LossyFrame
-from analysis.gap.effects.frame_resonance import FrameResonance
-from analysis.gap.effects.transducer_lag import FilteredDisplacement, TransducerLag
+from analysis.gap.effects.tester import (
+    FilteredDisplacement,
+    FixtureInertia,
+    FrameCompliance,
+    FrameResonance,
+    InertiaOfEachFixture,
+    LossyFrame,
+    TransducerLag,
+)
 from analysis.gap.measurement import Configuration, TesterPoints
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.foundation_compliance import FoundationCompliance
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.joint_mass import JointMass
-from analysis.gap.effects.transducer_lag import FilteredDisplacement
+from analysis.gap.effects.attachment import FoundationCompliance, JointMass
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance
 from analysis.gap.fit import fit
 from analysis.gap.model import Model, best_by_id
 from analysis.gap.search import Search

@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.effect import Effect
-from analysis.gap.effects.accelerometer_mass import AccelerometerMass
-from analysis.gap.effects.frame_compliance import FrameCompliance
-from analysis.gap.effects.highpass_corner import HighpassCorner
-from analysis.gap.effects.joint_mass import JointMass
-from analysis.gap.effects.transducer_lag import TransducerLag
+from analysis.gap.effects.attachment import JointMass
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.measuring_chain import HighpassCorner
+from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
 from analysis.gap.residual_structure import Misfit

@@ -1,0 +1,94 @@
+"""What is fixed to the joints, and what the joints stand on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from analysis.frequency_response import Complex, Real
+from analysis.gap.effect import Effect, EffectOfEachJoint, Given
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class JointMass(Effect):
+    """Caps and bolts move with the beam: the same mass at every joint, up to 0.3 kg."""
+
+    id = "joint_mass"
+    title = "mass at the joints"
+    law = "equal masses"
+    form_is_known = True
+    own_parameters = (Parameter("m", "kg", 0.0, 0.2, least=0.0),)
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        return joints + inertia(np.full(joints.shape[1], given["m"]), pole)
+
+
+@dataclass(frozen=True)
+class MassOfEachJoint(EffectOfEachJoint):
+    """A mass of its own at each joint."""
+
+    id = "joint_mass"
+    title = "mass at the joints"
+    law = "each joint its own"
+    form_is_known = True
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"m_{name}", "kg", 0.0, 0.2, least=-0.01) for name in self.names)
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        return joints + inertia(self.at_joints(given, "m"), pole)
+
+
+def inertia(masses: Real, pole: Complex) -> Complex:
+    """(lines, joints, 3, 3) dynamic stiffness of point masses (joints,) in kg."""
+    return np.asarray(np.multiply.outer(pole**2, np.multiply.outer(masses, np.diag([1.0, 1.0, 0.0]))))
+
+
+@dataclass(frozen=True)
+class FoundationCompliance(Effect):
+    """The foundation of one joint moves across the beam, in series with the joint: k_f (1 + i eta) - w^2 m_f.
+
+    Its resonance lies between 30 and 1500 Hz.
+
+    Attributes:
+        joint: its index in the drawing.
+    """
+
+    id = "foundation_compliance"
+    title = "foundation that gives way"
+    law = "across the bar"
+    own_parameters = (
+        Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
+        Parameter("k_f", "N/m", 1.5e7, 1.0, positive=True, starts=(0.0, 2.5)),
+        Parameter("eta", "1", 0.05, 0.7, positive=True),
+    )
+    directions: ClassVar[Real] = np.array([[0.0], [1.0], [0.0]])
+    """(3, n) unit vectors (x, y, rotation) along which the foundation moves."""
+    joint: int = 0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return tuple(cls(place) for place in range(len(measurement.drawing.joints)))
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        stiffness = given["k_f"]
+        mass = stiffness / (2 * np.pi * given["f"]) ** 2
+        foundation = stiffness * (1 + 1j * given["eta"]) + pole**2 * mass
+        changed = np.repeat(joints, pole.size // len(joints), axis=0)
+        z, directions = changed[:, self.joint], self.directions
+        base = directions.T @ z @ directions + foundation[:, None, None] * np.eye(directions.shape[1])
+        changed[:, self.joint] = z - z @ directions @ np.linalg.solve(base, directions.T @ z)
+        return changed
+
+
+@dataclass(frozen=True)
+class FoundationBothWays(FoundationCompliance):
+    """The foundation of one joint moves across and along the beam alike."""
+
+    law = "across and along the bar"
+    directions = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])

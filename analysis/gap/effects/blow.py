@@ -1,0 +1,113 @@
+"""How the hammer strikes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.gap.bench import BeamBench, Setting
+from analysis.gap.effect import Effect, Given
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class ImpactAngle(Effect):
+    """Transverse blows lean alike by a few degrees, and part of their force pulls along the axis."""
+
+    id = "impact_angle"
+    title = "blows that lean"
+    law = "transverse blows, at the axis"
+    own_parameters = (Parameter("angle_deg", "deg", 0.0, 2.7),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        leaning = np.array([self.leans(dof) for dof in setting.inputs], dtype=float)
+        return replace(bench, lean=bench.lean + leaning * given["angle_deg"] * np.pi / 180)
+
+    def leans(self, dof: Dof) -> bool:
+        """Whether blows at a point lean."""
+        return dof.direction is Direction.Y
+
+
+@dataclass(frozen=True)
+class SurfaceBlows(ImpactAngle):
+    """Transverse blows lean alike and pull at the surface, half the beam's height off the axis."""
+
+    law = "transverse blows, at the surface"
+    height: float = 0.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(measurement.drawing.beam.height / 2),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(super().beam(given, bench, setting), strike_height=self.height)
+
+
+@dataclass(frozen=True)
+class AllBlows(ImpactAngle):
+    """All blows lean alike; on the ends of the beam, part of their force acts across it."""
+
+    law = "all blows"
+
+    def leans(self, dof: Dof) -> bool:
+        return True
+
+
+@dataclass(frozen=True)
+class BlowsAtOnePoint(ImpactAngle):
+    """Blows lean at one `point`, which is hard to reach."""
+
+    law = "blows at one point"
+    point: Dof | None = None
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        points = {dof for each in measurement.sets for dof in each.inputs}
+        return tuple(cls(point) for point in sorted(points, key=str))
+
+    def leans(self, dof: Dof) -> bool:
+        return dof == self.point
+
+
+@dataclass(frozen=True)
+class ImpactPosition(Effect):
+    """Points struck across the beam lie up to 8 mm beside their marks, the same in every hammer set."""
+
+    id = "impact_position"
+    title = "points struck beside their marks"
+    law = "each point its own"
+    form_is_known = True
+    nodes: tuple[int, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        nodes = {dof.node for each in measurement.sets for dof in each.inputs if dof.direction is Direction.Y}
+        return (cls(tuple(sorted(nodes))),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"shift_{node}", "m", 0.0, 0.004) for node in self.nodes)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        shift = np.array(
+            [given.get(f"shift_{dof.node}", 0.0) if dof.direction is Direction.Y else 0.0 for dof in setting.inputs]
+        )
+        return replace(bench, blow_offset=bench.blow_offset + shift)
+
+
+@dataclass(frozen=True)
+class DoubleHit(Effect):
+    """The hammer bounces: a second contact a few milliseconds after the first.
+
+    It shows in the records of blows (`analysis.gap.faults`) and is found there before anything is fitted. H1 divides by
+    the force of both contacts: accelerances stay right, and lose coherence where the force spectrum has its ripples.
+    """
+
+    id = "double_hit"
+    title = "double hits of the hammer"
+    law = "found in records"
+    own_parameters = (Parameter("ratio", "1", 0.0, 0.4, least=0.0),)

@@ -1,0 +1,86 @@
+"""Where and how the joints hold the beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from analysis.gap.bench import Mounting
+from analysis.gap.effect import Effect, EffectOfEachJoint, Given
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class SupportPosition(EffectOfEachJoint):
+    """Each joint sits beside where the drawing has it, by up to 10 mm along the beam."""
+
+    id = "support_position"
+    title = "joints beside their drawn place"
+    form_is_known = True
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"dx_{name}", "m", 0.0, 0.006) for name in self.names)
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        return replace(mounting, position=mounting.position + self.at_joints(given, "dx"))
+
+
+@dataclass(frozen=True)
+class CylinderAngle(Effect):
+    """Both cylinders of one joint lean up to 5 degrees more than drawn; steeper is positive: k22 grows and k11 falls.
+
+    Attributes:
+        joint: its index in the drawing.
+        steeper: 1 or -1, the sense in which theta turns when the cylinders become steeper.
+    """
+
+    id = "cylinder_angle"
+    title = "cylinders at another angle"
+    form_is_known = True
+    own_parameters = (Parameter("delta_deg", "deg", 0.0, 3.3),)
+    joint: int = 0
+    steeper: float = 1.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return tuple(
+            cls(place, -float(np.sign(np.sin(2 * joint.inclinations[0]))) or 1.0)
+            for place, joint in enumerate(measurement.drawing.joints)
+        )
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        concerned = np.arange(len(mounting.inclination)) == self.joint
+        turn = self.steeper * given["delta_deg"] * np.pi / 180
+        return replace(mounting, inclination=mounting.inclination + (concerned * turn)[:, None])
+
+
+@dataclass(frozen=True)
+class VerticalOffset(EffectOfEachJoint):
+    """Both cylinders of a joint sit off the beam's axis, by up to 5 mm for each joint: k13 and k23 appear."""
+
+    id = "vertical_offset"
+    title = "cylinders off the bar's axis"
+    form_is_known = True
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(Parameter(f"shift_{name}", "m", 0.0, 0.0033) for name in self.names)
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        return replace(mounting, eccentricity=mounting.eccentricity + self.at_joints(given, "shift")[:, None])
+
+
+@dataclass(frozen=True)
+class ContactPatch(Effect):
+    """Stiffness acts over a length of the beam, 10 to 40 mm for a cap: k33 grows by k22 l^2 / 12 at all joints."""
+
+    id = "contact_patch"
+    title = "stiffness spread over a length"
+    own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        return replace(mounting, length=mounting.length + given["length"])

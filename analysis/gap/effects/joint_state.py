@@ -1,0 +1,127 @@
+"""Joints that differ with temperature, preset and history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.bench import Cylinders, Loading
+from analysis.gap.effect import Effect, Given
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+SOFTENING = Parameter("softening", "1/K", 0.008, 0.5, positive=True)
+"""Share by which stiffness falls per K: 0.5 to 1 % for filled natural rubber about room temperature (ISO 18437-4)."""
+
+
+@dataclass(frozen=True)
+class TemperatureShift(Effect):
+    """The tester is warmer than the beam by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
+
+    The softening of a rubber is known to a factor, and so delta_t is known no better.
+    """
+
+    id = "temperature_shift"
+    title = "another temperature in each rig"
+    own_parameters = (Parameter("delta_t", "K", 0.0, 6.7), Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        if not loading.tester:
+            return cylinders
+        softer = given["softening"] * given["delta_t"]
+        return cylinders.scaled(np.exp(-softer), np.exp(-softer * given["loss_ratio"]))
+
+
+@dataclass(frozen=True)
+class PreloadStiffening(Effect):
+    """Cylinders are stiffer under the tester's preset than under the beam, by 0.2 to 1 per mm; loss stays.
+
+    Attributes:
+        preset_mm: mean displacement in the tester.
+    """
+
+    id = "preload_stiffening"
+    title = "stiffening under the tester's preset"
+    law = "stiffness alone"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("s", "1/mm", 0.0, 0.67),)
+    preset_mm: float = 0.5
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(measurement.preset * 1e3 or 0.5),)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        more = given["s"] * self.preset_mm
+        return cylinders.scaled(1 + more, 1 + self.loss_share(given) * more) if loading.tester else cylinders
+
+    def loss_share(self, given: Given) -> float:
+        """Growth of loss over growth of stiffness."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class PreloadWithLoss(PreloadStiffening):
+    """Stiffness and loss grow alike."""
+
+    law = "stiffness and loss alike"
+
+    def loss_share(self, given: Given) -> float:
+        return 1.0
+
+
+@dataclass(frozen=True)
+class PreloadWithSomeLoss(PreloadStiffening):
+    """Loss grows by a share of the growth of stiffness."""
+
+    law = "loss by a share"
+    own_parameters = (*PreloadStiffening.own_parameters, Parameter("loss_share", "1", 0.5, 0.25))
+
+    def loss_share(self, given: Given) -> float:
+        return given["loss_share"]
+
+
+@dataclass(frozen=True)
+class ConditioningDrift(Effect):
+    """Specimens soften while they are cycled (slow part of Mullins' effect), up to 10 %.
+
+    Stiffness and loss fall in proportion to the share of the test that is done.
+    """
+
+    id = "conditioning_drift"
+    title = "drift in the order of measuring"
+    law = "straight"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("d", "1", 0.0, 0.067),)
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        if not loading.tester:
+            return cylinders
+        factor = 1 - given["d"] * self._done(given, loading.fraction)
+        return cylinders.scaled(factor, factor)
+
+    def _done(self, _given: Given, fraction: Real) -> Real:
+        return fraction
+
+
+@dataclass(frozen=True)
+class SaturatingDrift(ConditioningDrift):
+    """The drift saturates: most of it is over after a share `knee` of the test."""
+
+    law = "saturating"
+    own_parameters = (*ConditioningDrift.own_parameters, Parameter("knee", "1", 0.3, 0.8, positive=True))
+
+    def _done(self, given: Given, fraction: Real) -> Real:
+        rate = 1 / given["knee"]
+        return np.asarray((1 - np.exp(-rate * fraction)) / (1 - np.exp(-rate)))
+
+
+@dataclass(frozen=True)
+class LogarithmicDrift(ConditioningDrift):
+    """The drift follows the logarithm of the number of cycles."""
+
+    law = "logarithmic"
+
+    def _done(self, _given: Given, fraction: Real) -> Real:
+        return np.asarray(np.log1p(100 * fraction) / np.log(101))

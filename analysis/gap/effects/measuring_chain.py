@@ -1,0 +1,101 @@
+"""Sensors, cables and windows of the beam rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.gap.bench import BeamBench, Setting
+from analysis.gap.effect import Effect, Given
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class SensorGain(Effect):
+    """Sensitivities of hammer or accelerometer are off by up to 5 %: one factor on all accelerances."""
+
+    id = "sensor_gain"
+    title = "gain of hammer or accelerometer"
+    form_is_known = True
+    own_parameters = (Parameter("gain", "1", 0.0, 0.033),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, chain=bench.chain * (1 + given["gain"]))
+
+
+@dataclass(frozen=True)
+class ChannelDelay(Effect):
+    """Filters or multiplexed channels delay acceleration against force by up to 50 us."""
+
+    id = "channel_delay"
+    title = "delay between the channels"
+    form_is_known = True
+    own_parameters = (Parameter("tau", "s", 0.0, 33e-6),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, chain=bench.chain * np.exp(-given["tau"] * bench.pole))
+
+
+@dataclass(frozen=True)
+class HighpassCorner(Effect):
+    """The IEPE supply couples by a capacitor: a first-order corner at 0.1 to 5 Hz, i w / (i w + w_c)."""
+
+    id = "highpass_corner"
+    title = "high-pass corner of the acceleration channel"
+    law = "first order"
+    own_parameters = (Parameter("corner", "Hz", 0.8, 1.0, positive=True, starts=(-0.5, 1.0)),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, chain=bench.chain * bench.pole / (bench.pole + 2 * np.pi * given["corner"]))
+
+
+@dataclass(frozen=True)
+class SecondOrderCorner(HighpassCorner):
+    """Two stages in a row, of charge amplifier and input."""
+
+    law = "second order"
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        corner = 2 * np.pi * given["corner"]
+        passed = bench.pole**2 / (bench.pole**2 + np.sqrt(2) * corner * bench.pole + corner**2)
+        return replace(bench, chain=bench.chain * passed)
+
+
+@dataclass(frozen=True)
+class ExponentialWindow(Effect):
+    """An exponential window e^(-s t) on both channels that nobody stated: H at i w + s, beside a stated one."""
+
+    id = "exponential_window"
+    title = "exponential window not corrected"
+    form_is_known = True
+    own_parameters = (Parameter("s", "1/s", 0.0, 6.7, least=0.0),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, pole=bench.pole + given["s"])
+
+
+@dataclass(frozen=True)
+class CrossAxisSensitivity(Effect):
+    """The accelerometer reads a share of the axial motion; data sheets allow 5 %."""
+
+    id = "cross_axis_sensitivity"
+    title = "cross-axis sensitivity of the accelerometer"
+    own_parameters = (Parameter("sensitivity", "1", 0.0, 0.033),)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, cross_axis=bench.cross_axis + given["sensitivity"])
+
+
+@dataclass(frozen=True)
+class MainsHum(Effect):
+    """The mains and its multiples on the accelerometer; ground loops make 0.01 to 0.1 m/s^2 with an unshielded cable.
+
+    It shows in the records of blows, or in dips of coherence at single lines, and is found there before anything is
+    fitted (`analysis.gap.mains_detection`); those lines are then left out.
+    """
+
+    id = "mains_hum"
+    title = "mains hum"
+    law = "found in records"
+    own_parameters = (Parameter("amplitude", "m/s^2", 0.0, 0.05, least=0.0),)

@@ -1,0 +1,102 @@
+"""The elastomer tester itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from analysis.frequency_response import Complex
+from analysis.gap.effect import Effect, Given
+from analysis.gap.measurement import Configuration, TesterPoints
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class FrameCompliance(Effect):
+    """The frame gives way in series with the specimen: 1/k + c, up to 0.5 um/N for a light frame."""
+
+    id = "frame_compliance"
+    title = "compliance of the tester's frame"
+    law = "elastic"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c", "m/N", 0.0, 0.33e-6, least=0.0),)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return stiffness / (1 + given["c"] * stiffness)
+
+
+@dataclass(frozen=True)
+class LossyFrame(FrameCompliance):
+    """The frame loses energy too, in bolted joints and seals: c (1 - i loss)."""
+
+    law = "with loss"
+    own_parameters = (*FrameCompliance.own_parameters, Parameter("loss", "1", 0.0, 0.03, least=0.0))
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return stiffness / (1 + given["c"] * (1 - 1j * given["loss"]) * stiffness)
+
+
+@dataclass(frozen=True)
+class FixtureInertia(Effect):
+    """Mass between specimen and force transducer, up to 0.2 kg: k - w^2 m."""
+
+    id = "fixture_inertia"
+    title = "inertia of the tester's fixture"
+    law = "one fixture"
+    form_is_known = True
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("m", "kg", 0.0, 0.133, least=0.0),)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return stiffness - given["m"] * (2 * np.pi * points.frequency) ** 2
+
+
+SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Configuration)
+"""Parameters for the mass of each configuration's fixture, over `m`."""
+
+
+@dataclass(frozen=True)
+class InertiaOfEachFixture(FixtureInertia):
+    """Each configuration has a fixture of its own, and masses differ a little."""
+
+    law = "a fixture for each configuration"
+    own_parameters = (*FixtureInertia.own_parameters, *(Parameter(name, "1", 1.0, 0.15) for name in SHARES))
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        shares = np.array([given[name] for name in SHARES])[points.configuration]
+        return np.asarray(stiffness - given["m"] * shares * (2 * np.pi * points.frequency) ** 2)
+
+
+@dataclass(frozen=True)
+class FrameResonance(Effect):
+    """The frame resonates at 250 to 800 Hz and magnifies readings below: 1 / (1 - (f / f_r)^2)."""
+
+    id = "frame_resonance"
+    title = "resonance of the tester's frame"
+    own_parameters = (Parameter("f_r", "Hz", 450.0, 0.5, positive=True, starts=(0.0, 1.2)),)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return stiffness / (1 - (points.frequency / given["f_r"]) ** 2)
+
+
+@dataclass(frozen=True)
+class TransducerLag(Effect):
+    """Force leads displacement by different filters: e^(i w tau), up to 300 us."""
+
+    id = "transducer_lag"
+    title = "lag between the tester's transducers"
+    law = "delay"
+    own_parameters = (Parameter("tau", "s", 0.0, 200e-6),)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return np.asarray(stiffness * np.exp(2j * np.pi * points.frequency * given["tau"]))
+
+
+@dataclass(frozen=True)
+class FilteredDisplacement(TransducerLag):
+    """Displacement passes a filter of first order that force does not pass."""
+
+    law = "filter of first order"
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return np.asarray(stiffness * (1 + 2j * np.pi * points.frequency * given["tau"]))

@@ -1,7 +1,8 @@
-"""The audit log as the service keeps it: what moves the machine before it does, what came of it, and what was refused.
+"""The audit log as service and page write it.
 
-Refused deeds cannot fill the disk: whoever has no valid key is told so and not noted, and of one caller so many are
-noted in an hour.
+An action that moves the machine is noted before it begins; every action is noted with its outcome; a refused action is
+noted, too. Refused actions cannot fill the disk: a caller without a valid key is not noted, and of every other caller
+only so many refusals are noted in an hour.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy.orm import Session
 
@@ -20,45 +21,75 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 
 BEGUN = "begun"
-NOTED = 60
-"""Refused deeds of one caller that are noted in an hour."""
+REFUSALS_AN_HOUR = 60
+"""The number of refused actions of one caller that are noted in an hour."""
 HOUR = 3600.0  # s
+ResultT = TypeVar("ResultT")
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Deed:
-    """Something that somebody asks for.
+class AuditedAction:
+    """An action that a caller asks for.
 
     Attributes:
-        who: the caller.
+        caller: name of the caller.
         action: such as "start run".
-        target: what it is done to, such as "run 7".
-        moves: whether it moves the machine, and is noted before it is done, too.
+        target: of the action, such as "run 7".
+        moves: whether it moves the machine; it is then noted before it begins, too.
         details: what else was given.
     """
 
-    who: str
+    caller: str
     action: str
     target: str
     moves: bool = False
     details: dict[str, Any] = field(default_factory=dict)
 
     def begin(self, session: Session) -> int | None:
-        """Note that it is about to be done, where it moves the machine; the number of that entry, for its end."""
+        """Note that it is about to begin, where it moves the machine; the number of that entry."""
         return self._add(session, BEGUN, self.details) if self.moves else None
 
-    def end(self, session: Session, outcome: str, begun: int | None) -> None:
-        """Note what came of it."""
-        self._add(session, outcome, self.details if begun is None else {**self.details, BEGUN: begun})
+    def carry_out(
+        self,
+        catalogue: Catalogue,
+        begun: int | None,
+        do: Callable[[], ResultT],
+        done: Callable[[Session, ResultT], None] = lambda _session, _result: None,
+        failed: Callable[[Session], None] = lambda _session: None,
+    ) -> ResultT:
+        """Do it, and note its outcome.
 
-    def refuse(self, session: Session, why: str) -> None:
+        Args:
+            catalogue: with the audit log.
+            begun: number of the entry that it was about to begin.
+            do: carries the action out.
+            done: writes more into the transaction that notes the end.
+            failed: the same where `do` raises.
+
+        Raises:
+            Exception: what `do` raises.
+        """
+        begin = {} if begun is None else {BEGUN: begun}
+        try:
+            result = do()
+        except Exception as error:
+            with catalogue.writing() as session:
+                self._add(session, str(error) or type(error).__name__, self.details | begin)
+                failed(session)
+            raise
+        with catalogue.writing() as session:
+            done(session, result)
+            self._add(session, "done", self.details | begin)
+        return result
+
+    def refuse(self, session: Session, reason: str) -> None:
         """Note that it was refused, and not begun."""
-        self._add(session, f"refused: {why}", {})
+        self._add(session, f"refused: {reason}", {})
 
     def _add(self, session: Session, outcome: str, details: dict[str, Any]) -> int:
         return add_audit_entry(
-            session, who=self.who, action=self.action, target=self.target, outcome=outcome, details=details
+            session, who=self.caller, action=self.action, target=self.target, outcome=outcome, details=details
         )
 
 
@@ -68,10 +99,10 @@ class _Hour:
     noted: int = 0
 
 
-class Refusals:
-    """Notes deeds that were refused for want of scope or lease, `NOTED` an hour of each caller. Any thread may call it.
+class RefusalLog:
+    """Notes actions that were refused for lack of a scope or the lease. Any thread may call it.
 
-    Whoever may act can write the log anyway; a key that only reads cannot fill the disk with what it may not do.
+    A caller who may act can write the log anyway; a key that only reads cannot fill the disk with refusals.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -79,25 +110,26 @@ class Refusals:
         self._lock = threading.Lock()
         self._hours = dict[str, _Hour]()  # as many as there are keys
 
-    def note(self, catalogue: Catalogue, deed: Deed, why: str) -> None:
-        """Note that `deed` was refused. Whoever is refused is told so whether or not it can be noted."""
-        number = self._number(deed.who)
-        if number > NOTED:
+    def note(self, catalogue: Catalogue, action: AuditedAction, reason: str) -> None:
+        """Note that `action` was refused. The caller is told so whether or not it can be noted."""
+        number = self._number(action.caller)
+        if number > REFUSALS_AN_HOUR:
             return
-        last = "; no more is noted of them within the hour" if number == NOTED else ""
+        last = "; no more is noted of them within the hour" if number == REFUSALS_AN_HOUR else ""
         try:
             with catalogue.writing() as session:
-                deed.refuse(session, why + last)
+                action.refuse(session, reason + last)
         except StoreError as error:
             log.warning(
-                "%s, %s, was refused to %s, which could not be noted: %s", deed.action, deed.target, deed.who, error
-            )
+                "%s, %s, was refused to %s; this could not be noted: %s",
+                action.action, action.target, action.caller, error,
+            )  # fmt: skip
 
-    def _number(self, who: str) -> int:
+    def _number(self, caller: str) -> int:
         with self._lock:
             now = self._clock()
-            hour = self._hours.get(who)
+            hour = self._hours.get(caller)
             if hour is None or now >= hour.ends:
-                hour = self._hours[who] = _Hour(now + HOUR)
+                hour = self._hours[caller] = _Hour(now + HOUR)
             hour.noted += 1
             return hour.noted

@@ -14,8 +14,9 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate
 from api.commands.terminal import check_writable, open_catalogue, out, run_number, write_json
-from api.service.resources.stiffness_at import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE, StiffnessDocument
+from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE
 from jointlab.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
+from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.report.section import number
 from store.bundle import read_bundle
@@ -53,7 +54,7 @@ def stiffness(
     found = stiffness_at(laws, 1e-3 * amplitude, frequency, specimen or ())
     _show(found)
     if json_file is not None:
-        write_json(StiffnessDocument.of(found, analysis).model_dump(mode="json"), json_file)
+        write_json(stiffness_document(found, analysis).model_dump(mode="json"), json_file)
 
 
 def _laws(target: str) -> tuple[Mapping[str, JointLaw], int | None]:

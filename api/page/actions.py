@@ -12,7 +12,7 @@ from nicegui import run
 from api.page.login import Visitor
 from api.service.access import Caller, check_scope
 from api.service.problems import AccessError
-from jointlab.audit import Deed
+from jointlab.audit import AuditedAction
 from jointlab.errors import EXPECTED
 from jointlab.supervision.lease import Lease, LeaseError
 from jointlab.supervision.manager import RunManager
@@ -74,18 +74,18 @@ class Deeds:
 
     def _drive(self, tab: str, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made:
         runs, caller = self._runs(), self.visitor.caller()
-        deed = Deed(caller.name, action, target, moves=True)
-        with self._refusing(deed):
+        audited = AuditedAction(caller.name, action, target, moves=True)
+        with self._refusing(audited):
             check_scope(caller, Scope.CONTROL)
             runs.lease.hold(token_of(caller, tab), _holder(caller), caller.name)
-        return self._done(deed, lambda: do(runs, caller))
+        return self._done(audited, lambda: do(runs, caller))
 
     def _act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made:
         caller = self.visitor.caller()
-        deed = Deed(caller.name, action, target)
-        with self._refusing(deed):
+        audited = AuditedAction(caller.name, action, target)
+        with self._refusing(audited):
             check_scope(caller, scope)
-        return self._done(deed, lambda: do(caller))
+        return self._done(audited, lambda: do(caller))
 
     def _runs(self) -> RunManager:
         runs = self.visitor.services.runs
@@ -94,28 +94,20 @@ class Deeds:
         return runs
 
     @contextmanager
-    def _refusing(self, deed: Deed) -> Iterator[None]:
+    def _refusing(self, action: AuditedAction) -> Iterator[None]:
         """Note that a deed is refused, where it is."""
         try:
             yield
         except (AccessError, LeaseError) as error:
-            self.visitor.services.refusals.note(self.visitor.services.catalogue, deed, str(error))
+            self.visitor.services.refusals.note(self.visitor.services.catalogue, action, str(error))
             raise
 
-    def _done(self, deed: Deed, do: Callable[[], Made]) -> Made:
+    def _done(self, action: AuditedAction, do: Callable[[], Made]) -> Made:
         """Do it, noted in the audit log."""
         catalogue = self.visitor.services.catalogue
         with catalogue.writing() as session:
-            begun = deed.begin(session)
-        try:
-            made = do()
-        except Exception as error:
-            with catalogue.writing() as session:
-                deed.end(session, str(error) or type(error).__name__, begun)
-            raise
-        with catalogue.writing() as session:
-            deed.end(session, "done", begun)
-        return made
+            begun = action.begin(session)
+        return action.carry_out(catalogue, begun, do)
 
 
 def token_of(caller: Caller, tab: str) -> str:

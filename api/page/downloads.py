@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from api.page.login import visitor_of
 from api.service.access import check_scope
 from api.service.context import Services
-from api.service.resources.dynamic_stiffness import StiffnessPoint
+from jointlab.documents.results import StiffnessPoint
 from jointlab.identification.save import unobservable_reasons
 from jointlab.jobs.kinds import exports_folder
 from store.analyses import latest_analysis

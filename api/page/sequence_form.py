@@ -7,9 +7,8 @@ from typing import Any
 
 from api.page.sequence_of_run import sequence_again
 from api.service.context import Services
-from api.service.resources.sequences import sequence_named
 from jointlab.errors import JointlabError
-from jointlab.sequences import BUILT_IN
+from jointlab.sequences import BUILT_IN, sequence_named
 from rig.sequence import HammerStep, Sequence, SweepStep, sequence_from
 from store.sequence_documents import list_sequences
 

@@ -7,11 +7,10 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from api.service.context import Services
-from api.service.resources.sequences import sequence_named
 from jointlab.diagnosis.experiment_text import experiment_of
 from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
-from jointlab.sequences import BUILT_IN
+from jointlab.sequences import BUILT_IN, sequence_named
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from store.analyses import get_analysis

@@ -13,7 +13,7 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from api.service.monotonic_clock import MonotonicClock
-from jointlab.audit import Refusals
+from jointlab.audit import RefusalLog
 from jointlab.errors import ConflictError
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
@@ -31,7 +31,7 @@ class Services:
         loopback: whether nobody outside this computer can reach the service.
         jobs: does what takes its time; None where this service asks for nothing of that kind.
         now: the time by which keys end.
-        refusals: notes deeds that were refused.
+        refusals: notes refused actions.
     """
 
     catalogue: Catalogue
@@ -39,7 +39,7 @@ class Services:
     loopback: bool = True
     jobs: JobQueue | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
-    refusals: Refusals = field(default_factory=Refusals)
+    refusals: RefusalLog = field(default_factory=RefusalLog)
 
     @property
     def rig_state(self) -> RigState | None:

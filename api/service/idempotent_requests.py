@@ -1,10 +1,10 @@
-"""Requests that act: done once however often they are sent, and noted in the audit log with what came of them.
+"""Requests that act: each is done once however often it is sent, and noted in the audit log with its outcome.
 
-Each brings an `Idempotency-Key` of its sender's choice. Sent again with the same key, it gets the first answer. A page
-of somebody else's cannot send that header across origins, so it cannot act in the name of whoever is reading it.
+Each has an `Idempotency-Key` of its sender's choice. Sent again with the same key, it gets the first answer. A page of
+another origin cannot send that header, so it cannot act in the name of the person who reads it.
 
-A route says what it does by the dependency that makes its act: `acting` asks for a scope, `driving` for the control
-lease beside it. So a deed that is refused is in the log under the same name as one that is done.
+A route declares its action by a dependency: `idempotent` asks for a scope, `driving` for the control lease, too. So a
+refused action has the same name in the log as one that is done.
 """
 
 from __future__ import annotations
@@ -18,19 +18,21 @@ from urllib.parse import quote
 from anyio import to_thread
 from fastapi import Depends, Header, Request, Response
 from pydantic import BaseModel
+from sqlalchemy.orm import Session
 
 from api.service.access import Caller, caller, check_scope
 from api.service.context import Context, Rig, Services
-from api.service.documents import IdempotencyKey
+from api.service.parameters import IdempotencyKey
 from api.service.problems import AccessError
-from jointlab.audit import Deed
+from jointlab.audit import AuditedAction
 from jointlab.errors import ConflictError
 from jointlab.supervision.lease import LeaseError
 from store.requests import Answered, answer_request, begin_request, find_request, forget_request
 from store.states import Scope
 
 REPLAYED = "Idempotency-Replayed"
-LONGEST = 100  # characters of a path's parameter in the log
+LONGEST = 100
+"""The most characters of a path's parameter that the audit log keeps."""
 LeaseToken = Annotated[str | None, Header(alias="Control-Lease", description="token of the control lease")]
 
 
@@ -39,69 +41,66 @@ class KeyReusedError(ConflictError):
 
 
 @dataclass(frozen=True)
-class Act:
+class IdempotentRequest:
     """A request that acts.
 
     Attributes:
-        who: asks.
-        deed: what is asked for, as the audit log has it.
+        services: of the application that it came to.
+        caller: who sent it.
+        action: that is asked for, as the audit log has it.
         key: its idempotency key.
         fingerprint: of what is asked for.
     """
 
     services: Services
-    who: Caller
-    deed: Deed
+    caller: Caller
+    action: AuditedAction
     key: str
     fingerprint: str
 
     def once(
         self, do: Callable[[], BaseModel | None], status: int = 200, *, secret: str | None = None, **details: Any
     ) -> Response:
-        """Do it, if it was not done before, and answer with what it returns.
+        """Do it, if it was not done before, and answer with the document that `do` returns.
 
         Args:
             do: does it.
             status: of the answer.
-            secret: a field of the answer that is kept nowhere; a repeat has null there.
+            secret: a field of the answer that is not stored; a repeat has null there.
             details: for the audit log.
 
         Raises:
             KeyReusedError: the key belongs to another request, or to one that is under way or was cut off.
             Exception: what `do` raises; the request may be sent again then.
         """
-        deed, begun = replace(self.deed, details=details), None
-        with self.services.catalogue.writing() as session:
-            before = begin_request(session, self.who.name, self.key, self.fingerprint)
+        action, begun, catalogue = replace(self.action, details=details), None, self.services.catalogue
+        with catalogue.writing() as session:
+            before = begin_request(session, self.caller.name, self.key, self.fingerprint)
             if before is None:
-                begun = deed.begin(session)
+                begun = action.begin(session)
         if before is not None:
-            return self._again(before)
-        try:
-            made = do()
-        except Exception as error:
-            with self.services.catalogue.writing() as session:
-                deed.end(session, str(error) or type(error).__name__, begun)
-                forget_request(session, self.who.name, self.key)
-            raise
-        body = "" if made is None else made.model_dump_json()
-        kept = body if made is None or secret is None else made.model_copy(update={secret: None}).model_dump_json()
-        with self.services.catalogue.writing() as session:
-            answer_request(session, self.who.name, self.key, status, kept)
-            deed.end(session, "done", begun)
-        return _answer(body, status, {})
+            return self._first_answer(before)
+
+        def keep_answer(session: Session, made: BaseModel | None) -> None:
+            kept = made if made is None or secret is None else made.model_copy(update={secret: None})
+            answer_request(session, self.caller.name, self.key, status, _body(kept))
+
+        def forget(session: Session) -> None:
+            forget_request(session, self.caller.name, self.key)
+
+        return _answer(_body(action.carry_out(catalogue, begun, do, keep_answer, forget)), status, {})
 
     def is_answered(self) -> bool:
-        """Whether its key has an answer, which stays: then nothing will be done, whatever is asked for with it."""
+        """Whether its key has an answer already; then nothing is done, whatever is asked for with it."""
         with self.services.catalogue.reading() as session:
-            before = find_request(session, self.who.name, self.key)
+            before = find_request(session, self.caller.name, self.key)
         return before is not None and before.status is not None
 
     async def refused(self, error: AccessError | LeaseError) -> None:
         """Note that it was refused."""
-        await to_thread.run_sync(self.services.refusals.note, self.services.catalogue, self.deed, str(error))
+        await to_thread.run_sync(self.services.refusals.note, self.services.catalogue, self.action, str(error))
 
-    def _again(self, before: Answered) -> Response:
+    def _first_answer(self, before: Answered) -> Response:
         if before.fingerprint != self.fingerprint:
             raise KeyReusedError(f"Idempotency-Key {self.key!r} was used for another request; use a new one")
         if before.status is None or before.body is None:
@@ -112,8 +111,8 @@ class Act:
         return _answer(before.body, before.status, {REPLAYED: "true"})
 
 
-def acting(action: str, target: str, scope: Scope, *, moves: bool = False) -> Any:
-    """A dependency: the act that a request asks for, if `scope` is open to whoever asks.
+def idempotent(action: str, target: str, scope: Scope, *, moves: bool = False) -> Any:
+    """A dependency: the request to act, if `scope` is open to its caller.
 
     Args:
         action: such as "start run".
@@ -122,12 +121,12 @@ def acting(action: str, target: str, scope: Scope, *, moves: bool = False) -> An
         moves: whether it moves the machine.
     """
 
-    async def act(
+    async def permitted(
         request: Request, context: Context, who: Annotated[Caller, Depends(caller)], key: IdempotencyKey
-    ) -> Act:
+    ) -> IdempotentRequest:
         asked = f"{request.method} {request.url.path}?{request.url.query}\n".encode() + await request.body()
-        deed = Deed(who.name, action, _filled(target, request.path_params), moves)
-        found = Act(context, who, deed, key, hashlib.sha256(asked).hexdigest())
+        audited = AuditedAction(who.name, action, _filled(target, request.path_params), moves)
+        found = IdempotentRequest(context, who, audited, key, hashlib.sha256(asked).hexdigest())
         try:
             check_scope(who, scope)
         except AccessError as error:
@@ -135,16 +134,18 @@ def acting(action: str, target: str, scope: Scope, *, moves: bool = False) -> An
             raise
         return found
 
-    return Depends(act)
+    return Depends(permitted)
 
 
 def driving(action: str) -> Any:
-    """A dependency: the act on a run that a request asks for, if whoever asks holds the control lease of the rig, or
-    has the answer already; looked at when the request is whole.
+    """A dependency: the request to act on a run, if its caller has the control lease of the rig, or the request was
+    answered before. The lease is checked when the request is complete.
     """
-    permitted = acting(action, "run {run_id}", Scope.CONTROL, moves=True)
+    permitted = idempotent(action, "run {run_id}", Scope.CONTROL, moves=True)
 
-    async def act(runs: Rig, found: Act = permitted, token: LeaseToken = None) -> Act:
+    async def by_the_driver(
+        runs: Rig, found: IdempotentRequest = permitted, token: LeaseToken = None
+    ) -> IdempotentRequest:
         try:
             runs.lease.check(token)
         except LeaseError as error:
@@ -153,12 +154,16 @@ def driving(action: str) -> Any:
                 raise
         return found
 
-    return Depends(act)
+    return Depends(by_the_driver)
 
 
 def _filled(target: str, parameters: dict[str, Any]) -> str:
-    """A target with the parameters of a path, which nobody has looked at yet, as plain text of a decent length."""
+    """A target with the parameters of a path, which nobody has checked yet, as plain text of limited length."""
     return target.format_map({name: quote(str(value), safe=" ")[:LONGEST] for name, value in parameters.items()})
+
+
+def _body(made: BaseModel | None) -> str:
+    return "" if made is None else made.model_dump_json()
 
 
 def _answer(body: str, status: int, headers: dict[str, str]) -> Response:

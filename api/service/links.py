@@ -1,4 +1,4 @@
-"""Links in the schema: what can be done next with what a request has made or found."""
+"""Links in the schema: requests that can follow on what a request has made or found."""
 
 from __future__ import annotations
 
@@ -26,13 +26,8 @@ def first_of(parameter: str, *operations: str) -> Links:
     return links(200, parameter, *operations, field="items/0/id")
 
 
-def job_links() -> Links:
-    """What can be done with a job that was queued."""
-    return links(202, "job_id", "jobs-get", "jobs-cancel", "exports-file")
-
-
 def run_links() -> Links:
-    """What can be done with a run that was created."""
+    """Requests that can follow on the creation of a run."""
     return links(
         201, "run_id", "runs-get", "runs-history", "runs-start", "runs-pause", "runs-resume", "runs-stop",
         "runs-answer", *RESULTS,

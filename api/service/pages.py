@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from binascii import Error as Base64Error
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated, Generic, TypeVar
 
-from fastapi import Query
+from fastapi import Depends, Query
 from pydantic import BaseModel, Field
 
+from jointlab.documents.fields import LARGEST
 from jointlab.errors import JointlabError
 
 ItemT = TypeVar("ItemT")
-LARGEST = 2**31 - 1
-
-Limit = Annotated[int, Query(ge=1, le=1000, description="at most so many items")]
-Cursor = Annotated[str | None, Query(max_length=400, description="`next` of the page before; none for the first page")]
+_Limit = Annotated[int, Query(ge=1, le=1000, description="at most so many items")]
+_Cursor = Annotated[str | None, Query(max_length=400, description="`next` of the page before; none for the first page")]
 
 
 class Page(BaseModel, Generic[ItemT]):
@@ -26,47 +26,78 @@ class Page(BaseModel, Generic[ItemT]):
     next: str | None = Field(description="give it as `cursor` to get the next page; null on the last one")
 
 
-def to_cursor(key: int | str) -> str:
-    """The cursor of a page that begins behind `key`."""
+@dataclass(frozen=True)
+class PageRequest:
+    """The page of a list that is asked for.
+
+    Attributes:
+        limit: largest number of items.
+        cursor: says where the page begins; None for the first page.
+    """
+
+    limit: int
+    cursor: str | None
+
+    @property
+    def rows(self) -> int:
+        """The number of rows to read: one more than the page holds tells whether the list goes on."""
+        return self.limit + 1
+
+    @property
+    def key(self) -> str | None:
+        """The key behind which the page begins; None for the first page.
+
+        Raises:
+            JointlabError: the cursor is none.
+        """
+        if self.cursor is None:
+            return None
+        try:
+            return urlsafe_b64decode(self.cursor + "=" * (-len(self.cursor) % 4)).decode()
+        except (Base64Error, ValueError) as error:
+            raise JointlabError(f"{self.cursor!r} is no cursor; give `next` of the page before") from error
+
+    @property
+    def number(self) -> int | None:
+        """The number behind which the page begins; None for the first page.
+
+        Raises:
+            JointlabError: it is no cursor of a list that is in the order of numbers.
+        """
+        key = self.key
+        if key is None:
+            return None
+        if not (key.isascii() and key.isdecimal() and 0 <= int(key[:12]) <= LARGEST and len(key) <= 12):
+            raise self.foreign_cursor()
+        return int(key)
+
+    def foreign_cursor(self) -> JointlabError:
+        """The error that the cursor belongs to another list."""
+        return JointlabError(f"{self.cursor!r} is no cursor of this list; give `next` of the page before")
+
+    def of_rows(self, items: Sequence[ItemT], key: str = "id") -> Page[ItemT]:
+        """A page of the items of `rows` rows; `key` names the field by which the list is in order."""
+        shown = list(items[: self.limit])
+        return Page(items=shown, next=_cursor(getattr(shown[-1], key)) if len(items) > self.limit else None)
+
+    def of_whole(self, items: Sequence[ItemT]) -> Page[ItemT]:
+        """A page of a list that was read as a whole; its cursor is the place in the list."""
+        begin = self.number or 0
+        end = begin + self.limit
+        return Page(items=list(items[begin:end]), next=_cursor(end) if end < len(items) else None)
+
+
+def _page_request(limit: _Limit = 100, cursor: _Cursor = None) -> PageRequest:
+    return PageRequest(limit, cursor)
+
+
+def _long_page_request(limit: _Limit = 1000, cursor: _Cursor = None) -> PageRequest:
+    return PageRequest(limit, cursor)
+
+
+Paging = Annotated[PageRequest, Depends(_page_request)]
+LongPaging = Annotated[PageRequest, Depends(_long_page_request)]
+
+
+def _cursor(key: int | str) -> str:
     return urlsafe_b64encode(str(key).encode()).decode().rstrip("=")
-
-
-def from_cursor(cursor: str | None) -> str | None:
-    """The key that a cursor stands for; None for the first page.
-
-    Raises:
-        JointlabError: it is no cursor.
-    """
-    if cursor is None:
-        return None
-    try:
-        return urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
-    except (Base64Error, ValueError) as error:
-        raise JointlabError(f"{cursor!r} is no cursor; give `next` of the page before") from error
-
-
-def number_from(cursor: str | None) -> int | None:
-    """The number that a cursor stands for; None for the first page.
-
-    Raises:
-        JointlabError: it is no cursor of a list that is in the order of numbers.
-    """
-    key = from_cursor(cursor)
-    if key is None:
-        return None
-    if not (key.isascii() and key.isdecimal() and 0 <= int(key[:12]) <= LARGEST and len(key) <= 12):
-        raise JointlabError(f"{cursor!r} is no cursor of this list; give `next` of the page before")
-    return int(key)
-
-
-def page_of(found: Sequence[ItemT], limit: int, key: Callable[[ItemT], int | str]) -> Page[ItemT]:
-    """A page of `found`, which holds one item more than `limit` where the list goes on."""
-    items = list(found[:limit])
-    return Page(items=items, next=to_cursor(key(items[-1])) if len(found) > limit else None)
-
-
-def page_of_whole(found: Sequence[ItemT], limit: int, cursor: str | None) -> Page[ItemT]:
-    """A page of a list that is there as a whole; its cursor is the place in it."""
-    begin = number_from(cursor) or 0
-    end = begin + limit
-    return Page(items=list(found[begin:end]), next=to_cursor(end) if end < len(found) else None)

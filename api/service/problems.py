@@ -78,10 +78,11 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
 )
 
 
-def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """What a route may answer beside success, for its `responses`: these, and what every route may."""
+def problems(*statuses: int, needs_key: bool = True) -> dict[int | str, dict[str, Any]]:
+    """For the `responses` of a route: these problems, those of every route, and where it needs a key, 401 and 403."""
     content = {PROBLEM_JSON: {"schema": {"$ref": "#/components/schemas/Problem"}}}
-    return {status: {"description": TITLES[status], "content": content} for status in sorted({422, 503, *statuses})}
+    always = {422, 503, *((401, 403) if needs_key else ())}
+    return {status: {"description": TITLES[status], "content": content} for status in sorted({*always, *statuses})}
 
 
 def status_of(error: Exception) -> int:

@@ -10,24 +10,37 @@ from types import TracebackType
 from typing import Any, Self
 from urllib.parse import quote
 
-from api.service.resources.analyses import AnalysisDocument
-from api.service.resources.channels import ChannelDocument
-from api.service.resources.comparisons import ComparisonDocument
-from api.service.resources.dynamic_stiffness import StiffnessPoint
-from api.service.resources.frequency_responses import FrequencyResponseDocument, SetSummary
-from api.service.resources.health import Health
-from api.service.resources.instruments import CalibrationDocument, InstrumentDocument, NewCalibration
-from api.service.resources.jobs import JobDocument
-from api.service.resources.joint_matrices import JointMatrixDocument
-from api.service.resources.modes import ModesDocument
-from api.service.resources.records import BlowDocument, SineRecordDocument, WaveformDocument
-from api.service.resources.rig import Limits, RigDocument, Stopped
-from api.service.resources.runs import RunDetails, RunSummary
-from api.service.resources.sequences import NamedSequence, SequenceSummary
-from api.service.resources.specimens import SpecimenDocument
-from api.service.resources.stiffness_at import StiffnessDocument
 from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
+from jointlab.documents.jobs import JobDocument
+from jointlab.documents.laboratory import (
+    CalibrationDocument,
+    ChannelDocument,
+    Health,
+    InstrumentDocument,
+    NewCalibration,
+    SpecimenDocument,
+)
+from jointlab.documents.results import (
+    AnalysisDocument,
+    ComparisonDocument,
+    FrequencyResponseDocument,
+    JointMatrixDocument,
+    ModesDocument,
+    SetSummary,
+    StiffnessPoint,
+)
+from jointlab.documents.rig import Limits, RigDocument, Stopped
+from jointlab.documents.runs import (
+    BlowDocument,
+    NamedSequence,
+    RunDetails,
+    RunSummary,
+    SequenceSummary,
+    SineRecordDocument,
+    WaveformDocument,
+)
+from jointlab.documents.stiffness import StiffnessDocument
 from jointlab.identification.options import Options
 from rig.sequence import Sequence
 from store.states import OVER, AnalysisKind, RunState

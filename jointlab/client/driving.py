@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import threading
 
-from api.service.resources.rig import LeaseDocument
-from api.service.resources.runs import Acknowledged, RunSummary
 from jointlab.client.connection import Connection, ProblemError
+from jointlab.documents.rig import LeaseDocument
+from jointlab.documents.runs import Acknowledged, RunSummary
 
 log = logging.getLogger(__name__)
 

@@ -1,10 +1,13 @@
-"""The sequences that are always there: the paper's, and that of the suspended beam."""
+"""Sequences by name: the built-in ones of the paper and of the suspended beam, and those in the store."""
 
 from __future__ import annotations
 
 from importlib import resources
 
-from rig.sequence import Sequence, load_sequence
+from sqlalchemy.orm import Session
+
+from rig.sequence import Sequence, load_sequence, sequence_from
+from store.sequence_documents import get_sequence
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
@@ -19,3 +22,15 @@ def built_in(name: str) -> Sequence:
     """
     with resources.as_file(resources.files(__name__) / f"{name}.yaml") as path:
         return load_sequence(path)
+
+
+def sequence_named(session: Session, name: str) -> Sequence:
+    """A built-in sequence, or a stored one.
+
+    Raises:
+        NotFoundError: there is none of this name.
+        SequenceError: the stored document is no sequence any more.
+    """
+    if name in NAMES:
+        return built_in(name)
+    return sequence_from(get_sequence(session, name).document, f"sequence {name}")

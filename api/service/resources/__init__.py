@@ -1,1 +1,1 @@
-"""The resources of the service, a file each: its documents, and its routes."""
+"""Routes of the service, a file for each topic. Each file exports one router or several."""

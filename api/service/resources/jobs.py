@@ -1,105 +1,160 @@
-"""Jobs: how far they are, what came of them, and cancelling them."""
+"""Routes of jobs: queueing identifications, trials and exports; progress, results and cancelling of all."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
-from datetime import datetime
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 import anyio
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Query, Response
+from fastapi.responses import FileResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from pydantic import BaseModel, Field
 
 from api.service.access import Reader
 from api.service.context import Context, Jobs, Services
-from api.service.documents import Words, number_of
 from api.service.etags import TaggedRoute
-from api.service.idempotent_requests import Act, acting
-from api.service.links import first_of
-from api.service.pages import Cursor, Limit, Page, number_from, page_of
+from api.service.idempotent_requests import IdempotentRequest, idempotent
+from api.service.links import first_of, links
+from api.service.pages import Page, PageRequest, Paging
+from api.service.parameters import document, number_of
 from api.service.problems import problems
-from store.jobs import Job, get_job, list_jobs
+from jointlab.documents.fields import OneLine
+from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
+from jointlab.errors import ConflictError
+from jointlab.jobs.kinds import exports_folder
+from store.errors import NotFoundError
+from store.jobs import get_job, list_jobs
+from store.runs import get_run
 from store.states import OVER, JobState, Scope
 
-router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
+jobs = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
+identifications = APIRouter(prefix="/identifications", tags=["identifications"], route_class=TaggedRoute)
+trials = APIRouter(prefix="/trials", tags=["trials"], route_class=TaggedRoute)
+exports = APIRouter(prefix="/exports", tags=["exports"], route_class=TaggedRoute)
 JobNumber = Annotated[int, number_of("job")]
-POLL = 0.5  # s between looks at a job that is followed
+POLL = 0.5
+"""Seconds between two readings of a job that a client follows."""
 
 
-class JobDocument(BaseModel):
-    """One job; times are UTC."""
-
-    id: int
-    kind: str
-    state: JobState
-    parameters: dict[str, Any]
-    asked_by: str
-    attempts: int = Field(description="how often it was begun; more than once where a worker was lost")
-    created_at: datetime
-    started_at: datetime | None
-    finished_at: datetime | None
-    heartbeat_at: datetime | None = Field(description="when its worker last showed that it lives")
-    stage: str | None
-    done: int = Field(description="steps of the stage, of `total`")
-    total: int
-    result: dict[str, Any] | None
-    error: str | None
-
-    @classmethod
-    def of(cls, job: Job) -> JobDocument:
-        """What is shown of a job."""
-        return cls(**{name: getattr(job, name) for name in cls.model_fields})
+def queues(*statuses: int) -> dict[str, Any]:
+    """Arguments of a route that queues a job; `statuses` are of problems that it may answer beside the usual ones."""
+    next_requests = links(202, "job_id", "jobs-get", "jobs-cancel", "exports-file")
+    return {
+        "status_code": 202, "response_model": JobDocument, "name": "create",
+        "responses": problems(409, *statuses) | next_requests,
+    }  # fmt: skip
 
 
-@router.get("", responses=problems(401, 403) | first_of("job_id", "jobs-get", "jobs-cancel"))
-def list_(
-    _who: Reader,
+def queueing(kind: str) -> Any:
+    """A dependency: the request to queue a job of this kind."""
+    return idempotent(f"queue {kind}", "jobs", Scope.ANALYSE)
+
+
+def queue_job(
+    request: IdempotentRequest, queue: Jobs, kind: str, parameters: dict[str, Any], runs: tuple[int | None, ...] = ()
+) -> Response:
+    """Queue a job on existing runs and answer with it; None is passed over."""
+
+    def add() -> JobDocument:
+        with request.services.catalogue.reading() as session:
+            for run in runs:
+                if run is not None:
+                    get_run(session, run)
+        return document(JobDocument, queue.add(kind, parameters, request.caller.name))
+
+    return request.once(add, 202, **parameters)
+
+
+@identifications.post("", **queues(404))
+def identify(
+    request: Annotated[IdempotentRequest, queueing("identify")], queue: Jobs, given: NewIdentification
+) -> Response:
+    """Queue an identification; its results are beside older ones when the job is done."""
+    parameters = given.model_dump(mode="json", exclude_defaults=True)
+    return queue_job(request, queue, "identify", parameters, (given.run, given.free_beam))
+
+
+@trials.get("", name="list_", responses=problems())
+def list_trials(_caller: Reader, context: Context, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
+    """List trials, newest first; the scores are in the result of each that is done."""
+    return _page_of_jobs(context, paging, state, "trial")
+
+
+@trials.post("", **queues())
+def try_diagnosis(request: Annotated[IdempotentRequest, queueing("trial")], queue: Jobs, given: NewTrial) -> Response:
+    """Queue a trial."""
+    return queue_job(request, queue, "trial", given.model_dump())
+
+
+@exports.get("", name="list_", responses=problems())
+def list_exports(_caller: Reader, context: Context, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
+    """List exports, newest first; the number of an export is that of its job."""
+    return _page_of_jobs(context, paging, state, "export")
+
+
+@exports.post("", **queues(404))
+def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Jobs, given: NewExport) -> Response:
+    """Queue an export; its file can be fetched when the job is done."""
+    return queue_job(request, queue, "export", given.model_dump(), (given.run,))
+
+
+@exports.get(
+    "/{job_id}/file",
+    response_class=FileResponse,
+    responses=problems(404, 409) | {200: {"description": "the file", "content": {"application/octet-stream": {}}}},
+)
+def file(_caller: Reader, context: Context, job_id: JobNumber) -> FileResponse:
+    """The file of an export that is done."""
+    job = _job(context, job_id)
+    if job.kind != "export":
+        raise NotFoundError(f"there is no export {job_id}")
+    if job.result is None:
+        raise ConflictError(f"export {job_id} is {job.state}: {job.error or 'its file is not made yet'}")
+    path = exports_folder(context.catalogue) / job.result["file"]
+    if not path.is_file():
+        raise NotFoundError(f"the file of export {job_id} was removed from {path.parent}; ask for it again")
+    return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+
+@jobs.get("", name="list_", responses=problems() | first_of("job_id", "jobs-get", "jobs-cancel"))
+def list_all_jobs(
+    _caller: Reader,
     context: Context,
+    paging: Paging,
     state: JobState | None = None,
-    kind: Annotated[Words | None, Query(description="identify, diagnose, trial, export")] = None,
-    limit: Limit = 100,
-    cursor: Cursor = None,
+    kind: Annotated[OneLine | None, Query(description="identify, diagnose, trial, export")] = None,
 ) -> Page[JobDocument]:
     """List jobs, newest first."""
-    return page_of_jobs(context, state, kind, limit, cursor)
+    return _page_of_jobs(context, paging, state, kind)
 
 
-@router.get("/{job_id}", responses=problems(401, 403, 404))
-def get(_who: Reader, context: Context, job_id: JobNumber) -> JobDocument:
+@jobs.get("/{job_id}", responses=problems(404))
+def get(_caller: Reader, context: Context, job_id: JobNumber) -> JobDocument:
     """One job."""
-    return job_document(context, job_id)
+    return _job(context, job_id)
 
 
-@router.post("/{job_id}/cancel", response_model=JobDocument, responses=problems(401, 403, 404, 409))
+@jobs.post("/{job_id}/cancel", response_model=JobDocument, responses=problems(404, 409))
 def cancel(
-    act: Annotated[Act, acting("cancel job", "job {job_id}", Scope.ANALYSE)], jobs: Jobs, job_id: JobNumber
+    request: Annotated[IdempotentRequest, idempotent("cancel job", "job {job_id}", Scope.ANALYSE)],
+    queue: Jobs,
+    job_id: JobNumber,
 ) -> Response:
     """End a job; one that is over stays as it is."""
-    return act.once(lambda: JobDocument.of(jobs.cancel(job_id)))
-
-
-def job_document(context: Services, job_id: int) -> JobDocument:
-    """A job as it stands.
-
-    Raises:
-        NotFoundError: there is no such job.
-    """
-    with context.catalogue.reading() as session:
-        return JobDocument.of(get_job(session, job_id))
+    return request.once(lambda: document(JobDocument, queue.cancel(job_id)))
 
 
 def existing_job(context: Context, job_id: JobNumber) -> JobDocument:
-    """A dependency: the job that a request is about, looked for before anything is answered."""
-    return job_document(context, job_id)
+    """A dependency: the job that a request is about, read before anything is answered."""
+    return _job(context, job_id)
 
 
-@router.get("/{job_id}/events", response_class=EventSourceResponse, responses=problems(401, 403, 404))
+@jobs.get("/{job_id}/events", response_class=EventSourceResponse, responses=problems(404))
 async def events(
-    _who: Reader, context: Context, found: Annotated[JobDocument, Depends(existing_job)]
+    _caller: Reader, context: Context, found: Annotated[JobDocument, Depends(existing_job)]
 ) -> AsyncIterator[ServerSentEvent]:
-    """How far the job is, whenever that changes, until it is over."""
+    """The progress of the job, whenever it changes, until the job is over."""
     latest, shown = found, dict[str, Any]()
     while True:
         changing = latest.model_dump(exclude={"heartbeat_at"})
@@ -109,30 +164,17 @@ async def events(
         if latest.state in OVER:
             return
         await anyio.sleep(POLL)
-        latest = await to_thread.run_sync(job_document, context, latest.id)
+        latest = await to_thread.run_sync(_job, context, latest.id)
 
 
-def page_of_jobs(
-    context: Services, state: JobState | None, kind: str | None, limit: int, cursor: str | None
-) -> Page[JobDocument]:
-    """A page of jobs, newest first."""
+def _job(context: Services, job_id: int) -> JobDocument:
     with context.catalogue.reading() as session:
-        found = list_jobs(session, state=state, kind=kind, before=number_from(cursor), limit=limit + 1)
-    return page_of([JobDocument.of(job) for job in found], limit, lambda job: job.id)
+        return document(JobDocument, get_job(session, job_id))
 
 
-def queueing(kind: str) -> Any:
-    """A dependency: the act of queueing a job of this kind."""
-    return acting(f"queue {kind}", "jobs", Scope.ANALYSE)
-
-
-def queue_job(
-    act: Act, jobs: Jobs, kind: str, parameters: dict[str, Any], check: Callable[[], object] = lambda: None
-) -> Response:
-    """Queue a job, if `check` raises nothing, and answer with it."""
-
-    def add() -> JobDocument:
-        check()
-        return JobDocument.of(jobs.add(kind, parameters, act.who.name))
-
-    return act.once(add, 202, **parameters)
+def _page_of_jobs(
+    context: Services, paging: PageRequest, state: JobState | None, kind: str | None
+) -> Page[JobDocument]:
+    with context.catalogue.reading() as session:
+        found = list_jobs(session, state=state, kind=kind, before=paging.number, limit=paging.rows)
+    return paging.of_rows([document(JobDocument, job) for job in found])

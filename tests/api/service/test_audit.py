@@ -9,7 +9,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from jointlab.audit import HOUR, NOTED, Deed, Refusals
+from jointlab.audit import HOUR, REFUSALS_AN_HOUR, AuditedAction, RefusalLog
 from jointlab.supervision.manager import RunManager
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
@@ -104,15 +104,15 @@ def test_a_path_that_nobody_has_looked_at_is_noted_as_plain_text(
 
 def test_a_key_that_may_not_act_cannot_fill_the_log(catalogue: Catalogue) -> None:
     now = 0.0
-    refusals = Refusals(lambda: now)
-    for _ in range(2 * NOTED):
-        refusals.note(catalogue, Deed("key 1", "start run", "run 1"), "why")
-    refusals.note(catalogue, Deed("key 2", "start run", "run 1"), "why")
-    assert [entry.who for entry in entries(catalogue)] == NOTED * ["key 1"] + ["key 2"]
-    assert entries(catalogue)[NOTED - 1].outcome == "refused: why; no more is noted of them within the hour"
+    refusals = RefusalLog(lambda: now)
+    for _ in range(2 * REFUSALS_AN_HOUR):
+        refusals.note(catalogue, AuditedAction("key 1", "start run", "run 1"), "why")
+    refusals.note(catalogue, AuditedAction("key 2", "start run", "run 1"), "why")
+    assert [entry.who for entry in entries(catalogue)] == REFUSALS_AN_HOUR * ["key 1"] + ["key 2"]
+    assert entries(catalogue)[REFUSALS_AN_HOUR - 1].outcome == "refused: why; no more is noted of them within the hour"
     now = HOUR
-    refusals.note(catalogue, Deed("key 1", "start run", "run 1"), "why")
-    assert len(entries(catalogue)) == NOTED + 2
+    refusals.note(catalogue, AuditedAction("key 1", "start run", "run 1"), "why")
+    assert len(entries(catalogue)) == REFUSALS_AN_HOUR + 2
 
 
 def test_a_log_that_cannot_be_written_changes_no_refusal(

@@ -10,8 +10,8 @@ import pytest
 from analysis.modal.estimator import Estimator
 from api.service.application import create_app
 from api.service.context import Services
-from api.service.resources.instruments import NewCalibration
 from jointlab.client import Client, ProblemError
+from jointlab.documents.laboratory import NewCalibration
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager

@@ -1,0 +1,38 @@
+"""What routes have in common: parameters of requests, and documents of stored rows."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeVar
+
+from fastapi import Header, Path, Query
+from pydantic import BaseModel
+
+from jointlab.documents.fields import LARGEST, OneLine
+
+DocumentT = TypeVar("DocumentT", bound=BaseModel)
+RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
+Article = Annotated[OneLine, Query(description="the test article")]
+OptionalArticle = Annotated[OneLine | None, Query(description="the test article")]
+ChosenAnalysis = Annotated[
+    int | None, Query(ge=1, le=LARGEST, description="number of the analysis; the newest where none is given")
+]
+"""The analysis whose results are read."""
+IdempotencyKey = Annotated[
+    str,
+    Header(
+        alias="Idempotency-Key",
+        pattern=r"^[\x21-\x7e]{1,128}$",
+        description="chosen by the sender, new for every request; a repeat gets the first answer",
+    ),
+]
+
+
+def number_of(kind: str) -> Any:
+    """A path parameter: the number of a row of this kind."""
+    return Path(ge=1, le=LARGEST, description=f"number of the {kind}", examples=[1])
+
+
+def document(model: type[DocumentT], row: object, **others: Any) -> DocumentT:
+    """A document with `others`, and for every other field the attribute of `row` with the same name."""
+    same = {name: getattr(row, name) for name in model.model_fields if name not in others}
+    return model.model_validate(same | others)

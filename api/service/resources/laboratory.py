@@ -1,0 +1,137 @@
+"""Routes of the laboratory: health of the service, instruments with calibrations, channel tables, and specimens."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Response
+
+from api.service.access import Reader
+from api.service.context import Context, Rig
+from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import IdempotentRequest, idempotent
+from api.service.links import first_of
+from api.service.pages import Page, Paging
+from api.service.parameters import OptionalArticle, RunNumber, document, number_of
+from api.service.problems import problems
+from jointlab.documents.fields import OneLine
+from jointlab.documents.laboratory import (
+    CalibrationDocument,
+    ChannelDocument,
+    Health,
+    InstrumentDocument,
+    NewCalibration,
+    SpecimenDocument,
+)
+from rig.instruments import stored_channel
+from store.calibrations import add_calibration, get_instrument, list_calibrations, list_known_instruments
+from store.instruments import StoredChannel, list_channels
+from store.runs import get_run, list_runs
+from store.specimens import get_specimen, list_specimens
+from store.states import Scope
+from store.version import software_version
+
+health = APIRouter(prefix="/health", tags=["health"])
+instruments = APIRouter(prefix="/instruments", tags=["instruments"], route_class=TaggedRoute)
+channels = APIRouter(tags=["channels"], route_class=TaggedRoute)
+specimens = APIRouter(prefix="/specimens", tags=["specimens"], route_class=TaggedRoute)
+InstrumentNumber = Annotated[int, number_of("instrument")]
+
+
+@health.get("", name="health", responses=problems(needs_key=False))
+def get_health(context: Context) -> Health:
+    """Say whether the database answers."""
+    with context.catalogue.reading() as session:
+        list_runs(session, limit=1)
+    return Health(status="ok", version=software_version(), drives_a_rig=context.runs is not None)
+
+
+@instruments.get(
+    "", name="list_", responses=problems() | first_of("instrument_id", "instruments-get", "instruments-calibrate")
+)
+def list_instruments(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    kind: Annotated[OneLine | None, Query(description="tester, hammer, thermometer, ...")] = None,
+) -> Page[InstrumentDocument]:
+    """List every instrument that was ever used, in the order of first use."""
+    with context.catalogue.reading() as session:
+        found = list_known_instruments(session, kind=kind, after=paging.number or 0, limit=paging.rows)
+    return paging.of_rows([document(InstrumentDocument, each) for each in found])
+
+
+@instruments.get("/{instrument_id}", name="get", responses=problems(404))
+def one_instrument(_caller: Reader, context: Context, instrument_id: InstrumentNumber) -> InstrumentDocument:
+    """One instrument."""
+    with context.catalogue.reading() as session:
+        return document(InstrumentDocument, get_instrument(session, instrument_id))
+
+
+@instruments.get("/{instrument_id}/calibrations", name="calibrations", responses=problems(404))
+def calibrations_of_instrument(
+    _caller: Reader, context: Context, paging: Paging, instrument_id: InstrumentNumber
+) -> Page[CalibrationDocument]:
+    """The calibrations of an instrument, newest first."""
+    with context.catalogue.reading() as session:
+        found = list_calibrations(session, instrument_id)
+    return paging.of_whole([document(CalibrationDocument, each) for each in found])
+
+
+@instruments.post(
+    "/{instrument_id}/calibrations", status_code=201, response_model=CalibrationDocument, responses=problems(404, 409)
+)
+def calibrate(
+    request: Annotated[IdempotentRequest, idempotent("add calibration", "instrument {instrument_id}", Scope.ENGINEER)],
+    instrument_id: InstrumentNumber,
+    given: NewCalibration,
+) -> Response:
+    """Store a new certificate; it comes into force when the channel table of the configuration has it, too."""
+
+    def add() -> CalibrationDocument:
+        with request.services.catalogue.writing() as session:
+            row = add_calibration(
+                session, instrument_id, given.calibrated_on, given.sensitivity, given.sensitivity_unit
+            )
+        return document(CalibrationDocument, row)
+
+    return request.once(add, 201, **given.model_dump(mode="json"))
+
+
+@channels.get("/channels", responses=problems(409))
+def configured(_caller: Reader, rig: Rig, paging: Paging) -> Page[ChannelDocument]:
+    """The channel table that the next run is measured with; it comes from the configuration."""
+    return paging.of_whole([_channel(stored_channel(channel)) for channel in rig.instruments.channels])
+
+
+@channels.get("/runs/{run_id}/channels", name="of_run", responses=problems(404))
+def channels_of_run(_caller: Reader, context: Context, paging: Paging, run_id: RunNumber) -> Page[ChannelDocument]:
+    """The channels of a run as they were set, by name."""
+    with context.catalogue.reading() as session:
+        get_run(session, run_id)
+        found = list_channels(session, run_id)
+    return paging.of_whole([_channel(channel) for channel in found])
+
+
+@specimens.get("", name="list_", responses=problems() | first_of("specimen_id", "specimens-get"))
+def list_all_specimens(
+    _caller: Reader, context: Context, paging: Paging, article: OptionalArticle = None
+) -> Page[SpecimenDocument]:
+    """List specimens in the order of first use."""
+    with context.catalogue.reading() as session:
+        found = list_specimens(session, article=article, after=paging.number or 0, limit=paging.rows)
+    return paging.of_rows([document(SpecimenDocument, each) for each in found])
+
+
+@specimens.get("/{specimen_id}", name="get", responses=problems(404))
+def one_specimen(
+    _caller: Reader, context: Context, specimen_id: Annotated[int, number_of("specimen")]
+) -> SpecimenDocument:
+    """One specimen."""
+    with context.catalogue.reading() as session:
+        return document(SpecimenDocument, get_specimen(session, specimen_id))
+
+
+def _channel(channel: StoredChannel) -> ChannelDocument:
+    sensor = channel.instrument
+    return document(ChannelDocument, channel, serial=sensor.serial, calibrated_on=sensor.calibrated_on)

@@ -1,0 +1,345 @@
+"""Routes of results: of one run, the newest or those of one analysis, and of a test article over all its runs."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from fastapi import APIRouter, Path, Query, Response
+
+from api.service.access import Reader
+from api.service.context import Context, Jobs
+from api.service.etags import TaggedRoute
+from api.service.idempotent_requests import IdempotentRequest
+from api.service.links import first_of
+from api.service.pages import LongPaging, Page, Paging
+from api.service.parameters import Article, ChosenAnalysis, RunNumber, document, number_of
+from api.service.problems import problems
+from api.service.resources.jobs import queue_job, queueing, queues
+from jointlab.documents.fields import LARGEST, OneLine
+from jointlab.documents.jobs import OfRun
+from jointlab.documents.results import (
+    AnalysisDocument,
+    ComparisonDocument,
+    DiagnosisDocument,
+    DiagnosisSummary,
+    ElementDocument,
+    FoundComparison,
+    FoundPoint,
+    FrequencyResponseDocument,
+    JointMatrixDocument,
+    ModesDocument,
+    SetSummary,
+    StiffnessPoint,
+)
+from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE, StiffnessDocument
+from jointlab.identification.document import plain
+from jointlab.identification.law import laws_of_points, points_of_run, stiffness_at
+from jointlab.identification.law_document import stiffness_document
+from jointlab.identification.save import unobservable_reasons
+from store.analyses import Analysis, chosen_analysis, list_analyses
+from store.comparisons import list_comparisons
+from store.diagnoses import get_diagnosis, list_diagnoses
+from store.dynamic_stiffness import list_dynamic_stiffness
+from store.errors import NotFoundError
+from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.joint_matrices import JointMatrix, list_joint_matrices
+from store.modes import get_modes
+from store.result_queries import find_comparisons, find_elements, find_sine_points
+from store.runs import get_run
+from store.states import AnalysisKind
+
+analyses = APIRouter(prefix="/runs/{run_id}/analyses", tags=["analyses"], route_class=TaggedRoute)
+frequency_responses = APIRouter(prefix="/runs/{run_id}/frequency-responses", tags=["FRFs"], route_class=TaggedRoute)
+modes = APIRouter(prefix="/runs/{run_id}/modes", tags=["modes"], route_class=TaggedRoute)
+joint_matrices = APIRouter(tags=["joint matrices"], route_class=TaggedRoute)
+dynamic_stiffness = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
+comparisons = APIRouter(tags=["comparisons"], route_class=TaggedRoute)
+diagnoses = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
+Specimen = Annotated[OneLine | None, Query(description="only of this joint's cylinders")]
+Configuration = Annotated[OneLine | None, Query(description="compression, shear or angled")]
+Joint = Annotated[OneLine | None, Query(description="only of this joint")]
+
+
+@analyses.get("", name="list_", responses=problems(404))
+def list_all_analyses(
+    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, kind: AnalysisKind | None = None
+) -> Page[AnalysisDocument]:
+    """List the analyses of a run, newest first."""
+    with context.catalogue.reading() as session:
+        get_run(session, run_id)
+        found = list_analyses(session, run_id, kind)
+    return paging.of_whole([document(AnalysisDocument, each) for each in found])
+
+
+@frequency_responses.get("", name="list_", responses=problems(404, 500))
+def list_sets(
+    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
+) -> Page[SetSummary]:
+    """The accelerances of a run, the newest or those of one analysis, set by set."""
+    with context.catalogue.reading() as session:
+        sets = list_frequency_responses(session, run_id, analysis)
+    return paging.of_whole([_set(found) for found in sets])
+
+
+@frequency_responses.get("/{set_number}/{point}", name="get", responses=problems(404, 500))
+def one_accelerance(
+    _caller: Reader,
+    context: Context,
+    run_id: RunNumber,
+    set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
+    point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
+    analysis: ChosenAnalysis = None,
+) -> FrequencyResponseDocument:
+    """The accelerance of a run from one blow point, the newest or that of one analysis."""
+    with context.catalogue.reading() as session:
+        sets = list_frequency_responses(session, run_id, analysis)
+    for found in sets:
+        inputs = [str(each) for each in found.inputs]
+        if found.number == set_number and point in inputs:
+            row = inputs.index(point)
+            accelerance = np.asarray(found.accelerance[row])
+            return FrequencyResponseDocument(
+                response=str(found.response),
+                input=point,
+                frequency=found.frequency.tolist(),
+                real=accelerance.real.tolist(),
+                imaginary=accelerance.imag.tolist(),
+                coherence=None if found.coherence is None else plain(found.coherence[row]),
+                variance=None if found.variance is None else plain(found.variance[row]),
+            )
+    raise NotFoundError(f"run {run_id} has no accelerance of set {set_number} from {point}")
+
+
+@modes.get("", name="get", responses=problems(404, 500))
+def modes_of_run(
+    _caller: Reader, context: Context, run_id: RunNumber, analysis: ChosenAnalysis = None
+) -> ModesDocument:
+    """The modes of a run, the newest or those of one analysis."""
+    with context.catalogue.reading() as session:
+        made = chosen_analysis(session, run_id, AnalysisKind.MODES, analysis)
+        found = get_modes(session, made.id)
+    return ModesDocument(
+        analysis_id=made.id,
+        method=made.method,
+        frequency_hz=plain(found.frequency),
+        frequency_ci95=plain(found.frequency_ci95),
+        loss_factor=plain(found.loss_factor),
+        loss_factor_ci95=plain(found.loss_factor_ci95),
+        predicted_hz=plain(found.predicted_frequency),
+        points=[str(dof) for dof in found.dofs],
+        shapes_real=plain(found.shapes.real),
+        shapes_imaginary=plain(found.shapes.imag),
+    )
+
+
+@joint_matrices.get("/runs/{run_id}/joint-matrices", name="of_run", responses=problems(404, 500))
+def joint_matrices_of_run(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    run_id: RunNumber,
+    method: Annotated[OneLine | None, Query(description="only by this method, as it is named in the answer")] = None,
+    analysis: ChosenAnalysis = None,
+) -> Page[JointMatrixDocument]:
+    """The joint matrices of a run, the newest by each method or those of one analysis."""
+    with context.catalogue.reading() as session:
+        get_run(session, run_id)
+        newest = {
+            made.method: made
+            for made in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))
+            if method in (None, made.method) and analysis in (None, made.id)
+        }
+        if not newest:
+            which = (f" by {method!r}" if method else "") + (f" of analysis {analysis}" if analysis else "")
+            raise NotFoundError(f"run {run_id} has no joint matrices{which}")
+        matrices = [
+            _joint_matrix(made, found) for made in newest.values() for found in list_joint_matrices(session, made.id)
+        ]
+    return paging.of_whole(matrices)
+
+
+@joint_matrices.get("/joint-elements", name="of_article", responses=problems())
+def elements_of_article(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    article: Article,
+    joint: Joint = None,
+    method: Annotated[OneLine | None, Query(description="only by this method")] = None,
+) -> Page[ElementDocument]:
+    """Every element that was ever identified of an article's joints, newest first."""
+    with context.catalogue.reading() as session:
+        found = find_elements(
+            session, article=article, joint=joint, method=method, before=paging.number, limit=paging.rows
+        )
+    return paging.of_rows([document(ElementDocument, each, **place._asdict()) for place, each in found])
+
+
+@dynamic_stiffness.get("/runs/{run_id}/dynamic-stiffness", name="of_run", responses=problems(404))
+def sine_points_of_run(
+    _caller: Reader,
+    context: Context,
+    paging: LongPaging,
+    run_id: RunNumber,
+    specimen: Specimen = None,
+    configuration: Configuration = None,
+    analysis: ChosenAnalysis = None,
+) -> Page[StiffnessPoint]:
+    """The sine points of a run, the newest or those of one analysis, in the order of measuring."""
+    with context.catalogue.reading() as session:
+        made = chosen_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS, analysis)
+        found = list_dynamic_stiffness(session, made.id)
+    return paging.of_whole(
+        [
+            document(StiffnessPoint, point, analysis_id=made.id)
+            for point in found
+            if specimen in (None, point.specimen) and configuration in (None, point.configuration)
+        ]
+    )
+
+
+@dynamic_stiffness.get("/dynamic-stiffness", name="of_article", responses=problems())
+def sine_points_of_article(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    article: Article,
+    specimen: Specimen = None,
+    configuration: Configuration = None,
+    amplitude_pp_mm: Annotated[float | None, Query(gt=0, le=100, description="only at this amplitude, mm")] = None,
+    lowest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
+    highest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
+) -> Page[FoundPoint]:
+    """Every sine point that was ever evaluated of an article's specimens, newest first."""
+    with context.catalogue.reading() as session:
+        found = find_sine_points(
+            session,
+            article=article,
+            specimen=specimen,
+            configuration=configuration,
+            amplitude_pp_mm=amplitude_pp_mm,
+            lowest_frequency=lowest_frequency,
+            highest_frequency=highest_frequency,
+            before=paging.number,
+            limit=paging.rows,
+        )
+    return paging.of_rows([document(FoundPoint, point, **place._asdict()) for place, point in found])
+
+
+@dynamic_stiffness.get("/runs/{run_id}/dynamic-stiffness/at", responses=problems(404))
+def at(
+    _caller: Reader,
+    context: Context,
+    run_id: RunNumber,
+    amplitude_pp_mm: Annotated[
+        float, Query(gt=0, le=LARGEST_AMPLITUDE, description="peak to peak, mm", examples=[0.03])
+    ],
+    frequency: Annotated[float, Query(gt=0, le=HIGHEST_FREQUENCY, description="Hz", examples=[80])],
+    specimen: Annotated[
+        list[OneLine] | None, Query(description="only these joints' cylinders; repeat for several")
+    ] = None,
+) -> StiffnessDocument:
+    """The fitted law of each joint at any amplitude and frequency, and the range of a single specimen of the kind.
+
+    The law goes through the newest sine points of the run. It is fitted when it is first asked for, which takes a
+    second for a whole sweep of two joints, and kept.
+    """
+    analysis = points_of_run(context.catalogue, run_id)
+    laws = laws_of_points(context.catalogue, run_id, analysis)
+    return stiffness_document(stiffness_at(laws, 1e-3 * amplitude_pp_mm, frequency, specimen or ()), analysis)
+
+
+@comparisons.get("/runs/{run_id}/comparisons", name="of_run", responses=problems(404))
+def comparison_of_run(
+    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
+) -> Page[ComparisonDocument]:
+    """The comparison on a run, element by element: the newest or that of one analysis."""
+    with context.catalogue.reading() as session:
+        made = chosen_analysis(session, run_id, AnalysisKind.COMPARISONS, analysis)
+        found = list_comparisons(session, made.id)
+    return paging.of_whole([document(ComparisonDocument, each) for each in found])
+
+
+@comparisons.get("/comparisons", name="of_article", responses=problems())
+def comparisons_of_article(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    article: Article,
+    joint: Joint = None,
+    verdict: Annotated[OneLine | None, Query(description="agree, differ, ...")] = None,
+) -> Page[FoundComparison]:
+    """Every comparison that was ever made on an article, newest first."""
+    with context.catalogue.reading() as session:
+        found = find_comparisons(
+            session, article=article, joint=joint, verdict=verdict, before=paging.number, limit=paging.rows
+        )
+    items = [
+        document(
+            FoundComparison,
+            each,
+            **place._asdict(),
+            inverse=None if each.inverse_low is None else (each.inverse_low, each.inverse_high),
+            direct=(each.direct_low, each.direct_high),
+        )
+        for place, each in found
+    ]
+    return paging.of_rows(items)
+
+
+@diagnoses.get("", name="list_", responses=problems() | first_of("diagnosis_id", "gap-diagnoses-get"))
+def list_all_diagnoses(
+    _caller: Reader,
+    context: Context,
+    paging: Paging,
+    run: Annotated[int | None, Query(ge=1, le=LARGEST, description="only of this run")] = None,
+) -> Page[DiagnosisSummary]:
+    """List diagnoses, newest first."""
+    with context.catalogue.reading() as session:
+        found = list_diagnoses(session, run_id=run, before=paging.number, limit=paging.rows)
+    return paging.of_rows([document(DiagnosisSummary, each, id=each.analysis_id) for each in found])
+
+
+@diagnoses.post("", **queues(404))
+def diagnose(request: Annotated[IdempotentRequest, queueing("diagnose")], queue: Jobs, given: OfRun) -> Response:
+    """Queue a diagnosis of a run; the job's result has its number."""
+    return queue_job(request, queue, "diagnose", given.model_dump(), (given.run,))
+
+
+@diagnoses.get("/{diagnosis_id}", name="get", responses=problems(404))
+def one_diagnosis(
+    _caller: Reader, context: Context, diagnosis_id: Annotated[int, number_of("diagnosis")]
+) -> DiagnosisDocument:
+    """One diagnosis."""
+    with context.catalogue.reading() as session:
+        found = get_diagnosis(session, diagnosis_id)
+    return document(DiagnosisDocument, found, id=found.analysis_id)
+
+
+def _set(found: FrequencyResponseSet) -> SetSummary:
+    return document(
+        SetSummary,
+        found,
+        response=str(found.response),
+        inputs=[str(point) for point in found.inputs],
+        lines=int(found.frequency.size),
+        highest_frequency=float(found.frequency[-1]),
+    )
+
+
+def _joint_matrix(analysis: Analysis, found: JointMatrix) -> JointMatrixDocument:
+    return JointMatrixDocument(
+        analysis_id=analysis.id,
+        method=analysis.method,
+        joint=found.joint,
+        node=found.node,
+        k=plain(found.stiffness),
+        k_ci95=plain(found.stiffness_ci95),
+        h=plain(found.damping),
+        h_ci95=plain(found.damping_ci95),
+        gamma=plain(found.loss_factor),
+        gamma_ci95=plain(found.loss_factor_ci95),
+        observable=plain(found.observable),
+        not_observable=unobservable_reasons(analysis, found.joint),
+    )

@@ -1,0 +1,55 @@
+"""Documents on jobs, and what each kind of job is asked for with."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
+
+from jointlab.documents.fields import LARGEST, Request
+from jointlab.identification.options import Options
+from store.states import JobState
+
+
+class JobDocument(BaseModel):
+    """One job; times are UTC."""
+
+    id: int
+    kind: str
+    state: JobState
+    parameters: dict[str, Any]
+    asked_by: str
+    attempts: int = Field(description="how often it was begun; more than once where a worker was lost")
+    created_at: datetime
+    started_at: datetime | None
+    finished_at: datetime | None
+    heartbeat_at: datetime | None = Field(description="time of the latest sign of life from its worker")
+    stage: str | None
+    done: int = Field(description="steps of the stage, of `total`")
+    total: int
+    result: dict[str, Any] | None
+    error: str | None
+
+
+class OfRun(Request):
+    """Which run."""
+
+    run: int = Field(ge=1, le=LARGEST, description="number of the run")
+
+
+class NewIdentification(Options, OfRun):
+    """Which run, and the options of its identification."""
+
+
+class NewTrial(Request):
+    """How many cases are drawn, and with which seed."""
+
+    cases: int = Field(ge=1, le=10_000)
+    seed: int = Field(default=0, ge=0, le=LARGEST)
+
+
+class NewExport(OfRun):
+    """Which run, and in which form."""
+
+    form: Literal["bundle", "hdf5", "report"] = Field(description="UFF and JSON in a .zip; waveforms; HTML")

@@ -1,0 +1,72 @@
+"""Documents on the laboratory: its service, instruments, channels and specimens."""
+
+from __future__ import annotations
+
+from datetime import date, datetime
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field
+
+from jointlab.documents.fields import OneLine, Request
+from store.quantity import quantity
+
+
+class Health(BaseModel):
+    """Whether the service can do its work, and which version it is."""
+
+    status: str
+    version: str
+    drives_a_rig: bool
+
+
+class InstrumentDocument(BaseModel):
+    """An instrument, known by its serial number."""
+
+    id: int
+    kind: str
+    model: str
+    serial: str
+    details: dict[str, Any]
+
+
+class CalibrationDocument(BaseModel):
+    """One calibration, as its certificate gives it."""
+
+    id: int
+    instrument_id: int
+    calibrated_on: date | None
+    sensitivity: float | None = Field(description="in `sensitivity_unit`")
+    sensitivity_unit: str | None
+    stored_at: datetime
+
+
+class NewCalibration(Request):
+    """What a certificate says."""
+
+    calibrated_on: date
+    sensitivity: float = Field(gt=0, description="in `sensitivity_unit`")
+    sensitivity_unit: OneLine
+
+
+class ChannelDocument(BaseModel):
+    """One input channel, its sensor, and when that was calibrated."""
+
+    name: str
+    physical: str = Field(description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
+    kind: str
+    unit: str = Field(description="of minimum and maximum")
+    sensitivity: float = Field(description="V for each `unit`")
+    minimum: float = Field(description="lowest value expected, in `unit`")
+    maximum: float = Field(description="highest value expected, in `unit`")
+    excitation_current: Annotated[float | None, quantity("A", "IEPE supply")]
+    serial: str
+    calibrated_on: date | None
+
+
+class SpecimenDocument(BaseModel):
+    """The cylinders of one joint; `name` is the joint's."""
+
+    id: int
+    article: str
+    name: str
+    description: str | None

@@ -1,0 +1,86 @@
+"""Documents on the rig: its state, its control lease and its limits."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, Field, model_validator
+
+from jointlab.documents.fields import OneLine, Request
+from jointlab.supervision.phase import Phase
+from store.quantity import quantity
+
+
+class PromptDocument(BaseModel):
+    """What the operator is asked to do."""
+
+    number: int
+    kind: str
+    text: str
+    waits: bool = Field(description="whether the run waits for the answer")
+
+
+class RigDocument(BaseModel):
+    """The state of the rig."""
+
+    phase: Phase
+    run_id: int | None = Field(description="the run that is carried out, or was last")
+    title: str
+    activity: str
+    point: str | None = Field(description="that is struck, such as 3y; null while none is")
+    blows: int
+    blows_wanted: int
+    sines: int
+    sines_wanted: int
+    ended_as: str | None
+    reason: str | None
+    interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    tester_silent: str | None = Field(
+        description="why the tester does not answer while nothing is carried out; null where it does"
+    )
+    prompt: PromptDocument | None
+    driven_by: str | None = Field(description="who has the control lease")
+    latest_event: int = Field(description="number of the latest event")
+
+
+class LeaseRequest(Request):
+    """Who wants to drive."""
+
+    holder: OneLine = Field(description="to be shown to others")
+    by_force: bool = Field(
+        default=False,
+        description="take it over: from another client of the same key, or with the scope engineer from anybody",
+    )
+
+
+class LeaseDocument(BaseModel):
+    """The right to drive: `token` goes into the header `Control-Lease` of every request that drives."""
+
+    token: str
+    holder: str
+    seconds: Annotated[float, quantity("s", "until it ends unless it is renewed")]
+
+
+class Limits(Request):
+    """Limits of commands to the tester and of its readings. The tester has limits of its own beside these."""
+
+    amplitude_pp: Annotated[float, quantity("m", "largest peak-to-peak amplitude"), Field(gt=0)]
+    lowest_frequency: Annotated[float, quantity("Hz"), Field(gt=0)]
+    highest_frequency: Annotated[float, quantity("Hz"), Field(gt=0)]
+    lowest_preset: Annotated[float, quantity("m")]
+    highest_preset: Annotated[float, quantity("m")]
+    velocity: Annotated[float, quantity("m/s", "highest peak velocity of a cycle"), Field(gt=0)]
+    acceleration: Annotated[float, quantity("m/s^2", "highest peak acceleration of a cycle"), Field(gt=0)]
+    force: Annotated[float, quantity("N", "largest absolute force"), Field(gt=0)]
+
+    @model_validator(mode="after")
+    def _have_a_range(self) -> Limits:
+        if self.lowest_frequency >= self.highest_frequency or self.lowest_preset > self.highest_preset:
+            raise ValueError("the lowest frequency and preset have to be below the highest")
+        return self
+
+
+class Stopped(BaseModel):
+    """The number of the run that was stopped, null where none was carried out; the actuator is at rest."""
+
+    run_id: int | None

@@ -14,8 +14,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates
-from analysis.gap.confounded_effects import twins
-from analysis.gap.estimate import Estimate
+from analysis.gap.effect import RecordEffect
 from analysis.gap.evidence import PATTERNS, tempered
 from analysis.gap.faults import examined
 from analysis.gap.fit import Fit
@@ -26,11 +25,10 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import lost
 from analysis.gap.model import Model, best_by_id, on, refined
 from analysis.gap.next_experiment import NextExperiment, next_experiment
-from analysis.gap.parallel_work import ParallelMap, one_by_one
-from analysis.gap.record_effect import RecordEffect
-from analysis.gap.search import HOPELESS, search_of
+from analysis.gap.parameter import Estimate
+from analysis.gap.search import HOPELESS, ParallelMap, one_by_one, search_of
 from analysis.gap.two_effect_search import pairs
-from analysis.gap.verdict import UNKNOWN, Status, Weighed, listed, standing_for, weigh
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, listed, standing_for, twins, weigh
 
 
 @dataclass(frozen=True, eq=False)

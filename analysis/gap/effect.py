@@ -11,7 +11,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Cylinders, Loading, Mounting, Setting
 from analysis.gap.measurement import Measurement, TesterPoints
-from analysis.gap.parameter import Parameter
+from analysis.gap.parameter import Estimate, Parameter
 
 Given = Mapping[str, float]
 """Values of an effect's own parameters, by name."""
@@ -94,3 +94,18 @@ class EffectOfEachJoint(Effect):
 def acts_on(effect: Effect, part: str) -> bool:
     """Whether an effect has something to say to a part of the bench: the name of one of its methods."""
     return getattr(type(effect), part) is not getattr(Effect, part)
+
+
+@dataclass(frozen=True)
+class RecordEffect:
+    """What was found of an effect of the catalogue in the records of blows, or in their averages.
+
+    Attributes:
+        id: in the catalogue.
+        parameters: by name.
+        fault: a sentence that says so.
+    """
+
+    id: str
+    parameters: dict[str, Estimate]
+    fault: str

@@ -1,8 +1,13 @@
-"""Mains hum: lines at 50 or 60 Hz and multiples, in the silence at the end of blows or as dips of coherence.
+"""Mains hum: found in records of blows or as dips of coherence, and taken out of the accelerances.
 
-A hum is there before the blow and after it. Once the bar has fallen silent, what stands out of the neighbouring
-frequencies exactly at the mains or a multiple, and does not die away, is hum. Where no records were kept, hum shows in
-the averages: other at every blow, it takes coherence at single lines of all rows at once.
+A hum is there before the blow and after it. Once the beam is silent, what stands out of the neighbouring frequencies
+exactly at 50 or 60 Hz or a multiple, and does not die away, is hum. Where no records were kept, hum shows in the
+averages: it differs from blow to blow, and lowers the coherence of all rows at single lines.
+
+A record holds no whole number of periods of the mains, which is never exactly at its 50 or 60 Hz. Seen through the
+record, the tone then stands at its line with C, and k lines away with C d / (d - k), where d is its distance from that
+line, in lines (F. J. Harris, Proc. IEEE 66, 1978, for the rectangular window). Averages divide by the force, which is
+smooth.
 """
 
 from __future__ import annotations
@@ -13,11 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from analysis.frequency_response import Real
-from analysis.gap.estimate import Estimate
-from analysis.gap.leakage import without_leakage
+from analysis.frequency_response import Complex, Real
+from analysis.gap.effect import RecordEffect
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
-from analysis.gap.record_effect import RecordEffect
+from analysis.gap.parameter import Estimate
 
 HUM = "mains_hum"
 MAINS = (50.0, 60.0)
@@ -191,3 +195,57 @@ def _dip(noises: Sequence[tuple[Real, Real]], tone: float) -> float:
         ):
             shares.append(noise[:, line] - np.median(noise[:, line + NEIGHBOURS], axis=1))
     return float(np.exp(np.mean(np.concatenate(shares)))) if shares else 0.0
+
+
+AROUND, DEGREE = 30, 5
+"""Lines on either side of a tone in which accelerances are a polynomial of this degree, beside what leaks."""
+FARTHEST = 0.45
+"""Lines by which a tone may be off the line that it is nearest to."""
+
+
+def without_leakage(sets: Sequence[HammerSet], tones: Sequence[float]) -> tuple[HammerSet, ...]:
+    """Hammer sets without what tones leak, which are all off by the same share of their frequency."""
+    above = below = 0.0
+    heights = [[_height_and_leak(each, tone) for tone in tones] for each in sets]
+    for each, of_set in zip(sets, heights, strict=True):
+        for tone, found in zip(tones, of_set, strict=True):
+            if found is not None:
+                height, leak = found
+                per_line = tone / _spacing(each)
+                above -= per_line * float(np.vdot(height, leak).real)
+                below += per_line**2 * float(np.vdot(height, height).real)
+    off = above / below if below > 0 else 0.0
+    return tuple(_cleaned(each, tones, of_set, off) for each, of_set in zip(sets, heights, strict=True))
+
+
+def _height_and_leak(each: HammerSet, tone: float) -> tuple[Complex, Complex] | None:
+    """(rows,) C, and what is found of -C d; None where the tone is too near to an end of the lines."""
+    line = int(np.argmin(np.abs(each.frequency - tone)))
+    if not AROUND <= line < each.frequency.size - AROUND:
+        return None
+    away = np.arange(-AROUND, AROUND + 1)
+    at_tone = (away == 0).astype(float)
+    leak = np.where(away == 0, 0.0, 1 / np.where(away == 0, 1, away))
+    smooth = np.vander(away / AROUND, DEGREE + 1)
+    found, *_ = np.linalg.lstsq(
+        np.column_stack([smooth, at_tone, leak]), each.accelerance[:, line + away].T.astype(complex), rcond=None
+    )
+    return found[-2], found[-1]
+
+
+def _cleaned(
+    each: HammerSet, tones: Sequence[float], heights: Sequence[tuple[Complex, Complex] | None], off: float
+) -> HammerSet:
+    accelerance = each.accelerance.copy()
+    for tone, found in zip(tones, heights, strict=True):
+        if found is not None:
+            line = int(np.argmin(np.abs(each.frequency - tone)))
+            lines_off = float(np.clip(off * tone / _spacing(each), -FARTHEST, FARTHEST))
+            away = np.arange(each.frequency.size) - line
+            shape: Real = np.where(away == 0, 0.0, lines_off / (lines_off - np.where(away == 0, 1, away)))
+            accelerance -= found[0][:, None] * shape
+    return replace(each, accelerance=accelerance)
+
+
+def _spacing(each: HammerSet) -> float:
+    return float(np.median(np.diff(each.frequency)))

@@ -1,4 +1,4 @@
-"""What is not known: parameters with Gaussian priors, counted in their standard deviations."""
+"""What is not known: parameters with Gaussian priors, and their estimates with intervals."""
 
 from __future__ import annotations
 
@@ -34,3 +34,12 @@ class Parameter:
     def value(self, score: float) -> float:
         """The value at a score."""
         return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of an effect with its 90 % interval."""
+
+    value: float
+    ci90: tuple[float, float]
+    unit: str

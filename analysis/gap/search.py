@@ -1,4 +1,4 @@
-"""Which effects: the paper's model first, then every effect of the catalogue on top of it; `pairs` goes on from there.
+"""Which effects: the paper's model first, then every effect of the catalogue on top of it (pairs: `two_effect_search`).
 
 Screening takes one step of a linearised fit for every variant of every law, with noise inflated so that no sharp peak
 decides. The best are fitted in full, from several starts where a law has them.
@@ -6,9 +6,10 @@ decides. The best are fitted in full, from several starts where a law has them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -29,11 +30,10 @@ from analysis.gap.fit import (
     fit,
 )
 from analysis.gap.free_beam_modes import Bar, bar_of
-from analysis.gap.linear_step import LinearStep
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.model import ENOUGH, Model, best_by_id
-from analysis.gap.parallel_work import ParallelMap, one_by_one
 from analysis.gap.screening import (
+    LinearStep,
     Promise,
     best_laws,
     by_gain,
@@ -43,6 +43,25 @@ from analysis.gap.screening import (
     promised_by_tester,
 )
 from analysis.gap.simulation import Simulation
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class ParallelMap(Protocol):
+    """Does the same work on each of several items, and gives the results in their order.
+
+    What it is given can be pickled, so that hands may be processes of their own.
+    """
+
+    def __call__(self, work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
+        """The results."""
+
+
+def one_by_one(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """Without any help."""
+    return [work(each) for each in items]
+
 
 LINES = 128
 """Of each hammer set that the search looks at; what it finds is fitted to all of them."""

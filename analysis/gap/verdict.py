@@ -1,8 +1,8 @@
 """Which explanation is how probable: no effect, one, a pair, or one that the catalogue does not have.
 
-What is known beforehand is little: most gaps have one cause. Each effect stands beside itself at its tolerance, a
-narrow prior, so that a trace of it that every bench has is no explanation. Against all stands the unknown effect: a
-residual model that can take any smooth shape, explains all misfit beyond noise, and pays for that freedom.
+Little is known beforehand: most gaps have one cause. Each effect is compared with itself at its tolerance, a narrow
+prior, so that a trace that every bench has explains nothing. All compete with the unknown effect: a residual model that
+can take any smooth shape, explains all misfit beyond noise, and pays for that freedom.
 """
 
 from __future__ import annotations
@@ -154,3 +154,26 @@ def _as_trace(model: Model, effect: int, temperature: float) -> float:
     if not places or np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE:
         return float("-inf")
     return at_tolerance(model.fit, places, [TOLERANCE] * len(places), temperature)
+
+
+INSEPARABLE = 1 / 20
+"""Of the verdict's probability, above which another explanation is its twin."""
+
+
+def twins(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
+    """Groups of effects that could each stand in the verdict's place, one group for each effect of the verdict."""
+    verdict = weighed[0]
+    if not verdict.effects or verdict.effects == UNKNOWN:
+        return ()
+    groups = []
+    for effect in verdict.effects:
+        rest = set(verdict.effects) - {effect}
+        group = [effect]
+        for other in weighed[1:]:
+            swapped = set(other.effects) - rest
+            alike = other.probability > INSEPARABLE * verdict.probability and other.effects != UNKNOWN
+            if alike and rest <= set(other.effects) and len(swapped) == 1 and not swapped & set(verdict.effects):
+                group += sorted(swapped)
+        if len(group) > 1:
+            groups.append(tuple(group))
+    return tuple(groups)

@@ -11,7 +11,7 @@ from multiprocessing import forkserver
 from typing import TypeVar
 
 from analysis.gap import diagnosis
-from analysis.gap.parallel_work import ParallelMap, one_by_one
+from analysis.gap.search import ParallelMap, one_by_one
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates
+from analysis.dof import Direction, Dof
+from analysis.gap.baseline import baseline_of
+from analysis.gap.catalogue import candidates
+from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates, predictions
 from analysis.gap.effects.beam import AccelerometerMass
-from analysis.gap.fit import Likelihood, fit
+from analysis.gap.fit import Likelihood, evaluated, fit
+from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.search import search_of
+from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
 
 
@@ -27,3 +35,19 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
     noise = TWO_SIDED * parameter.spread * model.fit.deviations[place]
     assert (high - low) / 2 == pytest.approx(np.hypot(noise, TWO_SIDED * LAW * found.value), rel=0.1)
     assert found.unit == "kg"
+
+
+UNSEEN = (Dof(5, Direction.Y), Dof(8, Direction.Y), Dof(11, Direction.X))
+
+
+def test_points_that_nobody_struck_are_predicted_under_every_effect(empty: Measurement) -> None:
+    asked = replace(empty, predict=tuple((empty.drawing.accelerometer, point) for point in UNSEEN))
+    baseline, bar = baseline_of(asked), bar_of(asked.drawing)
+    plain = Likelihood(Simulation(baseline, bar))
+    before = evaluated(plain, np.zeros(plain.unknowns))
+    for effect in candidates(asked):
+        likelihood = Likelihood(Simulation(baseline, bar, (effect,)))
+        found = predictions(asked, before, evaluated(likelihood, np.zeros(likelihood.unknowns)))
+        assert found is not None
+        assert found.after.shape == (len(UNSEEN), found.frequency.size), effect.id
+        assert np.all(np.isfinite(found.after)), effect.id

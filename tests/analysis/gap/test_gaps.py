@@ -1,6 +1,8 @@
-"""Gaps of several explanations beside one floor."""
+"""Gaps of explanations on held-out data, and their floor."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +10,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
+from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.gaps import AT_THE_FLOOR, Gaps, measured_gaps, where_asked
-from analysis.gap.measurement import HammerSet
+from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
+from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.gaps import (
+    AT_THE_FLOOR,
+    Gaps,
+    carried_over,
+    floor_percent,
+    floor_percent_of,
+    measured_gaps,
+    where_asked,
+)
+from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model import Model, refined
-from analysis.gap.parallel_work import one_by_one
-from analysis.gap.repeatability import floor_percent
+from analysis.gap.search import one_by_one
+from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import weigh
 from tests.analysis.gap.conftest import Made, search_among
 
@@ -56,3 +70,75 @@ def test_a_thinned_set_has_at_least_as_many_lines_as_asked_for_and_fewer_than_tw
     assert min(count, lines) <= thin.frequency.size < max(2 * lines, lines + 2)
     assert thin.frequency[0] == frequency[0]
     assert np.unique(np.diff(thin.frequency)).size <= 1
+
+
+def fitted(measurement: Measurement) -> Fit:
+    simulation = Simulation(baseline_of(measurement), bar_of(measurement.drawing))
+    return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
+
+
+@pytest.fixture(scope="module")
+def found(made: Made) -> Fit:
+    return fitted(made())
+
+
+def with_tolerances(found: Fit, **tolerances: float) -> Fit:
+    simulation = found.likelihood.simulation
+    measurement = found.likelihood.measurement
+    changed = replace(measurement, tolerances=replace(measurement.tolerances, **tolerances))
+    baseline = replace(simulation.baseline, measurement=changed)
+    return replace(found, likelihood=Likelihood(replace(simulation, baseline=baseline)))
+
+
+def test_the_floor_grows_with_what_is_not_known(found: Fit) -> None:
+    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    once = floor_percent(found)
+    assert 0 < silent < once
+    assert once < floor_percent(with_tolerances(found, sensor_gain=0.02))
+    assert once < floor_percent(with_tolerances(found, impact_position=4e-3))
+
+
+def test_the_floor_without_tolerances_is_noise_and_a_gain_is_one_percent_for_one(found: Fit) -> None:
+    measurement = found.likelihood.measurement
+    noise = sum(float(np.sum(2 * each.deviation**2)) for each in measurement.sets)
+    size = sum(float(np.sum(np.abs(each.accelerance) ** 2)) for each in measurement.sets)
+    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    assert silent == pytest.approx(100 * np.sqrt(noise / size), rel=0.02)
+    gain = floor_percent(with_tolerances(found, sensor_gain=0.05, impact_position=0.0))
+    assert gain == pytest.approx(np.hypot(5.0, silent), rel=1e-3)
+
+
+def test_the_floor_of_the_tester_alone_is_its_noise_and_gain(found: Fit) -> None:
+    measurement = replace(found.likelihood.measurement, sets=())
+    points, tolerances = measurement.points, measurement.tolerances
+    assert points is not None
+    noise = np.sum(2 * points.deviation**2) / np.sum(np.abs(points.stiffness) ** 2)
+    assert floor_percent(fitted(measurement)) == pytest.approx(100 * np.sqrt(noise + tolerances.tester_gain**2))
+
+
+def test_the_floor_elsewhere_is_that_of_the_rows_there(found: Fit) -> None:
+    silent = with_tolerances(found, sensor_gain=0.0, impact_position=0.0)
+    for unseen in (Dof(5, Direction.Y), Dof(8, Direction.Y)):
+        assert 0 < floor_percent_of(silent, [unseen]) < floor_percent_of(found, [unseen])
+        farther = with_tolerances(found, sensor_gain=0.0, impact_position=0.02)
+        nearer = with_tolerances(found, sensor_gain=0.0, impact_position=0.01)
+        assert floor_percent_of(farther, [unseen]) == pytest.approx(2 * floor_percent_of(nearer, [unseen]), rel=0.05)
+    inputs = found.likelihood.measurement.sets[0].inputs
+    assert floor_percent_of(found, inputs) == pytest.approx(floor_percent(found), rel=0.25)
+
+
+def test_what_the_model_is_wrong_by_is_carried_over() -> None:
+    held = HeldOut(Gap(5.0, 9.0, 4.0), Gap(2.0, 1.0, 2.0), (3.0, 6.0))
+    there = carried_over(held, 4.0)
+    assert there.overall.percent == pytest.approx(np.hypot(4.0, 4.0))
+    assert there.overall.sigma == 9.0
+    assert there.direct == held.direct
+    assert there.ci90_percent == pytest.approx((np.sqrt(16.0), np.sqrt(43.0)))
+
+
+def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> None:
+    for percent in (1.0, 3.0):
+        held = HeldOut(Gap(percent, 1.0, 0.0), None, (percent, percent))
+        assert carried_over(held, 4.0).overall.percent == pytest.approx(4.0)
+    tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0), (1.0, 3.0))
+    assert carried_over(tester_alone, 4.0) is tester_alone

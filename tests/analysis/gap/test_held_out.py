@@ -10,9 +10,9 @@ import pytest
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
 from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.gaps import floor_percent
 from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, held_out
 from analysis.gap.measurement import Measurement
-from analysis.gap.repeatability import floor_percent
 from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
 

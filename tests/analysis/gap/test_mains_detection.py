@@ -9,8 +9,7 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
-from analysis.gap.leakage import without_leakage
-from analysis.gap.mains_detection import Hum, mains_hum, without_tones
+from analysis.gap.mains_detection import Hum, mains_hum, without_leakage, without_tones
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
 
 RATE, SECONDS, NOISE = 4096.0, 2.0, 0.01

@@ -13,9 +13,9 @@ from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle
 from analysis.gap.effects.joint_amplitude import StickingFriction
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Likelihood, evaluated, fit
-from analysis.gap.linear_step import LinearStep
 from analysis.gap.screening import (
     MOST_STARTS,
+    LinearStep,
     Promise,
     best_laws,
     by_gain,

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
-from analysis.gap.estimate import Estimate
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
 from analysis.gap.next_experiment import Experiment, NextExperiment
+from analysis.gap.parameter import Estimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.track_record import TrackRecord

@@ -1,4 +1,4 @@
-"""What a person at the command line or the API is told when something cannot be done."""
+"""Errors that a user of the command line or the API sees, and their exit codes."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from store.errors import StoreError
 
 
 class JointlabError(Exception):
-    """A request that cannot be met as it stands; the message says what to change."""
+    """The request cannot be met; the message says what to change."""
 
 
 class ConflictError(JointlabError):
-    """What is asked for does not go with how things stand now; the message says how they stand."""
+    """The request does not fit the present state; the message says what that is."""
 
 
 class SettingsError(JointlabError):
@@ -23,7 +23,7 @@ class SettingsError(JointlabError):
 BAD_INPUT = 3
 INSTRUMENT = 4
 
-# One table for the command line and the REST API: which error means what to the caller.
+# Exit code for each kind of error; the first that fits counts.
 EXIT_CODES: dict[type[Exception], int] = {
     JointlabError: BAD_INPUT,
     AnalysisError: BAD_INPUT,

@@ -20,6 +20,9 @@ _Result = TypeVar("_Result")
 class RunStoppedError(RigError):
     """The run was stopped as asked; what was measured before is kept."""
 
+    def __init__(self) -> None:
+        super().__init__("the run was stopped as asked; what was measured before is kept")
+
 
 class RunControl:
     """What a run looks at between and during its steps. Any thread may call it; one run at a time looks at it.
@@ -127,4 +130,4 @@ class RunControl:
             if not self._stopped:
                 observer(RunResumed(time.monotonic() - began))
         if self._stopped:
-            raise RunStoppedError("the run was stopped as asked; what was measured before is kept")
+            raise RunStoppedError

@@ -1,6 +1,8 @@
-"""The base of what goes wrong in a rig sequence; each sequence and driver adds its own beside its code."""
+"""The base of the errors of the rig, and how a failure is described to people."""
 
 from __future__ import annotations
+
+UNEXPECTED = "an unexpected error in the program; its log has the details"
 
 
 class RigError(Exception):
@@ -8,4 +10,9 @@ class RigError(Exception):
 
 
 class RequestError(RigError):
-    """What was asked for is wrong, whatever the instruments are like; nothing moved."""
+    """The request is wrong, whatever the instruments are like; nothing moved."""
+
+
+def failure_reason(error: Exception, expected: tuple[type[Exception], ...]) -> str:
+    """Why something failed, for people: the message of an `expected` error; for any other a reference to the log."""
+    return str(error) if isinstance(error, expected) else UNEXPECTED

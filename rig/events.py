@@ -7,35 +7,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, dataclass_transform
 
 from analysis.dof import Dof
+from rig.registers import Interlock
 from store.quantity import quantity
 
 
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class Event:
-    """Something that a sequence did, for whoever watches."""
+    """One thing that happened. A subclass is a frozen dataclass without a decorator of its own."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True)(cls)
 
 
 Observer = Callable[[Event], None]
 
 
 def ignore_event(event: Event) -> None:
-    """Observe nothing: the observer of a sequence that nobody watches."""
+    """Do nothing: the observer of a sequence that no program observes."""
 
 
 def notify_all(*observers: Observer) -> Observer:
-    """One observer that tells several, in this order."""
+    """One observer that passes every event on to `observers`, in this order."""
 
-    def tell(event: Event) -> None:
+    def notify(event: Event) -> None:
         for observer in observers:
             observer(event)
 
-    return tell
+    return notify
 
 
-@dataclass(frozen=True)
 class HammerStarted(Event):
     """Roving-hammer set `set_number` begins: blows of about `peak_force` N."""
 
@@ -43,45 +47,39 @@ class HammerStarted(Event):
     peak_force: Annotated[float, quantity("N")]
 
 
-@dataclass(frozen=True)
 class RateCoerced(Event):
-    """The instrument cannot sample at `requested` Hz; it samples, and everything reckons, at `used` Hz."""
+    """The instrument cannot sample at `requested` Hz; it samples at `used` Hz, and every computation uses that."""
 
     requested: Annotated[float, quantity("Hz")]
     used: Annotated[float, quantity("Hz")]
 
 
-@dataclass(frozen=True)
 class RunStarted(Event):
     """Everything that is measured from now on goes into run `run_id`."""
 
     run_id: int
 
 
-@dataclass(frozen=True)
 class RunContinued(Event):
-    """Run `run_id` goes on where it ended before; so many accepted blows and sine points are there already."""
+    """Run `run_id` goes on where it ended before; `blows` accepted blows and `sine_points` are stored already."""
 
     run_id: int
     blows: int
     sine_points: int
 
 
-@dataclass(frozen=True)
 class PromptStarted(Event):
-    """The operator is asked for something that takes hands, `text`; the sequence waits until it is done."""
+    """The operator is asked to do the task `text`; the sequence waits until it is done."""
 
     text: str
 
 
-@dataclass(frozen=True)
 class WaitStarted(Event):
     """The sequence waits for `seconds`."""
 
     seconds: Annotated[float, quantity("s")]
 
 
-@dataclass(frozen=True)
 class SoakStarted(Event):
     """The sequence waits until the temperature has stayed within `band_celsius` for `seconds`, `limit` s at most."""
 
@@ -90,15 +88,13 @@ class SoakStarted(Event):
     limit: Annotated[float, quantity("s")]
 
 
-@dataclass(frozen=True)
 class SoakEnded(Event):
-    """The temperature, now `celsius`, has stayed within the band; that took `waited` seconds."""
+    """The temperature, now `celsius`, has stayed within the band; the soak took `waited` seconds."""
 
     celsius: Annotated[float, quantity("degC")]
     waited: Annotated[float, quantity("s")]
 
 
-@dataclass(frozen=True)
 class PointStarted(Event):
     """The hammer session moved on to `point`, the `index`-th (from 1) of `points`."""
 
@@ -107,7 +103,6 @@ class PointStarted(Event):
     points: int
 
 
-@dataclass(frozen=True)
 class BlowAccepted(Event):
     """Blow `blow` at `point` counts; `accepted` of `wanted` are there."""
 
@@ -118,7 +113,6 @@ class BlowAccepted(Event):
     peak_force: Annotated[float, quantity("N")]
 
 
-@dataclass(frozen=True)
 class BlowRefused(Event):
     """Blow `blow` at `point` does not count, for `reason`, a sentence to show; its `faults` are such as double hit."""
 
@@ -129,7 +123,6 @@ class BlowRefused(Event):
     faults: tuple[str, ...]
 
 
-@dataclass(frozen=True)
 class BlowSuspected(Event):
     """Blow `blow` at `point` was accepted, but does not fit those that came after it, for `reason`; strike one more.
 
@@ -141,7 +134,6 @@ class BlowSuspected(Event):
     reason: str
 
 
-@dataclass(frozen=True)
 class BlowMissed(Event):
     """Nobody struck `point` within `waited` seconds of blow `blow` being armed."""
 
@@ -150,16 +142,14 @@ class BlowMissed(Event):
     waited: Annotated[float, quantity("s")]
 
 
-@dataclass(frozen=True)
 class PointFinished(Event):
-    """`point` has all its accepted blows; `refused` more were struck in vain."""
+    """`point` has all its accepted blows; `refused` more were struck and refused."""
 
     point: Dof
     accepted: int
     refused: int
 
 
-@dataclass(frozen=True)
 class SpecimenMounted(Event):
     """The cylinders of joint `specimen` are in the tester, in `configuration`."""
 
@@ -167,7 +157,6 @@ class SpecimenMounted(Event):
     configuration: str
 
 
-@dataclass(frozen=True)
 class SinePointMeasured(Event):
     """One steady sine point is recorded, the `index`-th (from 1) of `points`.
 
@@ -185,7 +174,6 @@ class SinePointMeasured(Event):
     loss_factor: Annotated[float | None, quantity("1", "gamma")]
 
 
-@dataclass(frozen=True)
 class SinePointRefused(Event):
     """One sine point could not be measured as asked, for `reason`, a sentence to show."""
 
@@ -196,27 +184,23 @@ class SinePointRefused(Event):
     reason: str
 
 
-@dataclass(frozen=True)
 class InterlockTripped(Event):
     """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator."""
 
-    interlocks: tuple[str, ...]
+    interlocks: Interlock
     stopped: bool
 
 
-@dataclass(frozen=True)
 class InterlockReset(Event):
-    """Somebody saw to these interlocks of the tester and reset them."""
+    """These interlocks of the tester were reset, after their cause was removed."""
 
-    interlocks: tuple[str, ...]
+    interlocks: Interlock
 
 
-@dataclass(frozen=True)
 class RunPaused(Event):
     """The run pauses as asked: the actuator is held at its preset, nothing is armed."""
 
 
-@dataclass(frozen=True)
 class RunResumed(Event):
     """The run goes on after `paused` seconds, with the point that it was at."""
 

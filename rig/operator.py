@@ -1,8 +1,4 @@
-"""The person at the rig, and what a sequence tells whoever watches it.
-
-A sequence asks an `Operator` to strike or to mount a specimen, and reports every step to an `Observer` as an
-`Event`. The command line shows events as progress, a page shows them live, a test collects them.
-"""
+"""The operator: the person at the rig, or a program in their place, who strikes the beam and mounts specimens."""
 
 from __future__ import annotations
 
@@ -11,12 +7,18 @@ from typing import Protocol
 from analysis.dof import Dof
 from store.sine_records import BLANK
 
+BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
+"""The beam as a specimen to mount, and its two ways of mounting: in cords, and on its joints."""
+
 
 class Operator(Protocol):
-    """Whoever strikes the beam and mounts specimens: a technician who is prompted, or a simulated hand."""
+    """Strikes and mounts: a technician who is prompted, or a simulated operator.
 
-    def go_to(self, point: Dof) -> None:  # noqa: ARG002 - whoever waits for somebody overrides it
-        """Take the hammer to `point`; return when the trigger may be armed. At once, unless somebody is waited for."""
+    Each method raises RigError where the operator cannot do what is asked, and RunStoppedError where the run is to stop.
+    """
+
+    def go_to(self, point: Dof) -> None:  # noqa: ARG002 - overridden where the operator is waited for
+        """Take the hammer to `point`; return when the trigger may be armed. By default at once."""
         return
 
     def strike(self, point: Dof, blow: int) -> None:
@@ -30,16 +32,12 @@ class Operator(Protocol):
 
         `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair); "blank" asks for the known piece
         `specimen` in their place. The specimen "beam" is hung in cords ("suspended") or put on its joints
-        ("supported"); nobody is asked where a run has no suspended beam.
+        ("supported"); a run without a suspended beam does not ask for it.
         """
 
-    def see_to(self, text: str) -> None:  # noqa: ARG002 - whoever waits for somebody overrides it
-        """Do what `text` asks for; return when it is done. At once, unless somebody is waited for."""
+    def do_task(self, text: str) -> None:  # noqa: ARG002 - overridden where the operator is waited for
+        """Do the task `text`; return when it is done. By default at once."""
         return
-
-
-BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
-"""How the beam is mounted."""
 
 
 def mounting_text(specimen: str, configuration: str) -> str:

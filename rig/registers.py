@@ -60,6 +60,9 @@ class Interlock(IntFlag):
     EMERGENCY_STOP = 64
 
 
+NO_INTERLOCK = Interlock(0)
+
+
 class Action(IntEnum):
     """What the instrument does when a detector fires, from the mildest to the hardest; each includes the one before."""
 
@@ -83,6 +86,11 @@ DETECTED = (
 def name_of(interlock: Interlock) -> str:
     """Name of one interlock in the map: ``upper_displacement``."""
     return str(interlock.name).lower()
+
+
+def interlock_names(interlocks: Interlock) -> tuple[str, ...]:
+    """Name in the map of each of `interlocks`."""
+    return tuple(name_of(each) for each in interlocks)
 
 
 class CommandCode(IntEnum):

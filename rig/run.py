@@ -6,19 +6,23 @@ was acknowledged is in the store, and the store says what is left.
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.errors import AnalysisError
+from daq.errors import DaqError
 from rig.completed_points import CompletedPoints, ResumeError, completed_points
 from rig.control import RunControl, RunStoppedError
-from rig.errors import RigError
+from rig.errors import RigError, failure_reason
 from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
 from rig.recording import BlowRecorder, SineRecorder
-from rig.registers import Interlock, name_of
+from rig.registers import NO_INTERLOCK, Interlock, interlock_names
 from rig.sequence import (
     BlankStep,
     HammerStep,
@@ -53,9 +57,11 @@ from store.run_lock import discard_lock, holding
 from store.runs import Run, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 from store.states import RunState
 
+EXPECTED = (RigError, DaqError, StoreError, AnalysisError)
 KIND = "sequence"
 RESUMED_UNTOLD = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
-LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each one says how long it really is
+LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each record has a length of its own
+log = logging.getLogger(__name__)
 
 
 def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who: str | None = None) -> int:
@@ -225,7 +231,7 @@ class _Work:
                     soak(soak_settings(step), thermometer, self.observer, self.control)
             case PromptStep():
                 self.observer(PromptStarted(step.text))
-                self.control.carry_out(lambda: self.operator.see_to(step.text), self.observer)
+                self.control.carry_out(lambda: self.operator.do_task(step.text), self.observer)
             case _:
                 wait(step.seconds, self.observer, self.control)
 
@@ -276,7 +282,9 @@ def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
         _end(work, RunState.STOPPED, "stopped by hand")
         raise
     except Exception as error:
-        _end(work, RunState.FAILED, f"{type(error).__name__}: {error}")
+        if not isinstance(error, EXPECTED):
+            log.exception("run %s ended with an unexpected error", work.run.id)
+        _end(work, RunState.FAILED, failure_reason(error, EXPECTED))
         raise
     _end(work, RunState.FINISHED)
     discard_lock(work.catalogue, work.run)
@@ -341,31 +349,46 @@ def _check_same(
             )
 
 
+def reset_tester(
+    instruments: Instruments, observer: Observer, note: Callable[[Interlock, str], None] = lambda *_: None
+) -> Interlock:
+    """Reset the tester if an interlock has fired; returns the interlocks that had.
+
+    Args:
+        instruments: of the rig.
+        observer: gets the event.
+        note: is called with these interlocks and the outcome, also where the tester refuses.
+
+    Raises:
+        TesterRefusedError: the cause is still there.
+        RigError: the instrument does not answer.
+    """
+    with instruments.tester() as tester, tester.telling(observer):
+        tripped = tester.status().interlocks
+        if tripped:
+            try:
+                tester.reset()
+            except RigError as error:
+                note(tripped, str(error))
+                raise
+            note(tripped, "done")
+    return tripped
+
+
 def _reset(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, observer: Observer, target: str, who: str
 ) -> str | None:
-    """Reset the tester where it is needed and has tripped; what was done, in words.
+    """Reset the tester if `sequence` needs it and it has tripped; the text for the history of the run, or None.
 
-    It is in the audit log whatever becomes of the run that it was asked for with.
+    The audit log has an entry even if the run does not begin.
     """
-    if not sequence.sine_steps:
-        return None
-    with instruments.tester() as tester, tester.telling(observer):
-        tripped = tester.status().interlocks
-        if not tripped:
-            return None
-        try:
-            tester.reset()
-        except RigError as error:
-            _note_reset(catalogue, tripped, target, who, str(error))
-            raise
-        _note_reset(catalogue, tripped, target, who, "done")
-    return f"tester reset after {interlock_text(tripped)}"
 
+    def note(tripped: Interlock, outcome: str) -> None:
+        details = {"interlocks": list(interlock_names(tripped))}
+        with catalogue.writing() as session:
+            add_audit_entry(
+                session, who=who, action="acknowledge interlock", target=target, outcome=outcome, details=details
+            )
 
-def _note_reset(catalogue: Catalogue, tripped: Interlock, target: str, who: str, outcome: str) -> None:
-    details = {"interlocks": [name_of(one) for one in tripped]}
-    with catalogue.writing() as session:
-        add_audit_entry(
-            session, who=who, action="acknowledge interlock", target=target, outcome=outcome, details=details
-        )
+    tripped = reset_tester(instruments, observer, note) if sequence.sine_steps else NO_INTERLOCK
+    return f"tester reset after {interlock_text(tripped)}" if tripped else None

@@ -19,6 +19,7 @@ from rig.registers import (
     DETECTORS,
     IDENTITY,
     MAP_VERSION,
+    NO_INTERLOCK,
     Action,
     CommandCode,
     Interlock,
@@ -87,7 +88,7 @@ class Tester:
         self.limits = limits
         self._wire = wire
         self._observer = observer
-        self._told = Interlock(0)
+        self._told = NO_INTERLOCK
         self._telling = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
@@ -215,9 +216,9 @@ class Tester:
         """
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
-        self._told = Interlock(0)
+        self._told = NO_INTERLOCK
         log.warning("interlocks of %s reset: %s", self.identity.serial, interlock_text(before))
-        self._observer(InterlockReset(tuple(name_of(one) for one in before)))
+        self._observer(InterlockReset(before))
 
     def detectors(self) -> dict[Interlock, Detector]:
         """The limit detectors as they are in force at the instrument.
@@ -390,4 +391,4 @@ class Tester:
         if new:
             stopped = bool(new & status.stopped_by)
             log.warning("interlocks of %s: %s", self.identity.serial, interlock_text(new))
-            self._observer(InterlockTripped(tuple(name_of(one) for one in new), stopped))
+            self._observer(InterlockTripped(new, stopped))

@@ -50,10 +50,10 @@ def serve(
     from api.page.routes import mount  # a second to import, which no other command is to wait for
 
     with (
-        _laboratory(load_settings(), simulated, seed, speed) as (settings, hands),
+        _laboratory(load_settings(), simulated, seed, speed) as (settings, automatic_operator),
         open_catalogue(settings) as catalogue,
         _listening(host, port) as listener,
-        _driving(catalogue, settings, hands) as runs,
+        _driving(catalogue, settings, automatic_operator) as runs,
     ):
         loopback = is_loopback(host)
         if not loopback:
@@ -80,7 +80,7 @@ def is_loopback(host: str) -> bool:
 def _laboratory(
     settings: Settings, simulated: bool, seed: int, speed: float
 ) -> Iterator[tuple[Settings, AutomaticOperator | None]]:
-    """The settings to work with, and hands where the bench is simulated."""
+    """The settings to work with, and an automatic operator where the bench is simulated."""
     if not simulated:
         yield settings, None
         return
@@ -91,14 +91,16 @@ def _laboratory(
 
 
 @contextmanager
-def _driving(catalogue: Catalogue, settings: Settings, hands: AutomaticOperator | None) -> Iterator[RunManager | None]:
+def _driving(
+    catalogue: Catalogue, settings: Settings, automatic_operator: AutomaticOperator | None
+) -> Iterator[RunManager | None]:
     """The run manager of the one service that drives the rig; none where no channel is configured, which only reads."""
     if not settings.channels:
         yield None
         return
     with driving_alone(catalogue, settings.rig):
         store_kept_ends(catalogue)
-        yield RunManager(catalogue, instruments_of(settings), hands)
+        yield RunManager(catalogue, instruments_of(settings), automatic_operator)
 
 
 def _executor(settings: Settings) -> Executor:

@@ -1,4 +1,4 @@
-"""The technician at a terminal, and progress of a sequence as bars."""
+"""The technician at a terminal, and the progress of a sequence as bars."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from analysis.dof import Dof
 from api.commands.interrupts import raising_on_interrupt
-from jointlab.errors import JointlabError
+from rig.errors import RequestError
 from rig.events import (
     BlowAccepted,
     BlowMissed,
@@ -32,10 +32,11 @@ from rig.events import (
 )
 from rig.operator import Operator, mounting_text
 from rig.sequence import Sequence
+from rig.tester_status import interlock_text
 
 
 class TerminalOperator(Operator):
-    """Prompts a person: strikes are announced, mounting is confirmed with Enter."""
+    """Prompts a person: strikes are announced, mounting and tasks are confirmed with Enter."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -45,33 +46,25 @@ class TerminalOperator(Operator):
         self._console.print(f"strike {point} now (blow {blow})")
 
     def mount(self, specimen: str, configuration: str) -> None:
-        """Ask for the cylinders, and wait until they are in.
-
-        Raises:
-            JointlabError: there is nobody to ask.
-        """
+        """Ask for the cylinders, and wait until they are mounted; RequestError where there is no terminal."""
         self._confirm(f"mount {mounting_text(specimen, configuration)}", "step back, then press Enter")
 
-    def see_to(self, text: str) -> None:
-        """Ask for something that takes hands, and wait until it is done.
-
-        Raises:
-            JointlabError: there is nobody to ask.
-        """
+    def do_task(self, text: str) -> None:
+        """Ask for the task `text`, and wait until it is done; RequestError where there is no terminal."""
         self._confirm(text, "then press Enter")
 
-    def _confirm(self, deed: str, then: str) -> None:
+    def _confirm(self, request: str, then: str) -> None:
         if not sys.stdin.isatty():
-            raise JointlabError(f"{deed}: there is no terminal to confirm it on; run the sequence from a terminal")
+            raise RequestError(f"{request}: there is no terminal to confirm it on; run the sequence from a terminal")
         try:
             with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
-                self._console.input(f"{deed}, {then} ", markup=False)
+                self._console.input(f"{request}, {then} ", markup=False)
         except EOFError as error:
-            raise JointlabError(f"{deed}: the terminal was closed") from error
+            raise RequestError(f"{request}: the terminal was closed") from error
 
 
 class SequenceProgress:
-    """An observer that shows a sequence as two bars, and what went otherwise than asked as lines. A context manager.
+    """An observer that shows a sequence as two bars, and everything unusual as lines. A context manager.
 
     Attributes:
         run_id: number of the run, None before it has begun.
@@ -137,9 +130,9 @@ class SequenceProgress:
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):
-                self._say(f"the tester's interlocks: {_names(interlocks)}")
+                self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
             case InterlockReset(interlocks):
-                self._say(f"the tester was reset after {_names(interlocks)}")
+                self._say(f"the tester was reset after {interlock_text(interlocks)}")
             case RateCoerced(requested, used):
                 self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
             case _:
@@ -155,7 +148,3 @@ class SequenceProgress:
     def _advance(self, task: TaskID | None, steps: int = 1) -> None:
         if task is not None:
             self._bars.advance(task, steps)
-
-
-def _names(interlocks: tuple[str, ...]) -> str:
-    return ", ".join(interlocks).replace("_", " ")

@@ -11,6 +11,7 @@ from jointlab import durations
 from jointlab.report.section import ends, number
 from jointlab.supervision.phase import Phase
 from jointlab.supervision.state import RigState
+from rig.registers import Interlock
 from store.runs import Run
 from store.states import RunState
 
@@ -18,13 +19,13 @@ THIN = "\u202f"
 """A narrow space that keeps a number and its unit on one line."""
 
 INTERLOCKS = {
-    "upper displacement": "The actuator went above its displacement limit.",
-    "lower displacement": "The actuator went below its displacement limit.",
-    "force": "The force limit was exceeded.",
-    "error": "The actuator did not follow what it was told.",
-    "underpeak": "The amplitude stayed below what was asked for.",
-    "watchdog": "The tester heard nothing from the program for too long.",
-    "emergency stop": "The emergency stop on the machine is pressed.",
+    Interlock.UPPER_DISPLACEMENT: "The actuator went above its displacement limit.",
+    Interlock.LOWER_DISPLACEMENT: "The actuator went below its displacement limit.",
+    Interlock.FORCE: "The force limit was exceeded.",
+    Interlock.ERROR: "The actuator did not follow what it was told.",
+    Interlock.UNDERPEAK: "The amplitude stayed below what was asked for.",
+    Interlock.WATCHDOG: "The tester heard nothing from the program for too long.",
+    Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
 }
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
@@ -50,11 +51,6 @@ def interval(low: float | None, high: float | None, scale: float = 1.0, unit: st
         return "–"
     text = ends((low / scale, high / scale), digits)
     return f"{text}{THIN}{unit}" if unit and text != "–" else text
-
-
-def interlock(name: str) -> str:
-    """What an interlock of the tester means; `name` as on its panel."""
-    return INTERLOCKS.get(name.replace("_", " "), f"Interlock {name}.")
 
 
 def duration(seconds: float) -> str:

@@ -18,6 +18,7 @@ from api.service.problems import AccessError
 from jointlab.errors import EXPECTED
 from jointlab.supervision.phase import Phase
 from jointlab.supervision.state import RigState
+from rig.tester_status import interlock_text
 from store.states import Scope
 
 VIEWS = {
@@ -52,7 +53,7 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
     if state is None:
         return "no rig here", "idle"
     if state.interlocks:
-        return f"tripped: {', '.join(state.interlocks).replace('_', ' ')}", "tripped"
+        return f"tripped: {interlock_text(state.interlocks)}", "tripped"
     if state.tester_silent is not None:
         return "the tester does not answer", "held"
     return PHASES[state.phase]

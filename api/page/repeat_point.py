@@ -48,7 +48,7 @@ class Redo:
         await self._frame.deeds.drive(
             "redo point",
             f"run {run_id}, {point}",
-            lambda runs, caller: runs.redo_point(run_id, set_number, point, caller.name),
+            lambda runs, caller: runs.repeat_point(run_id, set_number, point, caller.name),
         )
 
     def _is_finished(self, run_id: int) -> bool:

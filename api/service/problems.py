@@ -18,7 +18,7 @@ from daq.errors import ChannelError, DaqError
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.supervision.lease import ForeignLeaseError
 from rig.completed_points import ResumeError
-from rig.errors import RequestError, RigError
+from rig.errors import UNEXPECTED, RequestError, RigError
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.run_lock import RunBusyError
 
@@ -146,4 +146,4 @@ def _unfit(_request: Request, error: Exception) -> JSONResponse:
 
 def _unexpected(request: Request, error: Exception) -> JSONResponse:
     log.error("%s %s", request.method, request.url.path, exc_info=error)
-    return problem(500, f"{type(error).__name__}; the service's log says more")
+    return problem(500, UNEXPECTED)

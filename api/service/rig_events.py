@@ -11,10 +11,19 @@ from pydantic import BaseModel, Field, create_model
 
 from analysis.dof import Dof
 from jointlab.supervision import events as supervision_events
+from jointlab.supervision.events import PromptKind
 from rig import events
 from rig.events import Event
+from rig.registers import Interlock
+from store.states import RunState
 
-Point = Annotated[str, Field(description="node and direction, such as 3y")]
+PLAIN_TYPES: dict[object, object] = {
+    Dof: Annotated[str, Field(description="node and direction, such as 3y")],
+    Interlock: tuple[str, ...],
+    PromptKind: str,
+    RunState: str,
+}
+"""How a field of an event appears in the data of a server-sent event, where that is another type."""
 EVENTS: tuple[type[Event], ...] = tuple(
     kind
     for module in (events, supervision_events)
@@ -27,7 +36,7 @@ def model_of(kind: type[Event]) -> type[BaseModel]:
     """The data of an event of this kind: when it happened, UTC, and the fields of the event."""
     hints = get_type_hints(kind, include_extras=True)
     described: dict[str, Any] = {
-        field.name: (Point if hints[field.name] is Dof else hints[field.name], ...) for field in fields(kind)
+        field.name: (PLAIN_TYPES.get(hints[field.name], hints[field.name]), ...) for field in fields(kind)
     }
     return create_model(kind.__name__, __doc__=kind.__doc__, at=(datetime, ...), **described)
 

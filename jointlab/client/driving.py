@@ -27,8 +27,8 @@ class Driver:
 
         Args:
             run: its number.
-            automatic: let the hands of a simulated bench strike and mount, unasked.
-            reset: reset a tripped tester, because its cause has been seen to.
+            automatic: let a simulated bench strike and mount without prompts.
+            reset: reset a tripped tester, because the cause is removed.
 
         Raises:
             ProblemError: the service says why not.
@@ -48,7 +48,7 @@ class Driver:
         return self._post(f"/runs/{run}/answer", {"prompt": prompt})
 
     def acknowledge_interlock(self, run: int, reason: str) -> list[str]:
-        """Reset the tester that had tripped, because its cause has been seen to; which interlocks had tripped."""
+        """Reset the tester that had tripped, because the cause is removed; which interlocks had tripped."""
         path = f"/runs/{run}/acknowledge-interlock"
         headers = {"Control_Lease": self._lease.token}
         return self._connection.post(Acknowledged, path, {"reason": reason}, **headers).interlocks

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED
 from jointlab.jobs.kinds import kind_named
+from rig.errors import failure_reason
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease
@@ -98,11 +99,10 @@ def carry_out(url: str, waveform_folder: str, job_id: int, token: str) -> None:
                 finish_job(session, job_id, token, keep(session))
         except LeaseLostError as lost:
             log.info("%s", lost)
-        except EXPECTED as error:
-            _fail(catalogue, job_id, token, str(error))
         except Exception as error:
-            log.exception("job %s ended in a way that nobody expected", job_id)
-            _fail(catalogue, job_id, token, f"{type(error).__name__}: {error}")
+            if not isinstance(error, EXPECTED):
+                log.exception("job %s ended with an unexpected error", job_id)
+            _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
 
 
 def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:

@@ -1,31 +1,38 @@
-"""What the service tells beside what a sequence tells of itself."""
+"""Events of the supervision, beside those that a sequence reports of itself."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from enum import StrEnum
 
 from rig.events import Event
+from store.states import RunState
 
 
-@dataclass(frozen=True)
+class PromptKind(StrEnum):
+    """What a prompt asks for."""
+
+    GO = "go"
+    STRIKE = "strike"
+    MOUNT = "mount"
+    TASK = "task"
+
+
 class OperatorAsked(Event):
-    """The operator is asked to do something, in `text`; what waits goes on with the answer to prompt `number`."""
+    """The operator is asked for `text`; a sequence that waits goes on with the answer to prompt `number`."""
 
     number: int
-    kind: str
+    kind: PromptKind
     text: str
 
 
-@dataclass(frozen=True)
 class OperatorAnswered(Event):
-    """Prompt `number` was answered, or is no longer asked."""
+    """Prompt `number` was answered or withdrawn."""
 
     number: int
 
 
-@dataclass(frozen=True)
 class BlowWithdrawn(Event):
-    """Blow `blow` at `point` of run `run_id`, which had counted, was taken back for `reason`."""
+    """Blow `blow` at `point` of run `run_id`, which had been accepted, was withdrawn for `reason`."""
 
     run_id: int
     point: str
@@ -33,36 +40,31 @@ class BlowWithdrawn(Event):
     reason: str
 
 
-@dataclass(frozen=True)
 class RunStopping(Event):
-    """A stop of run `run_id` was asked for."""
+    """A stop of run `run_id` was requested."""
 
     run_id: int | None
 
 
-@dataclass(frozen=True)
 class RunEnded(Event):
     """Run `run_id` ended as `state`, for `reason`; None is a run that never began."""
 
     run_id: int | None
-    state: str
+    state: RunState
     reason: str | None
 
 
-@dataclass(frozen=True)
 class TesterSilent(Event):
-    """The tester does not answer while nothing is carried out, for `reason`."""
+    """The tester does not answer while no run is carried out, for `reason`."""
 
     reason: str
 
 
-@dataclass(frozen=True)
 class TesterAnswers(Event):
     """The tester answers again."""
 
 
-@dataclass(frozen=True)
 class LeaseChanged(Event):
-    """`holder` drives the rig from now on; None is nobody."""
+    """`holder` drives the rig from now on; None: nobody does."""
 
     holder: str | None

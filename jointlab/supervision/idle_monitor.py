@@ -1,6 +1,6 @@
-"""Looking at the tester while nothing is carried out: somebody may press its red button, or pull its plug, meanwhile.
+"""Polling the tester while no run drives it: its emergency stop may be pressed, or its plug pulled, meanwhile.
 
-Whoever drives comes first: while they do, nobody looks, and a look that is on its way when they come is one read.
+Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
 """
 
 from __future__ import annotations
@@ -13,28 +13,26 @@ from jointlab.supervision.events import TesterAnswers, TesterSilent
 from jointlab.supervision.state import RigState
 from rig.errors import RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer
-from rig.registers import name_of
 from rig.tester_status import TesterStatus
 
-INTERVAL = 2.0  # s between looks
-MISSES = 2  # looks in a row without an answer that are told; one may have been garbled
-Seen = TesterStatus | RigError
+INTERVAL = 2.0  # s between polls
+MISSES = 2  # polls in a row without an answer before that is reported; one answer may have been garbled
+PollResult = TesterStatus | RigError
 
 
-class IdleWatch:
-    """Looks from a thread of its own until it is closed; any thread may keep it off.
+class IdleMonitor:
+    """Polls from a thread of its own until it is closed. Any thread may suspend it.
 
     Args:
-        look: asks the tester for its status once, in a short and bounded time; raises RigError. None where there is
-            no tester to be looked at.
-        state: what the rig is known to be at.
-        observer: is told what a look has found that `state` has not.
-        interval: between looks, s.
+        poll: reads the tester's status once, in a short and bounded time; raises RigError. None: there is no tester.
+        state: gives the known state of the rig.
+        observer: gets an event for each difference between a poll and the known state.
+        interval: between polls, s.
     """
 
     def __init__(
         self,
-        look: Callable[[], TesterStatus] | None,
+        poll: Callable[[], TesterStatus] | None,
         state: Callable[[], RigState],
         observer: Observer,
         interval: float = INTERVAL,
@@ -44,19 +42,19 @@ class IdleWatch:
         self._interval = interval
         self._changed = threading.Condition()
         self._drivers = 0
-        self._looking = False
+        self._polling = False
         self._closed = False
         self._thread: threading.Thread | None = None
-        if look is not None:
-            self._thread = threading.Thread(target=self._watch, args=(look,), name="idle watch", daemon=True)
+        if poll is not None:
+            self._thread = threading.Thread(target=self._run, args=(poll,), name="idle monitor", daemon=True)
             self._thread.start()
 
     @contextmanager
-    def kept_off(self) -> Iterator[None]:
-        """Leave the tester to the caller while the context lasts; waits for a look that is on its way."""
+    def suspended(self) -> Iterator[None]:
+        """Leave the tester to the caller while the context lasts; waits for a poll that is under way."""
         with self._changed:
             self._drivers += 1
-            self._changed.wait_for(lambda: not self._looking)
+            self._changed.wait_for(lambda: not self._polling)
         try:
             yield
         finally:
@@ -64,58 +62,57 @@ class IdleWatch:
                 self._drivers -= 1
 
     def close(self) -> None:
-        """Look no more."""
+        """End polling."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         if self._thread is not None:
             self._thread.join()
 
-    def _watch(self, look: Callable[[], TesterStatus]) -> None:
+    def _run(self, poll: Callable[[], TesterStatus]) -> None:
         misses = 0
         while not self._closed:
-            with self._looking_on() as may_look:
-                if may_look:
-                    seen = _seen(look)
-                    misses = misses + 1 if isinstance(seen, RigError) else 0
-                    self._tell(seen, misses)
+            with self._poll_allowed() as allowed:
+                if allowed:
+                    result = _result_of(poll)
+                    misses = misses + 1 if isinstance(result, RigError) else 0
+                    self._report(result, misses)
             with self._changed:
                 self._changed.wait_for(lambda: self._closed, self._interval)
 
     @contextmanager
-    def _looking_on(self) -> Iterator[bool]:
-        """Whether nobody drives; whoever wants to then waits until the context is left, however it is left."""
+    def _poll_allowed(self) -> Iterator[bool]:
+        """Whether nothing drives; `suspended` then waits until the context is left, however it is left."""
         with self._changed:
-            self._looking = not self._drivers
+            self._polling = not self._drivers
         try:
-            yield self._looking
+            yield self._polling
         finally:
             with self._changed:
-                self._looking = False
+                self._polling = False
                 self._changed.notify_all()
 
-    def _tell(self, seen: Seen, misses: int) -> None:
+    def _report(self, result: PollResult, misses: int) -> None:
         with self._changed:
             if not self._drivers and (misses == 0 or misses >= MISSES):
-                for event in news(self._state(), seen):
+                for event in events_of(self._state(), result):
                     self._observer(event)
 
 
-def _seen(look: Callable[[], TesterStatus]) -> Seen:
+def _result_of(poll: Callable[[], TesterStatus]) -> PollResult:
     try:
-        return look()
+        return poll()
     except RigError as error:
         return error
 
 
-def news(state: RigState, seen: Seen) -> tuple[Event, ...]:
-    """What a look at the tester adds to what is known of it; nothing where all is as it was."""
-    if isinstance(seen, RigError):
-        return () if state.tester_silent else (TesterSilent(str(seen)),)
+def events_of(state: RigState, result: PollResult) -> tuple[Event, ...]:
+    """The differences between a poll of the tester and the known `state`; empty where there is none."""
+    if isinstance(result, RigError):
+        return () if state.tester_silent else (TesterSilent(str(result)),)
     answers = (TesterAnswers(),) if state.tester_silent else ()
-    stopped_by = tuple(name_of(one) for one in seen.stopped_by)
-    if set(stopped_by) - set(state.interlocks):
-        return *answers, InterlockTripped(stopped_by, stopped=True)
-    if state.interlocks and not stopped_by:
-        return *answers, InterlockReset(state.interlocks)  # by somebody else
+    if result.stopped_by & ~state.interlocks:
+        return *answers, InterlockTripped(result.stopped_by, stopped=True)
+    if state.interlocks and not result.stopped_by:
+        return *answers, InterlockReset(state.interlocks)  # by another client, or at the instrument
     return answers

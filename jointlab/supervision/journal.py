@@ -1,4 +1,4 @@
-"""The journal of the rig: the latest events, numbered, for whoever watches, in whichever thread or event loop."""
+"""The journal of the rig: the latest events, numbered, for observers in any thread or event loop."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from uuid import uuid4
 
 from analysis.dof import Dof
 from rig.events import Event
+from rig.registers import Interlock, interlock_names
 
 KEPT = 5_000
 
@@ -25,7 +26,7 @@ class Entry:
         number: counts from 1.
         at: UTC.
         name: the event's class, such as BlowAccepted.
-        data: its fields as plain values; a point is written 3y.
+        data: its fields as plain values; a point is 3y, interlocks are their names.
     """
 
     number: int
@@ -35,10 +36,10 @@ class Entry:
 
 
 class Journal:
-    """Events in the order of happening; the oldest are forgotten. An observer of a sequence.
+    """Events in the order in which they happened; the oldest are dropped. An observer of a sequence.
 
     Attributes:
-        epoch: names this journal; numbers of another one, of before the program was started anew, mean nothing here.
+        epoch: names this journal; numbers of another one, from before the program was restarted, mean nothing here.
     """
 
     def __init__(self, kept: int = KEPT) -> None:
@@ -50,7 +51,7 @@ class Journal:
         self._waiting = set[tuple[asyncio.AbstractEventLoop, asyncio.Event]]()
 
     def __call__(self, event: Event) -> None:
-        """Note `event` and wake whoever follows."""
+        """Add `event` and wake the followers."""
         with self._lock:
             self._latest += 1
             self._entries.append(Entry(self._latest, datetime.now(UTC), type(event).__name__, plain_fields(event)))
@@ -62,12 +63,12 @@ class Journal:
         return self._latest
 
     def after(self, number: int) -> list[Entry]:
-        """The events after `number` that are not forgotten, oldest first."""
+        """The events after `number` that are still kept, oldest first."""
         with self._lock:
             return [entry for entry in self._entries if entry.number > number]
 
     async def follow(self, after: int) -> AsyncIterator[Entry]:
-        """Every event after `after` as it happens, until the journal is closed; one too slow misses the forgotten."""
+        """Every event after `after` as it happens, until the journal is closed; a slow follower misses dropped ones."""
         happened = asyncio.Event()
         waiting = (asyncio.get_running_loop(), happened)
         with self._lock:
@@ -86,7 +87,7 @@ class Journal:
                 self._waiting.discard(waiting)
 
     def close(self) -> None:
-        """End whoever follows."""
+        """End all followers."""
         with self._lock:
             self._closed = True
             self._wake()
@@ -99,5 +100,10 @@ class Journal:
 
 def plain_fields(event: Event) -> dict[str, Any]:
     """The fields of an event as values that JSON has."""
-    values = {field.name: getattr(event, field.name) for field in fields(event)}
-    return {name: str(value) if isinstance(value, Dof) else value for name, value in values.items()}
+    return {field.name: _plain(getattr(event, field.name)) for field in fields(event)}
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Dof):
+        return str(value)
+    return interlock_names(value) if isinstance(value, Interlock) else value

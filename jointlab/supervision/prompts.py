@@ -1,4 +1,4 @@
-"""The operator behind a page or a program: asked by a prompt, and waited for until it is answered."""
+"""The operator behind the page or a program: asked by a prompt, and waited for until the prompt is answered."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 from analysis.dof import Dof
 from jointlab.errors import ConflictError
-from jointlab.supervision.events import OperatorAnswered, OperatorAsked
+from jointlab.supervision.events import OperatorAnswered, OperatorAsked, PromptKind
 from rig.control import RunStoppedError
 from rig.events import Event, Observer
 from rig.operator import Operator, mounting_text
@@ -16,37 +16,39 @@ from rig.operator import Operator, mounting_text
 
 @dataclass(frozen=True)
 class Prompt:
-    """What the operator is asked to do.
+    """A request to the operator.
 
     Attributes:
         number: to answer it with.
-        kind: go, strike, mount, see to.
-        text: a sentence to show.
-        waits: whether the run waits for the answer; a blow that is struck is noticed without.
+        kind: what it asks for.
+        text: the request as a sentence, to show.
+        waits: whether the run waits for the answer; a blow is detected without one.
     """
 
     number: int
-    kind: str
+    kind: PromptKind
     text: str
     waits: bool
 
 
 class AutomaticOperator(Operator, Protocol):
-    """An operator who also watches, such as the hand of a simulated bench."""
+    """An operator that needs no prompt, such as that of a simulated bench, and observes the sequence."""
 
     def observe(self, event: Event) -> None:
-        """Hear of what the sequence does."""
+        """Receive an event of the sequence."""
 
 
 class PromptingOperator(Operator):
-    """Prompts whoever watches. Where there are `hands`, such as those of a simulated bench, they do what is asked for:
-    when the prompt is answered, or at once if the run is `automatic`.
+    """Asks a person by prompts. An automatic operator, if there is one, does what was asked for: when the prompt is
+    answered, or at once if the run is `automatic`. Every request raises RunStoppedError where the run is to stop.
     """
 
-    def __init__(self, observer: Observer, hands: AutomaticOperator | None = None, *, automatic: bool = False) -> None:
+    def __init__(
+        self, observer: Observer, automatic_operator: AutomaticOperator | None = None, *, automatic: bool = False
+    ) -> None:
         self._observer = observer
-        self._hands = hands
-        self._automatic = automatic and hands is not None
+        self._automatic_operator = automatic_operator
+        self._automatic = automatic and automatic_operator is not None
         self._changed = threading.Condition()
         self._prompt: Prompt | None = None
         self._count = 0
@@ -54,14 +56,14 @@ class PromptingOperator(Operator):
 
     @property
     def prompt(self) -> Prompt | None:
-        """What is asked for now."""
+        """The open prompt."""
         return self._prompt
 
     def answer(self, number: int) -> None:
-        """It is done; the run goes on.
+        """Confirm that prompt `number` is done; the run goes on.
 
         Raises:
-            ConflictError: prompt `number` is not asked for now.
+            ConflictError: prompt `number` is not open.
         """
         with self._changed:
             if self._prompt is None or self._prompt.number != number:
@@ -70,63 +72,47 @@ class PromptingOperator(Operator):
             self._clear()
 
     def release(self) -> None:
-        """Wait for nobody any more: the run is to stop."""
+        """End all waiting: the run is to stop."""
         with self._changed:
             self._released = True
             self._clear()
 
     def go_to(self, point: Dof) -> None:
-        """Ask for the hammer at `point`, and wait until it is there.
-
-        Raises:
-            RunStoppedError: the run is to stop.
-        """
-        if not self._automatic:
-            self._ask("go", f"take the hammer to {point}", waits=True)
+        """Ask for the hammer at `point`, and wait until it is there."""
+        self._ask(PromptKind.GO, f"take the hammer to {point}", waits=True)
 
     def strike(self, point: Dof, blow: int) -> None:
-        """Ask for a blow at `point`.
-
-        Raises:
-            RunStoppedError: the run is to stop.
-        """
-        if not self._automatic:
-            self._ask("strike", f"strike {point} (blow {blow})", waits=self._hands is not None)
-        if self._hands is not None:
-            self._hands.strike(point, blow)
+        """Ask for a blow at `point`."""
+        self._ask(PromptKind.STRIKE, f"strike {point} (blow {blow})", waits=self._automatic_operator is not None)
+        if self._automatic_operator is not None:
+            self._automatic_operator.strike(point, blow)
 
     def mount(self, specimen: str, configuration: str) -> None:
-        """Ask for what is to be mounted, and wait until it is.
+        """Ask for a specimen, or the beam, to be mounted, and wait until it is."""
+        self._ask(PromptKind.MOUNT, f"mount {mounting_text(specimen, configuration)}, and step back", waits=True)
+        if self._automatic_operator is not None:
+            self._automatic_operator.mount(specimen, configuration)
 
-        Raises:
-            RunStoppedError: the run is to stop.
-        """
-        if not self._automatic:
-            self._ask("mount", f"mount {mounting_text(specimen, configuration)}, and step back", waits=True)
-        if self._hands is not None:
-            self._hands.mount(specimen, configuration)
+    def do_task(self, text: str) -> None:
+        """Ask for the task `text`, and wait until it is done."""
+        self._ask(PromptKind.TASK, text, waits=True)
 
-    def see_to(self, text: str) -> None:
-        """Ask for something that takes hands, and wait until it is done.
-
-        Raises:
-            RunStoppedError: the run is to stop.
-        """
-        if not self._automatic:
-            self._ask("see to", text, waits=True)
-
-    def _ask(self, kind: str, text: str, *, waits: bool) -> None:
+    def _ask(self, kind: PromptKind, text: str, *, waits: bool) -> None:
+        if self._automatic:
+            return
         with self._changed:
             self._clear()
-            if self._released:
-                raise RunStoppedError("the run was stopped as asked; what was measured before is kept")
+            self._check_not_released()
             self._count += 1
             prompt = self._prompt = Prompt(self._count, kind, text, waits)
             self._observer(OperatorAsked(prompt.number, kind, text))
             if waits:
                 self._changed.wait_for(lambda: self._prompt is not prompt)
-                if self._released:
-                    raise RunStoppedError("the run was stopped as asked; what was measured before is kept")
+                self._check_not_released()
+
+    def _check_not_released(self) -> None:
+        if self._released:
+            raise RunStoppedError
 
     def _clear(self) -> None:
         if self._prompt is not None:

@@ -1,8 +1,8 @@
-"""What the rig is at: a snapshot, and how events of a sequence change it."""
+"""The state of the rig: a snapshot, and how each event changes it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
 from jointlab.supervision.phase import Phase
@@ -23,23 +23,25 @@ from rig.events import (
     WaitStarted,
 )
 from rig.operator import mounting_text
+from rig.registers import NO_INTERLOCK, Interlock
 from rig.sequence import Sequence
+from store.states import RunState
 
 
 @dataclass(frozen=True)
 class RigState:
-    """What the rig is at.
+    """The state of the rig.
 
     Attributes:
         run_id: the run that is carried out, or was last; None before the first.
         title: of that run.
-        activity: what it is at, in words.
+        activity: its present step, to show.
         point: that is struck, such as 3y; None while none is.
         blows, blows_wanted: accepted blows of the run.
         sines, sines_wanted: its sine points.
-        ended_as: how the last run ended, and why; None while one is carried out.
-        interlocks: of the tester that stopped it and were not acknowledged.
-        tester_silent: why the tester does not answer while nothing is carried out; None where it does.
+        ended_as, reason: how the last run ended, and why; None while one is carried out.
+        interlocks: of the tester that stopped it and were not reset.
+        tester_silent: why the tester does not answer while no run is carried out; None where it does.
     """
 
     phase: Phase = Phase.IDLE
@@ -51,14 +53,14 @@ class RigState:
     blows_wanted: int = 0
     sines: int = 0
     sines_wanted: int = 0
-    ended_as: str | None = None
+    ended_as: RunState | None = None
     reason: str | None = None
-    interlocks: tuple[str, ...] = field(default=())
+    interlocks: Interlock = NO_INTERLOCK
     tester_silent: str | None = None
 
 
 def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
-    """The rig as it sets out to carry out `sequence`."""
+    """The state as run `run_id`, which carries out `sequence`, is about to begin."""
     return RigState(
         phase=Phase.STARTING,
         run_id=run_id,
@@ -71,7 +73,7 @@ def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
 
 
 def after(state: RigState, event: Event) -> RigState:
-    """The rig after `event`."""
+    """The state after `event`."""
     match event:
         case RunStarted(run_id):
             return replace(state, phase=Phase.RUNNING, run_id=run_id)
@@ -104,7 +106,7 @@ def after(state: RigState, event: Event) -> RigState:
         case InterlockTripped(interlocks, stopped):
             return replace(state, interlocks=interlocks) if stopped else state
         case InterlockReset():
-            return replace(state, interlocks=())
+            return replace(state, interlocks=NO_INTERLOCK)
         case TesterSilent(reason) if state.phase is Phase.IDLE:
             return replace(state, tester_silent=reason)
         case TesterAnswers():

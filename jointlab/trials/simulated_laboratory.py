@@ -8,6 +8,7 @@ from typing import Any
 from analysis.dof import Dof
 from jointlab.errors import JointlabError
 from jointlab.settings import ChannelSettings, Settings
+from rig.errors import RequestError
 from rig.events import Event, HammerStarted
 from rig.operator import Operator
 from simlab.laboratory import Addresses, LaboratoryProcess
@@ -106,7 +107,7 @@ class SimulatedOperator(Operator):
         """Strike `point`.
 
         Raises:
-            JointlabError: no hammer reaches that point of the bench.
+            RequestError: no hammer reaches that point of the bench.
         """
         self._do("strike", node=point.node, direction=point.direction.value, peak_force=self._peak_force)
 
@@ -114,7 +115,7 @@ class SimulatedOperator(Operator):
         """Put the cylinders of joint `specimen` into the tester.
 
         Raises:
-            JointlabError: the bench has no such specimen or configuration.
+            RequestError: the bench has no such specimen or configuration.
         """
         self._do("mount", specimen=specimen, configuration=configuration)
 
@@ -122,9 +123,9 @@ class SimulatedOperator(Operator):
         try:
             self._hand.do(deed, **arguments)
         except ValueError as error:
-            raise JointlabError(f"the simulated bench refuses: {error}") from error
+            raise RequestError(f"the simulated bench refuses: {error}") from error
         except OSError as error:
-            raise JointlabError(f"the simulated laboratory does not answer: {error}") from error
+            raise RequestError(f"the simulated laboratory does not answer: {error}") from error
 
 
 def as_toml(addresses: Addresses) -> str:

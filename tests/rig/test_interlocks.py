@@ -130,7 +130,7 @@ def test_a_detector_that_indicates_is_told_once_and_stops_nothing() -> None:
         driver.cycle(1e-4, 50.0)
         driver.wait(lambda status: Interlock.UNDERPEAK in status.interlocks, "show the underpeak")
         driver.measured()
-        assert events == [InterlockTripped(("underpeak",), stopped=False)]
+        assert events == [InterlockTripped(Interlock.UNDERPEAK, stopped=False)]
 
 
 def test_underpeak_can_be_made_to_hold() -> None:
@@ -148,7 +148,7 @@ def test_trips_and_resets_are_told_and_logged(caplog: pytest.LogCaptureFixture) 
         server.faults.clear()
         with caplog.at_level(logging.WARNING, logger="rig.tester"):
             driver.reset()
-    assert events == [InterlockTripped(("error",), stopped=True), InterlockReset(("error",))]
+    assert events == [InterlockTripped(Interlock.ERROR, stopped=True), InterlockReset(Interlock.ERROR)]
     assert "interlocks of SIM-ET-0001 reset: error" in caplog.text
 
 

@@ -23,7 +23,7 @@ TURN = "turn the accelerometer by 90 degrees"
 class Handy(Person):
     """Sees to what is asked for."""
 
-    def see_to(self, text: str) -> None:
+    def do_task(self, text: str) -> None:
         self.deeds.append(text)
 
 
@@ -49,8 +49,8 @@ def test_a_run_that_is_stopped_while_it_asks_does_not_strike_on(
     control = RunControl()
 
     class Leaving(Handy):
-        def see_to(self, text: str) -> None:
-            super().see_to(text)
+        def do_task(self, text: str) -> None:
+            super().do_task(text)
             control.stop()
 
     leaving = Leaving(person.laboratory)

@@ -84,7 +84,7 @@ def test_a_trip_during_a_record_ends_it_at_once_and_is_told_as_it_happens(labora
     error = run.ended()
     assert isinstance(error, TesterTrippedError)
     assert error.interlocks is Interlock.EMERGENCY_STOP
-    assert InterlockTripped(("emergency_stop",), stopped=True) in laboratory.events
+    assert InterlockTripped(Interlock.EMERGENCY_STOP, stopped=True) in laboratory.events
     assert laboratory.points == []
 
 

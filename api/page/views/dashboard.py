@@ -10,7 +10,7 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import THIN, duration, interlock, moment, quantity, standing, time_left
+from api.page.formatting import INTERLOCKS, THIN, duration, moment, quantity, standing, time_left
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
@@ -22,7 +22,6 @@ from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.runs import Run, list_runs
 from store.sine_records import list_sine_records
-from store.states import RunState
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ def _now(state: RigState | None, seconds_left: float | None) -> str:
     if seconds_left is not None:
         parts.append(f'<p>Time left at this pace: <b id="time-left">{duration(seconds_left)}</b></p>')
     if state.ended_as is not None:
-        parts.append(f'<p id="ended">It {ENDED[RunState(state.ended_as)]}{_because(state.reason)}.</p>')
+        parts.append(f'<p id="ended">It {ENDED[state.ended_as]}{_because(state.reason)}.</p>')
     return "".join(parts)
 
 
@@ -164,7 +163,7 @@ def _interlocks(state: RigState | None) -> str:
             f"line; it is asked again every {INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
         )
     if state is not None and state.interlocks:
-        said = "".join(f"<li><b>{escape(interlock(name))}</b></li>" for name in state.interlocks)
+        said = "".join(f"<li><b>{INTERLOCKS[each]}</b></li>" for each in state.interlocks)
         trouble.append(f'<div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>')
     return "<h2>Interlocks</h2>" + ("".join(trouble) or "<p>No interlock has stopped the actuator.</p>")
 

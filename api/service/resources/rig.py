@@ -22,6 +22,7 @@ from jointlab.documents.rig import LeaseDocument, LeaseRequest, Limits, PromptDo
 from jointlab.supervision.journal import Entry, Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
+from rig.registers import interlock_names
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.states import Scope
@@ -34,7 +35,7 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
     """The state of the rig."""
     prompt = rig.prompt
     return RigDocument(
-        **asdict(rig.state),
+        **(asdict(rig.state) | {"interlocks": interlock_names(rig.state.interlocks)}),
         prompt=None if prompt is None else document(PromptDocument, prompt),
         driven_by=rig.lease.holder,
         latest_event=rig.journal.latest,

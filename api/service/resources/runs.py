@@ -28,6 +28,7 @@ from jointlab.documents.runs import (
 from jointlab.errors import ConflictError
 from jointlab.sequences import sequence_named
 from rig.errors import RigError
+from rig.registers import interlock_names
 from rig.sequence import Sequence
 from store.errors import StoreError
 from store.runs import get_run, list_run_events, list_runs
@@ -165,7 +166,7 @@ def answer(
     run_id: RunNumber,
     given: PromptAnswer,
 ) -> Response:
-    """Say that what the operator was asked for is done; the run goes on."""
+    """Confirm that the operator has done what a prompt asks for; the run goes on."""
 
     def reply() -> RunSummary:
         rig.answer(run_id, given.prompt)
@@ -185,7 +186,7 @@ def acknowledge(
 
     def reset() -> Acknowledged:
         _summary(request.services, run_id)
-        return Acknowledged(interlocks=list(rig.acknowledge_interlocks()))
+        return Acknowledged(interlocks=list(interlock_names(rig.acknowledge_interlocks())))
 
     return request.once(reset, reason=why.reason)
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jointlab.supervision.events import TesterAnswers, TesterSilent
-from jointlab.supervision.idle_monitor import MISSES, IdleWatch, Seen, news
+from jointlab.supervision.idle_monitor import MISSES, IdleMonitor, PollResult, events_of
 from jointlab.supervision.manager import RunManager
 from jointlab.supervision.phase import Phase
 from jointlab.supervision.state import RigState, after
@@ -35,16 +35,16 @@ def stopped_by(interlocks: Interlock) -> TesterStatus:
 
 
 class Tester:
-    """Answers as it is told, and lets a look be held up."""
+    """Answers as it is told, and can delay an answer."""
 
     def __init__(self) -> None:
-        self.answer: Seen = AT_REST
-        self.looks = 0
+        self.answer: PollResult = AT_REST
+        self.polls = 0
         self.may_answer = threading.Event()
         self.may_answer.set()
 
     def __call__(self) -> TesterStatus:
-        self.looks += 1
+        self.polls += 1
         self.may_answer.wait(LONG)
         if isinstance(self.answer, RigError):
             raise self.answer
@@ -52,7 +52,7 @@ class Tester:
 
 
 class Known:
-    """What the rig is known to be at, and every event that changed it."""
+    """The known state of the rig, and every event that changed it."""
 
     def __init__(self) -> None:
         self.state = RigState()
@@ -74,98 +74,98 @@ def known() -> Known:
 
 
 @pytest.fixture
-def watch(tester: Tester, known: Known) -> Iterator[IdleWatch]:
-    watch = IdleWatch(tester, lambda: known.state, known, interval=0.005)
-    yield watch
+def monitor(tester: Tester, known: Known) -> Iterator[IdleMonitor]:
+    monitor = IdleMonitor(tester, lambda: known.state, known, interval=0.005)
+    yield monitor
     tester.may_answer.set()
-    watch.close()
+    monitor.close()
 
 
-def test_a_trip_and_its_reset_by_somebody_else_are_told_once(watch: IdleWatch, tester: Tester, known: Known) -> None:
+def test_a_trip_and_its_reset_by_another_client_are_reported_once(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
     tester.answer = stopped_by(Interlock.FORCE)
-    until(lambda: known.state.interlocks == ("force",))
-    looks = tester.looks
-    until(lambda: tester.looks > looks + 3)
+    until(lambda: known.state.interlocks == Interlock.FORCE)
+    polls = tester.polls
+    until(lambda: tester.polls > polls + 3)
     tester.answer = AT_REST
     until(lambda: not known.state.interlocks)
-    assert known.events == [InterlockTripped(("force",), stopped=True), InterlockReset(("force",))]
+    assert known.events == [InterlockTripped(Interlock.FORCE, stopped=True), InterlockReset(Interlock.FORCE)]
 
 
-def test_one_answer_that_stays_away_is_not_told_and_a_silence_is(
-    watch: IdleWatch, tester: Tester, known: Known
-) -> None:
+def test_one_missing_answer_is_not_reported_and_two_are(monitor: IdleMonitor, tester: Tester, known: Known) -> None:
     tester.answer = SILENCE
     until(lambda: known.state.tester_silent is not None)
-    assert tester.looks >= MISSES
+    assert tester.polls >= MISSES
     tester.answer = AT_REST
     until(lambda: known.state.tester_silent is None)
     assert known.events == [TesterSilent("no reply"), TesterAnswers()]
 
 
-def test_nobody_looks_while_somebody_drives_and_a_look_on_its_way_is_waited_for(
-    watch: IdleWatch, tester: Tester, known: Known
+def test_nothing_is_polled_while_a_client_drives_and_a_poll_under_way_is_waited_for(
+    monitor: IdleMonitor, tester: Tester, known: Known
 ) -> None:
     tester.may_answer.clear()
-    looks = tester.looks
-    until(lambda: tester.looks > looks)
+    polls = tester.polls
+    until(lambda: tester.polls > polls)
     driving, over = threading.Event(), threading.Event()
 
     def drive() -> None:
-        with watch.kept_off():
+        with monitor.suspended():
             driving.set()
             over.wait(LONG)
 
     driver = threading.Thread(target=drive)
     driver.start()
-    assert not driving.wait(0.05)  # the look has the line
+    assert not driving.wait(0.05)  # the poll has the line
     tester.answer = stopped_by(Interlock.FORCE)
     tester.may_answer.set()
     assert driving.wait(LONG)
-    looks = tester.looks
+    polls = tester.polls
     time.sleep(0.05)  # ten intervals
-    assert tester.looks == looks
+    assert tester.polls == polls
     assert not known.events  # what the driver sees counts
     over.set()
     driver.join()
-    until(lambda: known.state.interlocks == ("force",))
+    until(lambda: known.state.interlocks == Interlock.FORCE)
 
 
 @given(
-    told=st.sampled_from(Phase),
+    reported=st.sampled_from(Phase),
     interlocks=st.integers(0, 127).map(Interlock),
-    seen=st.one_of(st.just(SILENCE), st.integers(0, 127).map(Interlock).map(stopped_by)),
+    result=st.one_of(st.just(SILENCE), st.integers(0, 127).map(Interlock).map(stopped_by)),
 )
-def test_a_look_that_was_told_is_no_news(told: Phase, interlocks: Interlock, seen: Seen) -> None:
+def test_a_poll_that_was_reported_brings_no_event(reported: Phase, interlocks: Interlock, result: PollResult) -> None:
     state = RigState(phase=Phase.IDLE)
-    for event in (*news(state, stopped_by(interlocks)), *news(state, seen)):
+    for event in (*events_of(state, stopped_by(interlocks)), *events_of(state, result)):
         state = after(state, event)
-    for event in news(state, seen):
+    for event in events_of(state, result):
         state = after(state, event)
-    assert news(state, seen) == ()
-    assert (state.tester_silent is not None) == isinstance(seen, RigError)
-    assert after(replace(state, phase=told), TesterSilent("late")).tester_silent == (
-        "late" if told is Phase.IDLE else state.tester_silent  # a run finds out by itself
+    assert events_of(state, result) == ()
+    assert (state.tester_silent is not None) == isinstance(result, RigError)
+    assert after(replace(state, phase=reported), TesterSilent("late")).tester_silent == (
+        "late" if reported is Phase.IDLE else state.tester_silent  # a run finds out by itself
     )
 
 
-def test_a_rig_at_rest_knows_of_a_pressed_button_before_any_run(rig: RunManager, laboratory: Laboratory) -> None:
+def test_an_idle_rig_notices_a_pressed_emergency_stop_before_any_run(rig: RunManager, laboratory: Laboratory) -> None:
     commands = list(laboratory.tester.device.applied)
     laboratory.tester.emergency_stop()
-    until(lambda: rig.state.interlocks == ("emergency_stop",))
+    until(lambda: rig.state.interlocks == Interlock.EMERGENCY_STOP)
     assert laboratory.tester.device.applied == commands
     laboratory.tester.release_emergency_stop()
-    assert rig.acknowledge_interlocks() == ("emergency stop",)
+    assert rig.acknowledge_interlocks() == Interlock.EMERGENCY_STOP
     assert not rig.state.interlocks
 
 
-def test_a_rig_at_rest_knows_that_the_tester_does_not_answer(rig: RunManager, laboratory: Laboratory) -> None:
+def test_an_idle_rig_notices_that_the_tester_does_not_answer(rig: RunManager, laboratory: Laboratory) -> None:
     laboratory.tester.faults.set(TesterFault.SILENT)
     until(lambda: rig.state.tester_silent is not None)
     laboratory.tester.faults.clear()
     until(lambda: rig.state.tester_silent is None)
 
 
-def test_a_stop_is_confirmed_while_the_rig_is_looked_at(rig: RunManager, laboratory: Laboratory) -> None:
+def test_a_stop_is_confirmed_while_the_tester_is_polled(rig: RunManager, laboratory: Laboratory) -> None:
     for _ in range(20):
         assert rig.stop() is None
     assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF

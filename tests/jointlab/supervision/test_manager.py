@@ -21,7 +21,7 @@ from jointlab.supervision.manager import RunManager
 from jointlab.supervision.phase import Phase
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.errors import RigError
-from rig.registers import State
+from rig.registers import Interlock, State
 from rig.sequence import sequence_from
 from rig.tester import connect
 from rig.tester_limits import TesterLimits
@@ -29,6 +29,7 @@ from rig.tester_status import TesterTrippedError
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
+from tests.waiting import LONG
 
 Acting = Callable[..., dict[str, Any]]
 SWEEP = {
@@ -82,7 +83,7 @@ def test_a_stop_of_a_run_that_cannot_be_noted_says_that_it_was_done(
     with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
         other.execute("BEGIN IMMEDIATE")
         answer = rig_client.post(f"/api/runs/{run}/stop", headers=acting())
-        assert rig.wait(10)
+        assert rig.wait(LONG)
     assert answer.status_code == 503
     assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but sqlite:")
     assert "another program is writing" in answer.json()["detail"]
@@ -152,8 +153,8 @@ def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
     laboratory.tester.emergency_stop()
     with pytest.raises(TesterTrippedError):
         rig.start(run, "test", automatic=True)
-    rig.wait(10)
-    assert rig.state.interlocks == ("emergency_stop",)
+    assert rig.wait(LONG)
+    assert rig.state.interlocks == Interlock.EMERGENCY_STOP
     laboratory.tester.release_emergency_stop()
-    assert rig.acknowledge_interlocks() == ("emergency stop",)
+    assert rig.acknowledge_interlocks() == Interlock.EMERGENCY_STOP
     assert not rig.state.interlocks

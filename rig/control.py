@@ -25,10 +25,10 @@ class RunStoppedError(RigError):
 
 
 class RunControl:
-    """What a run looks at between and during its steps. Any thread may call it; one run at a time looks at it.
+    """Requests that a run obeys between and during its steps. Any thread may make them; it controls one run at a time.
 
     A request acts at once: where the run drives a tester, the actuator is at rest when `pause` or `stop` returns, with
-    hydraulics on and the preset kept. What was being measured is given up, and measured again after `resume`.
+    hydraulics on and the preset kept. A measurement that is interrupted is repeated after `resume`.
     """
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class RunControl:
         self._tester: Tester | None = None
 
     def pause(self) -> None:
-        """Hold the run where it is, until `resume` or `stop`.
+        """Hold the run until `resume` or `stop`.
 
         Raises:
             RigError: the tester did not confirm that the actuator is at rest; the run stays paused.
@@ -50,7 +50,7 @@ class RunControl:
             self._interrupt()
 
     def resume(self) -> None:
-        """Let a paused run go on; not one that was stopped."""
+        """Continue a paused run; a stopped run stays stopped."""
         with self._requests:
             if self._tester is not None and not self._stopped:
                 self._tester.release()
@@ -70,7 +70,7 @@ class RunControl:
                 self._may_run.set()
 
     def is_paused(self) -> bool:
-        """Whether the run is to be held until it is resumed or stopped."""
+        """Whether the run is to wait until it is resumed or stopped."""
         return not self._may_run.is_set() and not self._stopped
 
     def is_interrupted(self) -> bool:
@@ -82,7 +82,7 @@ class RunControl:
         """Let requests halt `tester` while the context lasts.
 
         Raises:
-            RigError: a request was there already, and the tester did not confirm that the actuator is at rest.
+            RigError: a request came before, and the tester did not confirm that the actuator is at rest.
         """
         with self._requests:
             self._tester = tester
@@ -98,11 +98,11 @@ class RunControl:
     def carry_out(
         self, step: Callable[[], _Result], observer: Observer, recover: Callable[[], None] = lambda: None
     ) -> _Result:
-        """Do `step`; where a pause interrupts it, do it again after `recover` when the run is resumed.
+        """Do `step`; where a pause interrupts it, repeat it after `recover` when the run is resumed.
 
         Raises:
             RunStoppedError: the run was stopped.
-            RigError, DaqError: what `step` or `recover` raises.
+            RigError, DaqError: raised by `step` or `recover`.
         """
         interrupted = False
         while True:
@@ -114,7 +114,7 @@ class RunControl:
                 return step()
             except (MotionHaltedError, AcquisitionCancelledError):
                 if self._count == requests:
-                    raise  # not by us
+                    raise  # not because of a request
                 interrupted = True
 
     def _interrupt(self) -> None:

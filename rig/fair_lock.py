@@ -1,7 +1,7 @@
-"""Taking turns at one line: whoever has waited longest goes next.
+"""A fair lock: threads get it in the order in which they asked for it.
 
-A lock of the operating system goes to whoever is quickest, and that is the thread which has just given it back: one
-that polls keeps a heartbeat or a stop waiting for as long as it polls.
+A lock of the operating system goes to the quickest thread, and that is often the one that has just released it: a
+thread that polls would keep a heartbeat or a stop waiting for as long as it polls.
 """
 
 from __future__ import annotations
@@ -12,47 +12,47 @@ from collections import deque
 
 
 class FairLock:
-    """A lock that threads get in the order in which they asked. A thread that has it must not ask again."""
+    """A lock that threads get in the order in which they asked. A thread that holds it must not ask again."""
 
     def __init__(self) -> None:
         self._changing = threading.Lock()
-        self._taken = False
+        self._held = False
         self._waiting = deque[threading.Event]()
 
-    def take(self, patience: float = math.inf) -> bool:
-        """Wait for a turn; False where it did not come within `patience` s."""
+    def acquire(self, timeout: float = math.inf) -> bool:
+        """Wait for the lock; False where it did not become free within `timeout` s."""
         with self._changing:
-            if not self._taken:
-                self._taken = True
+            if not self._held:
+                self._held = True
                 return True
-            mine = threading.Event()
-            self._waiting.append(mine)
+            turn = threading.Event()
+            self._waiting.append(turn)
         try:
-            came = mine.wait(None if patience == math.inf else max(patience, 0.0))
-        except BaseException:  # Ctrl-C; nobody is to wait for a turn that is not used
-            if not self._leave(mine):
-                self.give_back()
+            came = turn.wait(None if timeout == math.inf else max(timeout, 0.0))
+        except BaseException:  # Ctrl-C; no thread may wait for a turn that is not used
+            if not self._leave(turn):
+                self.release()
             raise
-        return came or not self._leave(mine)
+        return came or not self._leave(turn)
 
-    def _leave(self, mine: threading.Event) -> bool:
-        """Wait no more; False where the turn came at the last moment."""
+    def _leave(self, turn: threading.Event) -> bool:
+        """Stop waiting; False where the turn came at the last moment."""
         with self._changing:
-            if mine.is_set():
+            if turn.is_set():
                 return False
-            self._waiting.remove(mine)
+            self._waiting.remove(turn)
             return True
 
-    def give_back(self) -> None:
-        """End a turn; the next one's begins."""
+    def release(self) -> None:
+        """Pass the lock to the thread that has waited longest."""
         with self._changing:
             if self._waiting:
                 self._waiting.popleft().set()
             else:
-                self._taken = False
+                self._held = False
 
     def __enter__(self) -> None:
-        self.take()
+        self.acquire()
 
     def __exit__(self, *_: object) -> None:
-        self.give_back()
+        self.release()

@@ -1,4 +1,4 @@
-"""The instruments of one laboratory: where they are, and opening those that a step needs."""
+"""The instruments of one laboratory: their addresses, how they are opened, and the limits in force."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from daq.device import Chassis
 from daq.device import connect as connect_daq
 from daq.errors import ChannelError
 from rig.errors import RigError
+from rig.events import Observer, ignore_event
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
@@ -22,7 +23,7 @@ from store.rig_limits import rig_limits, save_rig_limits
 
 @dataclass(frozen=True)
 class Instruments:
-    """Addresses and channel table; nothing is open yet.
+    """Addresses, channel table and limits; nothing is open yet.
 
     Attributes:
         daq_address: "local", or "grpc://host:port".
@@ -30,7 +31,7 @@ class Instruments:
         thermometer_url: serial port or pyserial URL.
         channels: the channel table.
         limits: what the rig may ask of the tester.
-        rig: the rig's name; limits and the lock of whoever drives go by it.
+        rig: name of the rig, for its stored limits and for the lock that the driving process holds.
     """
 
     daq_address: str
@@ -44,7 +45,7 @@ class Instruments:
         """The channels of these names, in this order.
 
         Raises:
-            ChannelError: the table has no channel of that name; what it has is named.
+            ChannelError: the table has no channel of that name; the message lists those that it has.
         """
         table = {channel.name: channel for channel in self.channels}
         missing = [name for name in names if name not in table]
@@ -64,20 +65,20 @@ class Instruments:
             yield chassis, thermometer
 
     @contextmanager
-    def tester(self) -> Iterator[Tester]:
-        """The tester, driven until the context is left, which leaves the actuator at rest.
+    def tester(self, observer: Observer = ignore_event) -> Iterator[Tester]:
+        """The tester, driven until the context is left, which leaves the actuator at rest; reports to `observer`.
 
         Raises:
-            RigError: there is none, it does not answer, or is not the tester that this rig knows.
+            RigError: there is none, it does not answer, or it is not the tester that this rig knows.
         """
         if self.tester_url is None:
             raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
-        with connect_tester(self.tester_url, self.limits) as tester:
+        with connect_tester(self.tester_url, self.limits, observer=observer) as tester:
             yield tester
 
 
 def stored_channel(channel: Channel) -> StoredChannel:
-    """A row of the channel table as the catalogue keeps it, with the sensor and its calibration."""
+    """A row of the channel table as the catalogue stores it, with the sensor and its calibration."""
     return StoredChannel(
         name=channel.name,
         physical=channel.physical,
@@ -99,7 +100,7 @@ def stored_channel(channel: Channel) -> StoredChannel:
 
 
 def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
-    """The limits that were set last for `rig`; None where nobody has set any.
+    """The limits that were set last for `rig`; None where none were set.
 
     Raises:
         RigError: another version of this software has set limits that this one does not know.
@@ -119,7 +120,7 @@ def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
 
 
 def with_stored_limits(instruments: Instruments, catalogue: Catalogue) -> Instruments:
-    """The instruments with the limits that were set for their rig, or as they are where nobody has set any.
+    """The instruments with the limits that were set for their rig, or unchanged where none were set.
 
     Raises:
         RigError, StoreError: as for `stored_limits`.
@@ -129,7 +130,7 @@ def with_stored_limits(instruments: Instruments, catalogue: Catalogue) -> Instru
 
 
 def save_limits(instruments: Instruments, catalogue: Catalogue, limits: TesterLimits, who: str) -> Instruments:
-    """The instruments with `limits`, which are in force from now on, also when the program is started anew.
+    """The instruments with `limits`, which are in force from now on, also after the program is restarted.
 
     Raises:
         StoreError: they cannot be stored; the former ones stay in force.

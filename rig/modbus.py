@@ -1,8 +1,8 @@
 """Modbus to one device, by URL: the only module of the rig that knows pymodbus.
 
-Every call is one transaction, ends within a bounded time, and either returns or raises one of three errors: nobody
-answered, the device said no, or what came back makes no sense. A write is sent once and never repeated here, because a
-write whose reply was lost has been done; whoever repeats it has to make that harmless.
+Every call is one transaction, ends within a bounded time, and either returns or raises one of three errors: no answer,
+a refusal by the device, or a reply that makes no sense. A write is sent once and never repeated here, because a write
+whose reply was lost has been done; a caller that repeats it has to make that harmless.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _Response = TypeVar("_Response", bound=ModbusPDU)
 
 
 class ModbusUnreachableError(RigError):
-    """Nobody answered in time, or the connection could not be made or was lost; the request may have been done."""
+    """No answer in time, no connection, or a lost one; the request may have been done."""
 
 
 class ModbusRefusedError(RigError):
@@ -66,7 +66,7 @@ class ModbusRefusedError(RigError):
 
 
 class ModbusProtocolError(RigError):
-    """What came back is no answer to what was asked."""
+    """The reply does not answer the request."""
 
 
 class ModbusLink:
@@ -88,15 +88,15 @@ class ModbusLink:
         self.timeout = timeout
         self._device_id = device_id
         self._client = _client(url, timeout)
-        self._turns = FairLock()
+        self._lock = FairLock()
         # every failure is raised from here; pymodbus would log it a second time
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
     def read_input(self, address: int, count: int, by: float = math.inf) -> list[int]:
-        """Read `count` input registers from `address`, over `by` this time of `time.monotonic`.
+        """Read `count` input registers from `address`; ends `by` this time of `time.monotonic`.
 
         Raises:
-            ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: as their names say.
+            ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"read {count} input registers from {address}"
         response = self._ask(
@@ -107,46 +107,46 @@ class ModbusLink:
         return list(response.registers)
 
     def write_holding(self, address: int, words: Sequence[int], by: float = math.inf) -> None:
-        """Write `words` to the holding registers from `address`, in one transaction that is sent once; over `by` then.
+        """Write `words` to the holding registers from `address`, sent once; ends `by` then.
 
         Raises:
             ModbusUnreachableError: no reply; whether the words were taken is unknown.
-            ModbusRefusedError, ModbusProtocolError: as their names say.
+            ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write {len(words)} holding registers from {address}"
         self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=self._device_id), by)
 
     def write_coil(self, address: int, value: bool, by: float = math.inf) -> None:
-        """Write one coil, sent once; over `by` this time of `time.monotonic`.
+        """Write one coil, sent once; ends `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError: no reply; whether the coil was taken is unknown.
-            ModbusRefusedError, ModbusProtocolError: as their names say.
+            ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write coil {address}"
         self._ask(what, lambda: self._client.write_coil(address, value, device_id=self._device_id), by)
 
     def close(self) -> None:
         """Close the connection."""
-        with self._turns:
-            self._hang_up()
+        with self._lock:
+            self._disconnect()
 
-    def _hang_up(self) -> None:
+    def _disconnect(self) -> None:
         self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
     def _ask(self, what: str, request: Callable[[], _Response], by: float) -> _Response:
-        with self._turn(what, by):
+        with self._locked(what, by):
             try:
                 response = request()
             except (ConnectionException, OSError) as error:
-                self._hang_up()
+                self._disconnect()
                 raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
             except ModbusIOException as error:
                 # closed, so that a late reply is not taken for the answer to the next request
-                self._hang_up()
+                self._disconnect()
                 raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
             except (ModbusException, ValueError, IndexError) as error:
-                self._hang_up()
+                self._disconnect()
                 raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
@@ -155,20 +155,20 @@ class ModbusLink:
         return response
 
     @contextmanager
-    def _turn(self, what: str, by: float) -> Iterator[None]:
-        """Wait for other threads' requests, as long as leaves time for a reply."""
-        if not self._turns.take(by - self.timeout - time.monotonic()):
+    def _locked(self, what: str, by: float) -> Iterator[None]:
+        """Wait for the requests of other threads, as long as there is time for a reply."""
+        if not self._lock.acquire(by - self.timeout - time.monotonic()):
             raise ModbusUnreachableError(
                 f"{self.url}: not asked to {what}, other requests still wait for their replies"
             )
         try:
             yield
         finally:
-            self._turns.give_back()
+            self._lock.release()
 
 
 class _TcpClient(ModbusTcpClient):
-    """A client that gives a whole reply the timeout; pymodbus gives it to each piece of one."""
+    """A client whose timeout is that of the whole reply; in pymodbus it is that of each piece of one."""
 
     _end = 0.0
 
@@ -178,7 +178,7 @@ class _TcpClient(ModbusTcpClient):
         return int(super().send(request, addr))
 
     def recv(self, size: int | None) -> bytes:
-        """What has come; nothing once the time is over."""
+        """The bytes that have come; none once the time is over."""
         left = max(self._end - time.monotonic(), 0.0)
         if self.socket and not select.select([self.socket], [], [], left)[0]:
             return b""

@@ -14,7 +14,7 @@ BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 class Operator(Protocol):
     """Strikes and mounts: a technician who is prompted, or a simulated operator.
 
-    Each method raises RigError where the operator cannot do what is asked, and RunStoppedError where the run is to stop.
+    Each method raises RigError where the operator cannot do it, and RunStoppedError where the run is to stop.
     """
 
     def go_to(self, point: Dof) -> None:  # noqa: ARG002 - overridden where the operator is waited for

@@ -40,7 +40,6 @@ from rig.steps import (
     check_instruments,
     check_plan,
     hammer_settings,
-    soak_settings,
     sweep_plan,
 )
 from rig.sweep import run_sweep
@@ -228,7 +227,7 @@ class _Work:
                 self._sweep(step, number)
             case SoakStep():
                 with self.instruments.acquisition() as (_, thermometer):
-                    soak(soak_settings(step), thermometer, self.observer, self.control)
+                    soak(step, thermometer, self.observer, self.control)
             case PromptStep():
                 self.observer(PromptStarted(step.text))
                 self.control.carry_out(lambda: self.operator.do_task(step.text), self.observer)
@@ -257,7 +256,7 @@ class _Work:
         channels = channels_of(step, self.instruments)
         with (
             self.instruments.acquisition() as (chassis, thermometer),
-            self.instruments.tester() as tester,
+            self.instruments.tester(self.observer) as tester,
             chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
         ):
             run_sweep(
@@ -363,7 +362,7 @@ def reset_tester(
         TesterRefusedError: the cause is still there.
         RigError: the instrument does not answer.
     """
-    with instruments.tester() as tester, tester.telling(observer):
+    with instruments.tester(observer) as tester:
         tripped = tester.status().interlocks
         if tripped:
             try:

@@ -11,11 +11,10 @@ from rig.events import Observer, ignore_event
 from rig.hammer import HammerSettings
 from rig.instruments import Instruments
 from rig.registers import MAP_VERSION, name_of
-from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, SoakStep, Step
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
 from rig.tester_status import TesterIdentity, TesterTrippedError, interlock_text
-from rig.waiting import Soak
 from store.instruments import Instrument
 from store.sine_records import BLANK
 
@@ -51,14 +50,14 @@ def check_instruments(
         found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
     if sequence.sine_steps:
-        with instruments.tester() as tester, tester.telling(observer):
+        with instruments.tester(observer) as tester:
             for step, _ in sequence.sine_steps:
                 check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
             tester.stop()  # it is at rest: what counts is that it obeys
             status = tester.status()
             if status.stopped_by:
                 held = interlock_text(status.stopped_by)
-                why = f"{instruments.tester_url} is stopped by {held}; see to the cause, then reset"
+                why = f"{instruments.tester_url} is stopped by {held}; remove the cause, then reset"
                 raise TesterTrippedError(why, status.interlocks)
             found.append(
                 Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))
@@ -117,11 +116,6 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
         first_number=first_number,
         detectors=detectors,
     )
-
-
-def soak_settings(step: SoakStep) -> Soak:
-    """What a soak step counts as settled."""
-    return Soak(step.band_celsius, step.seconds, step.limit_seconds, step.celsius)
 
 
 def channels_of(step: HammerStep | SineStep, instruments: Instruments) -> tuple[Channel, ...]:

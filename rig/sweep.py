@@ -109,7 +109,6 @@ def run_sweep(
     control = control or RunControl()
     sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
     with (
-        tester.telling(observer),
         tightened_detectors(tester, plan.detectors),
         tester.at_rest_afterwards(),
         control.driving(tester),

@@ -1,7 +1,8 @@
-"""The elastomer tester: a safe way to ask its actuator for a preset and for cycles.
+"""The driver of the elastomer tester: safe commands for its preset and its cycles.
 
-The rig's limits are checked before anything is sent, and on what comes back. A heartbeat keeps the instrument's
-watchdog quiet; when this process dies, the watchdog stops the actuator. Leaving the context leaves it at rest.
+The limits of the rig are checked before anything is sent, and on everything that is measured. A heartbeat keeps the
+watchdog of the instrument from acting; when this process dies, the watchdog stops the actuator. Leaving the context
+leaves the actuator at rest.
 """
 
 from __future__ import annotations
@@ -61,10 +62,10 @@ def connect(
 
     Args:
         url: ``tcp://host:port`` or ``rtu:///dev/ttyS0?baudrate=115200``.
-        limits: of the rig; None is the ordinary ones.
+        limits: of the rig; None: the default ones.
         timeout: of one reply, s.
         device_id: Modbus unit number.
-        observer: who is told of interlocks.
+        observer: gets events about interlocks.
 
     Raises:
         TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops
@@ -82,28 +83,31 @@ def connect(
 
 
 class Tester:
-    """The driver of one tester, made by `connect`. Any thread may call it."""
+    """The driver of one tester, made by `connect`. Any thread may call it.
+
+    Every method that talks to the instrument raises RigError where that does not answer.
+    """
 
     def __init__(self, wire: TesterWire, limits: TesterLimits, observer: Observer = ignore_event) -> None:
         self.limits = limits
         self._wire = wire
         self._observer = observer
-        self._told = NO_INTERLOCK
-        self._telling = threading.Lock()
+        self._reported = NO_INTERLOCK
+        self._reporting = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
         self._failure: Exception | None = None
         self.identity = self._verify()
         wire.join()
-        self._heart = Heartbeat(wire, self.identity.watchdog_time)
+        self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
 
     def start(self) -> None:
         """Switch hydraulics on.
 
         Raises:
-            TesterTrippedError: an interlock is set; see to its cause, then `reset`.
+            TesterTrippedError: an interlock is set; remove its cause, then `reset`.
             MotionHaltedError: the actuator is halted.
-            RigError: the instrument refused or does not answer.
+            RigError: the instrument refused.
         """
         self._move(CommandCode.HYDRAULICS_ON)
 
@@ -114,7 +118,7 @@ class Tester:
             LimitExceededError: beyond the rig's limits; nothing was sent.
             TesterTrippedError: an interlock stopped the actuator.
             MotionHaltedError: the actuator is or was halted.
-            RigError: the instrument refused, does not answer, or did not get there.
+            RigError: the instrument refused, or did not get there.
         """
         self.limits.check_preset(position)
         self._move(CommandCode.PRESET, preset=position)
@@ -127,17 +131,13 @@ class Tester:
             LimitExceededError: beyond the rig's limits; nothing was sent.
             TesterTrippedError: an interlock stopped the actuator.
             MotionHaltedError: the actuator is halted.
-            RigError: the instrument refused or does not answer.
+            RigError: the instrument refused.
         """
         self.limits.check_cycle(amplitude_pp, frequency)
         self._move(CommandCode.CYCLE, amplitude=amplitude_pp, frequency=frequency)
 
     def stop(self) -> None:
-        """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
-
-        Raises:
-            RigError: the instrument refused, does not answer, or did not come to rest.
-        """
+        """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest."""
         self._wire.command(CommandCode.HOLD)
         self._wait_for_rest()
 
@@ -177,16 +177,16 @@ class Tester:
                 self.emergency_stop()
                 self._wait_for_rest()
             except RigError as worse:
-                self._heart.stop()  # so that the watchdog acts
+                self._heartbeat.stop()  # so that the watchdog acts
                 raise ActuatorNotAtRestError(
                     f"{self._wire.url}: the actuator was not confirmed at rest ({worse}); its watchdog stops it within "
                     f"{self.identity.watchdog_time:g} s, look at it before going near"
                 ) from error
 
     def give_up(self, why: Exception) -> None:
-        """Shut down because of `why`, from any thread; whoever asks for motion or for measured values then gets `why`.
+        """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
 
-        Nothing takes it back while this connection lasts.
+        This lasts as long as the connection.
 
         Raises:
             ActuatorNotAtRestError: the instrument did not confirm that the actuator is at rest.
@@ -200,78 +200,60 @@ class Tester:
         return self._failure
 
     def emergency_stop(self) -> None:
-        """Trip the emergency stop, whatever the instrument is doing.
-
-        Raises:
-            RigError: the instrument does not answer.
-        """
+        """Trip the emergency stop, whatever the instrument is doing."""
         self._wire.emergency_stop()
 
     def reset(self) -> None:
-        """Clear the interlocks after their cause has been seen to; nothing resets by itself. Logged and told.
+        """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
 
         Raises:
             TesterRefusedError: the cause is still there.
-            RigError: the instrument does not answer.
         """
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
-        self._told = NO_INTERLOCK
+        self._reported = NO_INTERLOCK
         log.warning("interlocks of %s reset: %s", self.identity.serial, interlock_text(before))
         self._observer(InterlockReset(before))
 
     def detectors(self) -> dict[Interlock, Detector]:
-        """The limit detectors as they are in force at the instrument.
-
-        Raises:
-            RigError: the instrument does not answer.
-        """
+        """The limit detectors as they are in force at the instrument."""
         return detectors_from(self._wire.read(DETECTORS))
 
     def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
-        """Set a detector, for the range of a test say; the instrument lets it be tightened, not loosened.
+        """Set a detector, for the range of a test say; the instrument accepts a tighter one only.
 
         Args:
             interlock: whose detector.
-            limit: in the unit of what it watches.
+            limit: in the unit of the quantity that it watches.
             action: what it does beyond `limit`.
 
         Raises:
             TesterRefusedError: looser than it is set at the instrument, or no such detector.
-            RigError: the instrument does not answer.
         """
         self._wire.command(CommandCode.DETECTOR, detector=int(interlock), action=int(action), limit=float(limit))
 
     def status(self) -> TesterStatus:
-        """Everything that the instrument reports now, tripped or not.
-
-        Raises:
-            RigError: the instrument does not answer.
-        """
+        """Everything that the instrument reports now, tripped or not."""
         return self._wire.status()
 
     def state(self) -> State:
-        """What the actuator is doing now.
-
-        Raises:
-            RigError: the instrument does not answer.
-        """
+        """The present state of the actuator."""
         return self.status().state
 
     def measured(self) -> TesterStatus:
-        """What is measured now, while nothing has interfered with what was commanded last.
+        """The status now, where nothing has interfered with the last command.
 
         Raises:
             TesterTrippedError: an interlock has stopped the actuator.
             MotionHaltedError: the actuator was halted since.
-            MeasuredBeyondLimitError: it is beyond a limit of the rig, moving or not.
-            RigError: the instrument does not answer, or another client has commanded it.
-            Exception: the tester was given up because of it.
+            MeasuredBeyondLimitError: a measured value is beyond a limit of the rig, moving or not.
+            RigError: another client has commanded the tester.
+            Exception: the reason for `give_up`.
         """
         if self._failure is not None:
             raise self._failure
         status, ours = self._wire.status_and_command()
-        self._tell(status)
+        self._report(status)
         if status.state is State.TRIPPED or status.stopped_by:
             raise self._wire.tripped(status.stopped_by)
         self.limits.check_measured(status)
@@ -284,17 +266,17 @@ class Tester:
         return status
 
     def wait(self, until: Callable[[TesterStatus], bool], to: str, timeout: float = MOTION_TIMEOUT) -> TesterStatus:
-        """Poll what is measured `until` it is as wanted, often at first and then every 50 ms.
+        """Poll the status `until` a condition holds, often at first and then every 50 ms.
 
         Args:
-            until: whether to return.
-            to: what is waited for, for the error.
+            until: the condition.
+            to: completes "waited ... s to", for the error.
             timeout: s.
 
         Raises:
             TesterTrippedError: an interlock stopped the actuator.
             MotionHaltedError: the actuator was halted.
-            RigError: `timeout` passed, the instrument does not answer, or it is beyond a limit of the rig.
+            RigError: `timeout` passed, or a measured value is beyond a limit of the rig.
         """
         end, pause = time.monotonic() + timeout, FIRST_POLL
         while not until(status := self.measured()):
@@ -317,18 +299,9 @@ class Tester:
             raise
         self.shut_down()
 
-    @contextmanager
-    def telling(self, observer: Observer) -> Iterator[None]:
-        """Tell `observer` of interlocks while the context lasts, in place of whoever is told otherwise."""
-        before, self._observer = self._observer, observer
-        try:
-            yield
-        finally:
-            self._observer = before
-
     def close(self) -> None:
         """Stop the heartbeat; the actuator has to be at rest."""
-        self._heart.join()
+        self._heartbeat.join()
 
     def _verify(self) -> TesterIdentity:
         url = self._wire.url
@@ -382,12 +355,12 @@ class Tester:
             if time.monotonic() > end:
                 raise RigError(f"{self._wire.url}: the actuator is {status.state.name} after a stop")
             time.sleep(FIRST_POLL)
-        self._tell(status)
+        self._report(status)
 
-    def _tell(self, status: TesterStatus) -> None:
-        """Log interlocks that fired since the last look, and tell them."""
-        with self._telling:
-            new, self._told = status.interlocks & ~self._told, status.interlocks
+    def _report(self, status: TesterStatus) -> None:
+        """Log interlocks that fired since the last status, and report them to the observer."""
+        with self._reporting:
+            new, self._reported = status.interlocks & ~self._reported, status.interlocks
         if new:
             stopped = bool(new & status.stopped_by)
             log.warning("interlocks of %s: %s", self.identity.serial, interlock_text(new))

@@ -1,4 +1,4 @@
-"""The rig's own limits for the tester, on what is asked of it and on what it does; the instrument has its own, too."""
+"""The rig's own limits for the tester, on commands and on measured values; the instrument has its own, too."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from rig.registers import Interlock, name_of
 from rig.tester_status import TesterStatus
 
 BEYOND_COMMAND = 1.05
-"""So much of the largest amplitude may be measured: as far off as a point is accepted at."""
+"""Largest measured amplitude over the largest commanded one; points are accepted with as large a deviation."""
 
 
 class LimitExceededError(RequestError):
-    """What was asked of the actuator is beyond a limit of the rig; nothing was sent."""
+    """A command for the actuator is beyond a limit of the rig; nothing was sent."""
 
 
 class MeasuredBeyondLimitError(RigError):
-    """What the actuator does is beyond a limit of the rig; it has to be stopped."""
+    """A measured value is beyond a limit of the rig; the actuator has to be stopped."""
 
 
 @dataclass(frozen=True)
 class TesterLimits:
-    """What the rig may ask of the actuator, and see it do; SI units.
+    """Limits on commands to the actuator and on its measured values; SI units.
 
     Attributes:
         amplitude_pp: largest peak-to-peak amplitude, m.
@@ -46,7 +46,7 @@ class TesterLimits:
     force: float = 4e3
 
     def check_preset(self, preset: float) -> None:
-        """Let `preset` m pass.
+        """Check a preset in m.
 
         Raises:
             LimitExceededError: it is beyond a limit, or not a number.
@@ -54,7 +54,7 @@ class TesterLimits:
         _check("preset", preset, self.lowest_preset, self.highest_preset, "m")
 
     def check_cycle(self, amplitude_pp: float, frequency: float) -> None:
-        """Let a cycle of `amplitude_pp` m peak to peak at `frequency` Hz pass.
+        """Check a cycle of `amplitude_pp` m peak to peak at `frequency` Hz.
 
         Raises:
             LimitExceededError: it is beyond a limit, or not a number.
@@ -66,11 +66,11 @@ class TesterLimits:
         _check("peak acceleration", omega**2 * amplitude, 0.0, self.acceleration, "m/s^2")
 
     def check_detector(self, interlock: Interlock, limit: float) -> None:
-        """Let a detector of the tester pass that fires no later than the rig's own limit on what it watches.
+        """Check that a detector of the tester fires no later than the rig's own limit on the same quantity.
 
         Args:
             interlock: whose detector; the rig has no limit of its own on overshoot and underpeak.
-            limit: in the unit of what it watches.
+            limit: in the unit of the quantity that it watches.
 
         Raises:
             LimitExceededError: the rig's own limit is tighter.
@@ -87,7 +87,7 @@ class TesterLimits:
         return self.lowest_preset - self.amplitude_pp, self.highest_preset + self.amplitude_pp
 
     def check_measured(self, status: TesterStatus) -> None:
-        """Let what the tester measures pass: its amplitude, and how far out mean and amplitude lie together.
+        """Check the measured amplitude, the extreme positions that mean and amplitude give together, and the force.
 
         Raises:
             MeasuredBeyondLimitError: it is beyond a limit, or not a number.

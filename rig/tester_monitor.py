@@ -1,8 +1,8 @@
-"""A second pair of eyes on the tester: they look at it at short intervals, whatever the run itself is busy with.
+"""Monitoring the tester: at short intervals while a run drives it, and by a single poll while no run does.
 
-A record takes up to twelve seconds, a locked store or a silent thermometer holds the run up, a pause lasts for as long
-as somebody likes; the actuator has pressure all the while. Looking costs the record nothing: the instrument gathers its
-samples by itself, and the tester has a line of its own.
+A record takes up to twelve seconds, a locked store or a silent thermometer delays the run, a pause has no end; the
+actuator has pressure all the while. Polling does not disturb a record: the acquisition device takes its samples by
+itself, and the tester has a line of its own.
 """
 
 from __future__ import annotations
@@ -18,40 +18,41 @@ from rig.registers import STATUS, ChecksumError
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError, TesterStatus, status_from
 
-INTERVAL = 0.1  # s, between two looks
+INTERVAL = 0.1  # s, between two polls while a run drives
+TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that the next client has the line soon
 
 log = logging.getLogger(__name__)
 
 
 @contextmanager
 def monitored(tester: Tester) -> Iterator[None]:
-    """Look at `tester` every `INTERVAL` s while the context lasts, and shut it down at once where something is wrong.
+    """Poll `tester` every `INTERVAL` s while the context lasts, and shut it down at once where something is wrong.
 
-    Wrong is what `Tester.measured` does not let pass: an interlock, a limit of the rig, a tester that does not answer
-    or that somebody else commands. Whatever the run asks of the tester then is answered with that.
+    `Tester.measured` decides: an interlock, a limit of the rig, a tester that does not answer or that another client
+    commands. Every later request of the run to the tester then raises that error.
 
     Raises:
-        RigError: on leaving, what was wrong; an error that is on its way out already stays the one that is raised.
+        RigError: on leaving, that error; an error raised inside the context has precedence.
     """
     over = threading.Event()
-    watch = threading.Thread(target=_look_on, args=(tester, over), name="tester watch", daemon=True)
-    watch.start()
+    monitor = threading.Thread(target=_poll, args=(tester, over), name="tester monitor", daemon=True)
+    monitor.start()
     try:
         yield
     finally:
         over.set()
-        watch.join()
+        monitor.join()
     if tester.failure is not None:
         raise tester.failure
 
 
-def _look_on(tester: Tester, over: threading.Event) -> None:
+def _poll(tester: Tester, over: threading.Event) -> None:
     while not over.wait(INTERVAL):
         try:
             tester.measured()
         except MotionHaltedError:
-            continue  # somebody has stopped it, and limits and interlocks are looked at all the same
-        except Exception as error:  # noqa: BLE001 - whatever it is, nobody would look any more
+            continue  # it was halted as asked; limits and interlocks are checked all the same
+        except Exception as error:  # noqa: BLE001 - after any error nothing would monitor the tester any more
             log.warning("the tester is shut down: %s", error)
             _give_up(tester, error)
             return
@@ -64,11 +65,11 @@ def _give_up(tester: Tester, why: Exception) -> None:
         log.warning("%s", error)  # the run, which ends now, shuts down once more and raises it
 
 
-TIMEOUT = 0.25  # s, of connecting and of the reply, so that whoever wants the line next has it soon
-
-
 def poll_tester(url: str) -> TesterStatus:
-    """What the tester at `url` reports, asked once.
+    """The status of the tester at `url`, read once by a process that does not drive it.
+
+    One read of the STATUS block: nothing is commanded, armed or reset, and no heartbeat is sent, so the watchdog is not
+    affected. The connection is closed again, for an instrument or a serial line that takes one client at a time.
 
     Raises:
         RigError: it does not answer within `TIMEOUT`, or not with a status.

@@ -1,25 +1,22 @@
-"""What the tester says of itself and of its state, and the ways in which it can say no."""
+"""Identity and status of the tester, and the errors with which it can refuse."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 from rig.errors import RigError
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State, Value, name_of
 
 
 class TesterMismatchError(RigError):
-    """The instrument is not what this driver may drive: another register map, other units, no watchdog, no limits."""
+    """This driver may not drive the instrument: another register map, other units, no watchdog, no limits."""
 
 
 class TesterRefusedError(RigError):
-    """The instrument refused a command.
-
-    Attributes:
-        refusal: its own reason.
-    """
+    """The instrument refused a command, for the reason `refusal`."""
 
     def __init__(self, message: str, refusal: Refusal) -> None:
         super().__init__(message)
@@ -27,11 +24,7 @@ class TesterRefusedError(RigError):
 
 
 class TesterTrippedError(RigError):
-    """An interlock has stopped the actuator, by whatever action; see to its cause, then reset it.
-
-    Attributes:
-        interlocks: which.
-    """
+    """The `interlocks` have stopped the actuator, by any action; remove their cause, then reset them."""
 
     def __init__(self, message: str, interlocks: Interlock) -> None:
         super().__init__(message)
@@ -39,16 +32,16 @@ class TesterTrippedError(RigError):
 
 
 class MotionHaltedError(RigError):
-    """The actuator was halted from outside: it does not move, or not as it was told before the halt."""
+    """The actuator was halted from outside: it does not move, or not as commanded before the halt."""
 
 
 class ActuatorNotAtRestError(RigError):
-    """The instrument did not confirm that the actuator is at rest; look at it before going near."""
+    """The instrument did not confirm that the actuator is at rest; check it before going near."""
 
 
 @dataclass(frozen=True)
 class Detector:
-    """A limit detector of the instrument: its limit in the unit of what it watches, and what it does beyond it."""
+    """A limit detector of the instrument: the limit in the unit of its quantity, and the action beyond it."""
 
     limit: float
     action: Action
@@ -56,7 +49,7 @@ class Detector:
 
 @dataclass(frozen=True)
 class TesterIdentity:
-    """What the instrument says it is; limits in SI units, as they were in force when it was connected."""
+    """The identity of the instrument, and its limits in SI units as they were in force when it was connected."""
 
     serial: str
     watchdog_time: float
@@ -69,10 +62,10 @@ class TesterStatus:
     """What the instrument reports at one moment; SI units.
 
     Attributes:
-        state: what the actuator is doing.
-        interlocks: what has fired since the last reset.
+        state: of the actuator.
+        interlocks: those that fired since the last reset.
         stopped_by: those of them that stopped the actuator.
-        refusal: why the last command was refused, if it was.
+        refusal: of the last command, if it was refused.
         sequence: number of the last command applied.
         command: the last command applied.
         preset: mean position in force.
@@ -101,32 +94,29 @@ class TesterStatus:
     displacement_pp: tuple[float, ...]
 
 
+_CODES: Mapping[str, Callable[[int], Any]] = {
+    "state": State,
+    "interlocks": Interlock,
+    "stopped_by": Interlock,
+    "refusal": Refusal,
+    "command": CommandCode,
+}
+_NUMBERS = ("sequence", "cycles", "preset", "frequency", "displacement_mean", "force_mean", "force_pp")
+
+
 def status_from(values: Mapping[str, Value]) -> TesterStatus:
     """Make a status of the values of the STATUS block.
 
     Raises:
         RigError: a code that the map does not have.
     """
-    codes = {name: cast(int, values[name]) for name in ("sequence", "cycles")}
-    quantities = {
-        name: cast(float, values[name])
-        for name in ("preset", "frequency", "displacement_mean", "force_mean", "force_pp")
-    }
-    try:
-        return TesterStatus(
-            state=State(cast(int, values["state"])),
-            interlocks=Interlock(cast(int, values["interlocks"])),
-            stopped_by=Interlock(cast(int, values["stopped_by"])),
-            refusal=Refusal(cast(int, values["refusal"])),
-            command=CommandCode(cast(int, values["command"])),
-            amplitude_pp=cast(float, values["amplitude"]),
-            displacement_pp=tuple(cycle for cycle in cast(tuple[float, ...], values["displacement_pp"]) if cycle > 0),
-            sequence=codes["sequence"],
-            cycles=codes["cycles"],
-            **quantities,
-        )
-    except ValueError as error:
-        raise RigError(f"the tester reports a code that its map does not have: {error}") from error
+    with _known_codes():
+        codes = {name: kind(cast(int, values[name])) for name, kind in _CODES.items()}
+    cycles = (cycle for cycle in cast(tuple[float, ...], values["displacement_pp"]) if cycle > 0)
+    numbers: dict[str, Any] = {name: values[name] for name in _NUMBERS}
+    return TesterStatus(
+        **numbers, **codes, amplitude_pp=cast(float, values["amplitude"]), displacement_pp=tuple(cycles)
+    )
 
 
 def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
@@ -135,7 +125,7 @@ def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
     Raises:
         RigError: a code that the map does not have.
     """
-    try:
+    with _known_codes():
         return {
             interlock: Detector(
                 cast(float, values[f"{name_of(interlock)}_limit"]),
@@ -143,10 +133,16 @@ def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
             )
             for interlock in DETECTED
         }
+
+
+@contextmanager
+def _known_codes() -> Iterator[None]:
+    try:
+        yield
     except ValueError as error:
         raise RigError(f"the tester reports a code that its map does not have: {error}") from error
 
 
 def interlock_text(interlocks: Interlock) -> str:
-    """The interlocks in words, for a message."""
+    """Names of the interlocks, for a message."""
     return ", ".join(name_of(one).replace("_", " ") for one in interlocks) or "nothing"

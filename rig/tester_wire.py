@@ -1,8 +1,8 @@
-"""Whole blocks and numbered commands on the tester's Modbus line, so that each arrives once, or is known not to have.
+"""Whole blocks and numbered commands on the Modbus line of the tester: each arrives once, or raises an error.
 
-What is asked for is tried again when nobody answered or the answer was garbled, within one allowance of attempts and of
-time for the whole call. A command keeps its sequence number over all attempts, so that the instrument applies it once,
-and what is in force is read back afterwards, so that nothing else passes for it.
+A request is repeated when there was no answer or a garbled one, within one allowance of attempts and of time for the
+whole call. A command keeps its sequence number over all attempts, so that the instrument applies it once, and the
+values in force are read back afterwards.
 """
 
 from __future__ import annotations
@@ -37,9 +37,12 @@ from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedErr
 ATTEMPTS = 3  # at the transactions of one call
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
 BUSY_PAUSE = 0.05  # s
+BEATS = 5  # in one watchdog time
+
+log = logging.getLogger(__name__)
 
 # busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
-WORTH_ANOTHER_TRY = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
+WORTH_REPEATING = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
 
 _ECHOES: Mapping[CommandCode, tuple[str, ...]] = {
     CommandCode.PRESET: ("preset",),
@@ -49,8 +52,8 @@ _ECHOES: Mapping[CommandCode, tuple[str, ...]] = {
 _Result = TypeVar("_Result")
 
 
-class _Patience:
-    """What one call may spend on attempts that fail: ATTEMPTS of them, and as many timeouts."""
+class _Allowance:
+    """The attempts and the time of one call: ATTEMPTS of them, and as many timeouts."""
 
     def __init__(self, timeout: float) -> None:
         self.by = time.monotonic() + ATTEMPTS * timeout + SLACK
@@ -58,7 +61,7 @@ class _Patience:
         self._left = ATTEMPTS
 
     def is_over(self) -> bool:
-        """Count an attempt that failed; whether it was the last."""
+        """Count a failed attempt; whether it was the last."""
         self._left -= 1
         return self._left <= 0 or time.monotonic() + self._timeout > self.by
 
@@ -69,7 +72,7 @@ class TesterWire:
     def __init__(self, link: ModbusLink) -> None:
         self.url = link.url
         self._link = link
-        self._turns = FairLock()
+        self._lock = FairLock()
         self._sequence = 0
         self._in_force = {0}  # more than one after a command that failed: it may have been applied
 
@@ -89,7 +92,7 @@ class TesterWire:
             ModbusUnreachableError: no answer.
             ModbusProtocolError: garbled answers only, or no such block.
         """
-        return self._read(block, _Patience(self._link.timeout))
+        return self._read(block, _Allowance(self._link.timeout))
 
     def status(self) -> TesterStatus:
         """What the instrument reports now.
@@ -105,7 +108,7 @@ class TesterWire:
         Raises:
             RigError: it does not answer.
         """
-        with self._turns:
+        with self._lock:
             status = self.status()
             return status, status.sequence in self._in_force
 
@@ -123,16 +126,16 @@ class TesterWire:
         Raises:
             RigError: the instrument does not answer.
         """
-        patience = _Patience(self._link.timeout)
-        self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, patience.by), patience)
+        allowance = _Allowance(self._link.timeout)
+        self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, allowance.by), allowance)
 
     def command(self, code: CommandCode, may_go: Callable[[], None] = lambda: None, **values: float) -> None:
         """Have one command applied, once, and read it back.
 
         Args:
             code: what to ask for.
-            may_go: raises where the command must not go out any more; asked when it is its turn.
-            values: registers of the COMMAND block that matter to this command.
+            may_go: raises where the command must not be sent any more; called just before sending.
+            values: registers of the COMMAND block that this command uses.
 
         Raises:
             TesterTrippedError: an interlock that has to be reset first.
@@ -140,8 +143,8 @@ class TesterWire:
             ModbusUnreachableError: no answer; whether it was applied is unknown.
             ModbusProtocolError: something else is in force afterwards.
         """
-        patience = _Patience(self._link.timeout)
-        if not self._turns.take(patience.by - time.monotonic()):
+        allowance = _Allowance(self._link.timeout)
+        if not self._lock.acquire(allowance.by - time.monotonic()):
             raise ModbusUnreachableError(f"{self.url}: {code.name} was not sent, another command still waits")
         try:
             may_go()
@@ -159,32 +162,32 @@ class TesterWire:
                 "sequence": self._sequence,
             }
             words = COMMAND.pack(asked)
-            self._try(lambda: self._send(code, words, patience), patience)
-            self._verify(code, asked, patience)
+            self._try(lambda: self._send(code, words, allowance), allowance)
+            self._verify(code, asked, allowance)
             self._in_force = {self._sequence}
         finally:
-            self._turns.give_back()
+            self._lock.release()
 
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
-        """The error that says that `interlocks` stopped the actuator."""
+        """The error for an actuator that `interlocks` stopped."""
         return TesterTrippedError(
-            f"{self.url} was stopped by {interlock_text(interlocks)}; see to the cause, then reset", interlocks
+            f"{self.url} was stopped by {interlock_text(interlocks)}; remove the cause, then reset", interlocks
         )
 
-    def _send(self, code: CommandCode, words: list[int], patience: _Patience) -> None:
+    def _send(self, code: CommandCode, words: list[int], allowance: _Allowance) -> None:
         try:
-            self._link.write_holding(COMMAND.address, words, patience.by)
+            self._link.write_holding(COMMAND.address, words, allowance.by)
         except ModbusRefusedError as error:
-            status = status_from(self._read(STATUS, patience))
+            status = status_from(self._read(STATUS, allowance))
             if status.refusal is Refusal.TRIPPED:
                 raise self.tripped(status.stopped_by) from error
             refusal = Refusal.BUSY if error.busy else status.refusal
             reason = refusal.name.lower().replace("_", " ") if refusal else str(error)
             raise TesterRefusedError(f"the tester refused {code.name.lower()}: {reason}", refusal) from error
 
-    def _verify(self, code: CommandCode, asked: Mapping[str, Value], patience: _Patience) -> None:
-        """Compare what is in force with what was asked, unless an interlock has stopped the actuator since."""
-        status = self._read(STATUS, patience)
+    def _verify(self, code: CommandCode, asked: Mapping[str, Value], allowance: _Allowance) -> None:
+        """Compare the values in force with those sent, unless an interlock has stopped the actuator since."""
+        status = self._read(STATUS, allowance)
         names: tuple[str, ...] = ("sequence", "command")
         if status["state"] != State.TRIPPED and not status["stopped_by"]:
             names += _ECHOES.get(code, ())
@@ -192,7 +195,7 @@ class TesterWire:
         if code is CommandCode.DETECTOR:
             name = name_of(Interlock(cast(int, asked["detector"])))
             wanted = {f"{name}_limit": asked["limit"], f"{name}_action": asked["action"]}
-            self._compare(wanted, self._read(DETECTORS, patience))
+            self._compare(wanted, self._read(DETECTORS, allowance))
 
     def _compare(self, wanted: Mapping[str, Value], found: Mapping[str, Value]) -> None:
         for name, sent in wanted.items():
@@ -202,39 +205,34 @@ class TesterWire:
                     f"{self.url}: {name} {sent} was sent, {found[name]} is in force; is there another client?"
                 )
 
-    def _read(self, block: Block, patience: _Patience) -> dict[str, Value]:
+    def _read(self, block: Block, allowance: _Allowance) -> dict[str, Value]:
         def read() -> dict[str, Value]:
             try:
-                return block.unpack(self._link.read_input(block.address, block.count, patience.by))
+                return block.unpack(self._link.read_input(block.address, block.count, allowance.by))
             except ChecksumError as error:
                 raise ModbusProtocolError(f"{self.url}: {error}") from error
             except ModbusRefusedError as error:
                 # these blocks can always be read, so the request was changed on the way, or this is another instrument
                 raise ModbusProtocolError(str(error)) from error
 
-        return self._try(read, patience)
+        return self._try(read, allowance)
 
-    def _try(self, attempt: Callable[[], _Result], patience: _Patience) -> _Result:
-        """Make one transaction that may be repeated, until it succeeds or `patience` is over."""
+    def _try(self, attempt: Callable[[], _Result], allowance: _Allowance) -> _Result:
+        """Make one transaction that may be repeated, until it succeeds or `allowance` is over."""
         while True:
             try:
                 return attempt()
             except (ModbusUnreachableError, ModbusProtocolError):
-                if patience.is_over():
+                if allowance.is_over():
                     raise
             except TesterRefusedError as error:
-                if error.refusal not in WORTH_ANOTHER_TRY or patience.is_over():
+                if error.refusal not in WORTH_REPEATING or allowance.is_over():
                     raise
                 time.sleep(BUSY_PAUSE)
 
 
-BEATS = 5  # in one watchdog time
-
-log = logging.getLogger(__name__)
-
-
 class Heartbeat:
-    """Beats until it is stopped, or the thread that made it has ended: a beat without an owner guards nothing."""
+    """Keeps the watchdog from acting until it is stopped, or the thread that made it has ended and drives no more."""
 
     def __init__(self, wire: TesterWire, watchdog_time: float) -> None:
         self._wire = wire
@@ -245,7 +243,7 @@ class Heartbeat:
         self._thread.start()
 
     def stop(self) -> None:
-        """Beat no more; from now on the watchdog acts."""
+        """Stop beating; from now on the watchdog acts."""
         self._stopped.set()
 
     def join(self) -> None:

@@ -1,10 +1,9 @@
-"""The room's thermometer on a serial line: it is asked ``T?`` and answers ``+23.14 C``."""
+"""The room's thermometer on a serial line: the command ``T?`` is answered by ``+23.14 C``."""
 
 from __future__ import annotations
 
 import re
 import threading
-from types import TracebackType
 
 import serial
 
@@ -12,16 +11,16 @@ from rig.errors import RigError
 
 BAUD_RATE = 9600
 ATTEMPTS = 2
-LOWEST, HIGHEST = 5.0, 45.0  # C; a laboratory outside this has other troubles than its thermometer
+LOWEST, HIGHEST = 5.0, 45.0  # C, of a plausible reading
 LONGEST_REPLY = 64  # bytes
 
 
 class ThermometerError(RigError):
-    """The thermometer cannot be opened, does not answer, or answers what cannot be."""
+    """The thermometer cannot be opened, does not answer, or its answer is implausible."""
 
 
 class Thermometer:
-    """One thermometer, by any URL that pyserial opens: ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ...
+    """One thermometer, at any URL that pyserial opens: ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ...
 
     A context manager: leaving it closes the line. Any thread may call it.
 
@@ -45,7 +44,7 @@ class Thermometer:
         """Temperature now, in degrees Celsius.
 
         Raises:
-            ThermometerError: no answer in time, twice; an answer that is no temperature; or one that cannot be.
+            ThermometerError: no answer in time, twice; or an answer that is no temperature, or an implausible one.
         """
         with self._lock:
             for _ in range(ATTEMPTS):
@@ -61,15 +60,13 @@ class Thermometer:
     def __enter__(self) -> Thermometer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _ask(self) -> str:
-        """The answer without its line end; empty where none was complete in time."""
+        """The answer without its line end; empty where no complete one came in time."""
         try:
-            self._port.reset_input_buffer()  # what a late answer to an earlier question has left
+            self._port.reset_input_buffer()  # the rest of a late answer to an earlier request
             self._port.write(b"T?\n")
             reply = bytes(self._port.read_until(b"\n", LONGEST_REPLY))
         except (serial.SerialException, OSError) as error:

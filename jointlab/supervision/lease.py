@@ -135,7 +135,7 @@ class ControlLease:
         with self._lock:
             self._check(token)
 
-    def give_back(self, token: str | None) -> None:
+    def release(self, token: str | None) -> None:
         """Drive no more.
 
         Raises:

@@ -50,7 +50,7 @@ class SweepLaboratory(Operator):
             device.connect(self.daq.address) as chassis,
             chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
             Thermometer(self.thermometer.url, 0.2) as thermometer,
-            tester.connect(self.tester.url, self.limits, timeout=1.0) as driver,
+            tester.connect(self.tester.url, self.limits, timeout=1.0, observer=self.events.append) as driver,
         ):
             run_sweep(self.plan, driver, recorder, thermometer, self, self, self.events.append, control)
 

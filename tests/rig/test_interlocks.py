@@ -109,7 +109,7 @@ def test_a_run_does_not_begin_with_a_tester_that_a_detector_holds(sequence: Sequ
             server.faults.set("runaway_servo")
             cycle_until_stopped(driver)
         server.faults.clear()
-        with pytest.raises(tester_status.TesterTrippedError, match="is stopped by error; see to the cause"):
+        with pytest.raises(tester_status.TesterTrippedError, match="is stopped by error; remove the cause"):
             check_instruments(sequence, replace(instruments, tester_url=server.url))
 
 

@@ -168,10 +168,10 @@ def test_a_paused_tester_is_watched_and_does_not_go_on_once_it_was_given_up(labo
     assert laboratory.tester.device.applied.count(CommandCode.PRESET) == presets
 
 
-def test_nobody_watches_when_the_sweep_is_over() -> None:
+def test_nothing_monitors_when_the_sweep_is_over() -> None:
     with sweeping(PLAN, speed=200.0) as laboratory:
         laboratory.sweep(RunControl())
-        assert all(thread.name != "tester watch" for thread in threading.enumerate())
+        assert all(thread.name != "tester monitor" for thread in threading.enumerate())
 
 
 WATCHDOG_TIME = 0.4  # s

@@ -82,7 +82,7 @@ def give_lease_back(
     token: LeaseToken = None,
 ) -> Response:
     """Drive no more."""
-    return request.once(lambda: rig.lease.give_back(token), 204)
+    return request.once(lambda: rig.lease.release(token), 204)
 
 
 @router.get("/limits", responses=problems(409))

@@ -67,7 +67,7 @@ def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLea
     lease.check(latter.token)
     with pytest.raises(LeaseError, match="engineer drives the rig"):
         lease.check(former.token)
-    lease.give_back(latter.token)
+    lease.release(latter.token)
     assert told == [LeaseChanged("page"), LeaseChanged("engineer"), LeaseChanged(None)]
 
 
@@ -119,7 +119,7 @@ def test_however_often_it_changes_hands_one_token_at_most_is_good(deeds: list[tu
     actions: dict[str, Callable[[int], object]] = {
         "take": lambda who: lease.take(str(who), "key 1").token,
         "renew": lambda who: lease.renew(tokens[who]).token,
-        "give back": lambda who: lease.give_back(tokens[who]),
+        "give back": lambda who: lease.release(tokens[who]),
     }
     for deed, who in deeds:
         if deed == "wait":

@@ -44,7 +44,7 @@ class CompletedPoints:
 
     def points_of(self, set_number: int) -> dict[Dof, PointProgress]:
         """What was struck in a set."""
-        return {point: so_far for (number, point), so_far in self.points.items() if number == set_number}
+        return {point: progress for (number, point), progress in self.points.items() if number == set_number}
 
     def left_of(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
         """The steps that are not done, each with its set number, or the order number of its first sine point, or 0.
@@ -89,19 +89,19 @@ def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> Comp
     if unknown := sorted({blow.set_number for blow in blows} - set(steps)):
         raise ResumeError(f"run {run.id} holds blows of set {unknown[0]}, its sequence has {len(steps)} hammer steps")
     return CompletedPoints(
-        {place: _so_far(catalogue, struck, steps[place[0]]) for place, struck in points.items()},
+        {place: _progress(catalogue, struck, steps[place[0]]) for place, struck in points.items()},
         frozenset(record.order_number for record in records),
         max((record.elapsed for record in records), default=0.0),
     )
 
 
-def _so_far(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointProgress:
-    together = _together(catalogue, [blow for blow in struck if blow.accepted], step)
-    accepted = 0 if together is None else together.accepted
-    return PointProgress(accepted, len(struck) - accepted, max(blow.number for blow in struck), together)
+def _progress(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointProgress:
+    compared = _compared(catalogue, [blow for blow in struck if blow.accepted], step)
+    accepted = 0 if compared is None else compared.accepted
+    return PointProgress(accepted, len(struck) - accepted, max(blow.number for blow in struck), compared)
 
 
-def _together(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
+def _compared(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
     """The accepted blows of a point side by side; one without a record, which this rig never stores, does not count."""
     records = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
     if not records:

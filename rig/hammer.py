@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from analysis.dof import Direction, Dof
+from analysis.dof import Dof
 from analysis.modal.blow_check import BlowLimits, BlowReason, BlowVerdict, check_blow
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
@@ -31,12 +31,10 @@ from rig.events import (
 )
 from rig.operator import Operator
 from rig.point_blows import PointBlows
+from rig.sequence import HammerStep
 
-PAPER_POINTS = (
-    *(Dof(node, Direction.Y) for node in (1, 3, 4, 5, 6, 7, 8, 9, 11)),
-    *(Dof(node, Direction.X) for node in (1, 11)),
-)
-BLOW_LIMITS = BlowLimits(lowest_peak_force=30.0, highest_frequency=1024.0)
+BLOW_TIMEOUT = 60.0  # s that the operator has to strike once the trigger is armed
+REFUSALS_IN_A_ROW = 10  # refused or missing blows one after the other, after which a point is given up
 
 
 class HammerError(RequestError):
@@ -48,96 +46,61 @@ class PointGivenUpError(RigError):
 
 
 class BlowSink(Protocol):
-    """Where blows go, accepted or refused."""
+    """Destination of blows, accepted or refused."""
 
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Take blow `number` (from 1, refused ones counted) at `point`, as it was recorded and judged."""
 
-    def withdrawn(self, point: Dof) -> int:  # noqa: ARG002 - a sink that nobody takes blows back from has none
-        """How many accepted blows at `point` somebody has taken back since the session began."""
+    def withdrawn(self, point: Dof) -> int:  # noqa: ARG002 - by default none is withdrawn
+        """Number of accepted blows at `point` that were withdrawn since the session began."""
         return 0
 
 
 @dataclass(frozen=True)
 class PointProgress:
-    """What a point has already, from a session that was interrupted.
+    """The blows that a point has, from an interrupted session say.
 
     Attributes:
-        accepted: blows that count.
-        refused: blows that do not.
+        accepted: number of accepted blows.
+        refused: number of refused blows.
         last_blow: number of the last one; the next gets the number after it.
-        together: the blows side by side, among which the next ones are judged; None where there are no records.
-        taken_back: accepted blows that somebody took back since the session began; the ones before it are not there.
+        compared: the blows among which the next ones are judged; None where there are no records.
+        withdrawn: accepted blows that were withdrawn since the session began; earlier ones are not counted at all.
     """
 
     accepted: int = 0
     refused: int = 0
     last_blow: int = 0
-    together: PointBlows | None = None
-    taken_back: int = 0
-
-
-@dataclass(frozen=True)
-class HammerSettings:
-    """How a session is run.
-
-    Attributes:
-        points: where to strike, in this order; the paper's by default (Section 3).
-        blows: accepted blows a point.
-        block_duration: s, pre-trigger included.
-        sample_rate: Hz.
-        pre_trigger: s.
-        trigger_level: N.
-        limits: what a blow has to keep to count.
-        blow_timeout: s that the operator has to strike once the trigger is armed.
-        refusals_in_a_row: so many refused or missing blows one after the other give a point up.
-        hammer: name of the channel that triggers.
-    """
-
-    points: tuple[Dof, ...] = PAPER_POINTS
-    blows: int = 10
-    block_duration: float = 2.0
-    sample_rate: float = 5120.0
-    pre_trigger: float = 0.05
-    trigger_level: float = 5.0
-    limits: BlowLimits = BLOW_LIMITS
-    blow_timeout: float = 60.0
-    refusals_in_a_row: int = 10
-    hammer: str = "hammer"
-
-    def __post_init__(self) -> None:
-        if not self.points or len(set(self.points)) < len(self.points):
-            raise HammerError("hammer session: name at least one point, and each only once")
-        if self.blows < 1 or self.refusals_in_a_row < 1:
-            raise HammerError("hammer session: blows a point and refusals in a row must be at least 1")
-        if not 0 < self.pre_trigger < self.block_duration:
-            raise HammerError(
-                f"hammer session: a pre-trigger of {self.pre_trigger:g} s does not fit a block of "
-                f"{self.block_duration:g} s"
-            )
+    compared: PointBlows | None = None
+    withdrawn: int = 0
 
 
 def run_hammer_session(
     chassis: Chassis,
     channels: Sequence[Channel],
-    settings: HammerSettings,
+    step: HammerStep,
     operator: Operator,
     sink: BlowSink,
     observer: Observer = ignore_event,
     control: RunControl | None = None,
-    so_far: Mapping[Dof, PointProgress] | None = None,
+    progress: Mapping[Dof, PointProgress] | None = None,
+    *,
+    blow_timeout: float = BLOW_TIMEOUT,
+    refusals_in_a_row: int = REFUSALS_IN_A_ROW,
 ) -> None:
-    """Strike every point of the settings until each has its accepted blows.
+    """Take blows at every point of `step` until each has its accepted blows.
 
     Args:
         chassis: the instrument.
         channels: the hammer, and the accelerometers.
-        settings: what to do.
-        operator: who strikes.
-        sink: where every blow goes, accepted or refused, before the next is armed.
-        observer: who is told.
-        control: who may pause, resume and stop the session; None for nobody.
-        so_far: what points have already, of which only the rest is struck; None for nothing.
+        step: what to measure.
+        operator: strikes.
+        sink: gets every blow, accepted or refused, before the next is armed.
+        observer: gets events.
+        control: may pause, resume and stop the session; None: nothing may.
+        progress: what points have already; only the rest is measured.
+        blow_timeout: see BLOW_TIMEOUT.
+        refusals_in_a_row: see REFUSALS_IN_A_ROW.
 
     Raises:
         RunStoppedError: `control` asked for it; every blow before is in the sink.
@@ -145,19 +108,30 @@ def run_hammer_session(
         PointGivenUpError: too many blows in a row did not count.
         DaqError: the instrument fails.
     """
-    accelerometers = _accelerometers(channels, settings.hammer)
+    accelerometers = _accelerometers(channels, step.hammer)
     chassis.verify(channels)
-    trigger = EdgeTrigger(settings.hammer, settings.trigger_level, settings.pre_trigger)
-    with chassis.triggered(channels, settings.sample_rate, settings.block_duration, trigger) as task:
+    trigger = EdgeTrigger(step.hammer, step.trigger_level, step.pretrigger_seconds)
+    points = [Dof.parse(point) for point in step.points]
+    with chassis.triggered(channels, step.sample_rate, step.block_seconds, trigger) as task:
         if task.rate_note is not None:
             observer(RateCoerced(task.requested_rate, task.sample_rate))
-        session = _Session(task, accelerometers, settings, operator, sink, observer, control or RunControl())
-        points = {point: (so_far or {}).get(point, PointProgress()) for point in settings.points}
-        while lacking := [point for point, already in points.items() if session.lacks(point, already.accepted)]:
-            for point in lacking:  # again where a blow was taken back after its point was left
-                observer(PointStarted(point, settings.points.index(point) + 1, len(settings.points)))
+        session = _Session(
+            task,
+            accelerometers,
+            step,
+            operator,
+            sink,
+            observer,
+            control or RunControl(),
+            blow_timeout,
+            refusals_in_a_row,
+        )
+        done = {point: (progress or {}).get(point, PointProgress()) for point in points}
+        while lacking := [point for point in points if session.lacks(point, done[point].accepted)]:
+            for point in lacking:  # again where a blow was withdrawn after the operator had left its point
+                observer(PointStarted(point, points.index(point) + 1, len(points)))
                 session.control.carry_out(partial(operator.go_to, point), observer)
-                points[point] = session.measure(point, points[point])
+                done[point] = session.measure(point, done[point])
 
 
 def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]:
@@ -175,68 +149,70 @@ def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]
 class _Session:
     task: TriggeredTask
     accelerometers: tuple[str, ...]
-    settings: HammerSettings
+    step: HammerStep
     operator: Operator
     sink: BlowSink
     observer: Observer
     control: RunControl
+    blow_timeout: float
+    refusals_in_a_row: int
 
     def lacks(self, point: Dof, accepted: int) -> bool:
-        """Whether a point with so many accepted blows, taken back or not, needs more."""
-        return accepted - self.sink.withdrawn(point) < self.settings.blows
+        """Whether a point with `accepted` blows, withdrawn ones included, needs more."""
+        return accepted - self.sink.withdrawn(point) < self.step.blows
 
-    def measure(self, point: Dof, already: PointProgress) -> PointProgress:
-        """Take blows at `point` until enough count; what it has then, those taken back included.
+    def measure(self, point: Dof, before: PointProgress) -> PointProgress:
+        """Take blows at `point` until it has enough accepted ones; its progress then, withdrawn blows included.
 
         Raises:
-            PointGivenUpError: too many in a row did not.
+            PointGivenUpError: too many in a row were refused.
         """
-        accepted, refused, blow = already.accepted, already.refused, already.last_blow
-        together, taken_back = already.together or self._together(), already.taken_back
-        others = accepted - together.accepted
+        accepted, refused, blow = before.accepted, before.refused, before.last_blow
+        compared, withdrawn = before.compared or self._no_blows(), before.withdrawn
+        others = accepted - compared.accepted
         in_a_row = 0
         while self.lacks(point, accepted):
-            if (now := self.sink.withdrawn(point)) != taken_back:  # what was taken back is no measure of what comes
-                together, taken_back = self._together(), now
-                accepted = others = max(accepted, taken_back)  # a suspect that is taken back did not count before
+            if (now := self.sink.withdrawn(point)) != withdrawn:  # withdrawn blows say nothing about the next ones
+                compared, withdrawn = self._no_blows(), now
+                accepted = others = max(accepted, withdrawn)  # a suspect that is withdrawn did not count before
             blow += 1
-            reason = self._refusal(point, blow, accepted - taken_back, together)
-            accepted = others + together.accepted
+            reason = self._refusal(point, blow, accepted - withdrawn, compared)
+            accepted = others + compared.accepted
             if reason is None:
                 in_a_row = 0
                 continue
             refused, in_a_row = refused + 1, in_a_row + 1
-            if in_a_row == self.settings.refusals_in_a_row:
+            if in_a_row == self.refusals_in_a_row:
                 raise PointGivenUpError(
                     f"point {point}: given up after {in_a_row} blows in a row that did not count, with "
-                    f"{accepted - taken_back} of "
-                    f"{self.settings.blows} accepted; the last: {reason}"
+                    f"{accepted - withdrawn} of "
+                    f"{self.step.blows} accepted; the last: {reason}"
                 )
         self.observer(PointFinished(point, accepted, refused))
-        return PointProgress(accepted, refused, blow, together, taken_back)
+        return PointProgress(accepted, refused, blow, compared, withdrawn)
 
-    def _together(self) -> PointBlows:
-        return PointBlows(self.settings.limits.highest_frequency or self.task.sample_rate / 2)
+    def _no_blows(self) -> PointBlows:
+        return PointBlows(self.step.highest_frequency)
 
-    def _refusal(self, point: Dof, blow: int, accepted: int, together: PointBlows) -> str | None:
-        """Take one blow; the reason why it does not count, None where it does."""
+    def _refusal(self, point: Dof, blow: int, accepted: int, compared: PointBlows) -> str | None:
+        """Take one blow; the reason why it is refused, or None."""
         try:
             block = self.control.carry_out(lambda: self._take(point, blow), self.observer)
         except TriggerTimeoutError:
-            self.observer(BlowMissed(point, blow, self.settings.blow_timeout))
-            return f"nobody struck within {self.settings.blow_timeout:g} s"
+            self.observer(BlowMissed(point, blow, self.blow_timeout))
+            return f"nobody struck within {self.blow_timeout:g} s"
         verdict = self._judge(block)
         suspects: dict[int, BlowReason] = {}
         if verdict.accepted:
-            force, acceleration = block.value(self.settings.hammer), block.value(self.accelerometers[0])
-            suspects = together.add(blow, force, acceleration, block.sample_rate)
+            force, acceleration = block.value(self.step.hammer), block.value(self.accelerometers[0])
+            suspects = compared.add(blow, force, acceleration, block.sample_rate)
             verdict = replace(verdict, reasons=tuple(suspects[number] for number in suspects if number == blow))
         self.sink.add_blow(point, blow, block, verdict)
         for number, suspicion in suspects.items():
             if number != blow:
                 self.observer(BlowSuspected(point, number, str(suspicion)))
         if verdict.accepted:
-            self.observer(BlowAccepted(point, blow, accepted + 1, self.settings.blows, verdict.peak_force))
+            self.observer(BlowAccepted(point, blow, accepted + 1, self.step.blows, verdict.peak_force))
             return None
         reason = "; ".join(str(r) for r in verdict.reasons)
         self.observer(BlowRefused(point, blow, reason, verdict.peak_force, tuple(map(str, verdict.faults))))
@@ -245,15 +221,15 @@ class _Session:
     def _take(self, point: Dof, blow: int) -> Block:
         self.task.arm()
         self.operator.strike(point, blow)
-        return self.task.wait(self.settings.blow_timeout, self.control.is_interrupted)
+        return self.task.wait(self.blow_timeout, self.control.is_interrupted)
 
     def _judge(self, block: Block) -> BlowVerdict:
         assert block.trigger_index is not None, "blocks of a triggered task have one"
         return check_blow(
-            block.value(self.settings.hammer),
+            block.value(self.step.hammer),
             np.stack([block.value(name) for name in self.accelerometers]),
             block.sample_rate,
             block.trigger_index,
-            self.settings.limits,
+            BlowLimits(lowest_peak_force=self.step.weakest_peak, highest_frequency=self.step.highest_frequency),
             overloaded=bool(block.overloaded),
         )

@@ -39,7 +39,6 @@ from rig.steps import (
     channels_of,
     check_instruments,
     check_plan,
-    hammer_settings,
     sweep_plan,
 )
 from rig.sweep import run_sweep
@@ -67,7 +66,7 @@ def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who
     """Store a run that `run_sequence` carries out later, and return its number; nothing is connected to.
 
     Raises:
-        HammerError, PlanError, LimitExceededError: a step asks for what cannot be.
+        PlanError, LimitExceededError: a step asks for something impossible.
         StoreError: it cannot be stored.
     """
     check_plan(sequence, limits)
@@ -244,7 +243,7 @@ class _Work:
             run_hammer_session(
                 chassis,
                 channels,
-                hammer_settings(step),
+                step,
                 self.operator,
                 recorder,
                 self.observer,

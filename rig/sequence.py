@@ -58,7 +58,7 @@ class HammerStep(Document):
     step: Literal["hammer"]
     points: tuple[str, ...] = Field(default=PAPER_POINTS, min_length=1, description="points struck, such as 3y")
     blows: int = Field(default=10, ge=2, description="accepted blows at each point")
-    peak_force: Annotated[float, quantity("N", "hammer level asked of the hand", gt=0)] = 100.0
+    peak_force: Annotated[float, quantity("N", "hammer level that the operator is asked for", gt=0)] = 100.0
     weakest_peak: Annotated[float, quantity("N", "a blow below this peak is refused", gt=0)] = 30.0
     trigger_level: Annotated[float, quantity("N", gt=0)] = 10.0
     sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5120.0
@@ -81,9 +81,10 @@ class HammerStep(Document):
 
     @model_validator(mode="after")
     def _fits_one_block(self) -> HammerStep:
-        if self.pretrigger_seconds >= self.block_seconds:
+        if not 0 < self.pretrigger_seconds < self.block_seconds:
             raise ValueError(
-                f"pretrigger_seconds {self.pretrigger_seconds:g} leave nothing of block_seconds {self.block_seconds:g}"
+                f"pretrigger_seconds {self.pretrigger_seconds:g} have to be between 0 and block_seconds "
+                f"{self.block_seconds:g}"
             )
         if self.highest_frequency > self.sample_rate / 2:
             raise ValueError(

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from analysis.dof import Dof
-from analysis.modal.blow_check import BlowLimits
 from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.detectors import check_tighter
 from rig.events import Observer, ignore_event
-from rig.hammer import HammerSettings
 from rig.instruments import Instruments
 from rig.registers import MAP_VERSION, name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
@@ -20,17 +17,14 @@ from store.sine_records import BLANK
 
 
 def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
-    """Let `sequence` pass if every step of it can be asked for.
+    """Check that every step of `sequence` can be carried out within `limits`.
 
     Raises:
-        HammerError, PlanError: a step makes no sense.
+        PlanError: a step makes no sense.
         LimitExceededError: a sine step or a detector that it sets is beyond `limits`.
     """
-    for step in sequence.steps:
-        if isinstance(step, HammerStep):
-            hammer_settings(step)
-        elif isinstance(step, SineStep):
-            sweep_plan(step).check(limits)
+    for step, _ in sequence.sine_steps:
+        sweep_plan(step).check(limits)
 
 
 def check_instruments(
@@ -76,20 +70,6 @@ def _details(identity: TesterIdentity) -> dict[str, object]:
             for interlock, detector in identity.detectors.items()
         },
     }
-
-
-def hammer_settings(step: HammerStep) -> HammerSettings:
-    """The session that a hammer step asks for."""
-    return HammerSettings(
-        points=tuple(Dof.parse(point) for point in step.points),
-        blows=step.blows,
-        block_duration=step.block_seconds,
-        sample_rate=step.sample_rate,
-        pre_trigger=step.pretrigger_seconds,
-        trigger_level=step.trigger_level,
-        limits=BlowLimits(lowest_peak_force=step.weakest_peak, highest_frequency=step.highest_frequency),
-        hammer=step.hammer,
-    )
 
 
 def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:

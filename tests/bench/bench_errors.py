@@ -13,14 +13,15 @@ from functools import partial
 
 from pymodbus.constants import ExcCodes
 
-from analysis.dof import Direction, Dof
+from analysis.dof import Dof
 from daq.channels import Channel, ChannelKind
 from daq.device import connect as connect_daq
 from daq.errors import DaqError
 from rig.errors import RigError
-from rig.hammer import BlowSink, HammerSettings, run_hammer_session
+from rig.hammer import BlowSink, run_hammer_session
 from rig.operator import Operator
 from rig.registers import Refusal, State
+from rig.sequence import HammerStep
 from rig.sweep import run_sweep
 from rig.sweep_plan import SweepPlan
 from rig.tester import connect as connect_tester
@@ -39,7 +40,7 @@ REST_WITHIN = 5.0  # s, for the watchdog of a busy computer
 PLAN = SweepPlan(
     frequencies=(200.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=0.05
 )
-SESSION = HammerSettings(points=(Dof(5, Direction.Y),), blows=1, block_duration=0.3, blow_timeout=0.3)
+STEP = HammerStep(step="hammer", points=("5y",), block_seconds=0.3, trigger_level=5.0).model_copy(update={"blows": 1})
 TESTER_CHANNELS = (
     Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
     Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
@@ -108,7 +109,7 @@ class Rig(Operator, BlowSink):
     def hammer(self) -> None:
         """One blow, from connecting to leaving."""
         with connect_daq(self.daq.address) as chassis:
-            run_hammer_session(chassis, HAMMER_CHANNELS, SESSION, self, self)
+            run_hammer_session(chassis, HAMMER_CHANNELS, STEP, self, self, blow_timeout=0.3)
 
     def daq_steps(self, run: Callable[[], None]) -> tuple[Step, ...]:
         """Each method that `run` calls on the DAQ wire: its first call, and its last where there are several."""

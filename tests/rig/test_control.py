@@ -9,16 +9,17 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from analysis.dof import Direction, Dof
+from analysis.dof import Dof
 from daq import device
 from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError
 from rig import tester
 from rig.control import RunControl, RunStoppedError
 from rig.events import Event, RunPaused, RunResumed, SinePointMeasured
-from rig.hammer import BlowSink, HammerSettings, run_hammer_session
+from rig.hammer import BlowSink, run_hammer_session
 from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
+from rig.sequence import HammerStep
 from rig.sweep_plan import SweepPlan
 from rig.tester_status import MotionHaltedError
 from simlab.bench import Bench, Conditions
@@ -207,9 +208,9 @@ def hammer() -> Iterator[tuple[Session, Callable[[RunControl], None]]]:
     session = Session(bench)
 
     def run(control: RunControl) -> None:
-        settings = HammerSettings(points=(Dof(5, Direction.Y),), blows=2, block_duration=0.5)
+        step = HammerStep(step="hammer", points=("5y",), blows=2, block_seconds=0.5, trigger_level=5.0)
         with device.connect(server.address) as chassis:
-            run_hammer_session(chassis, HAMMER_TABLE, settings, session, session, session.events.append, control)
+            run_hammer_session(chassis, HAMMER_TABLE, step, session, session, session.events.append, control)
 
     yield session, run
     server.stop()

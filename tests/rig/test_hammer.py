@@ -26,8 +26,9 @@ from rig.events import (
     PointStarted,
     RateCoerced,
 )
-from rig.hammer import PAPER_POINTS, BlowSink, HammerError, HammerSettings, PointGivenUpError, run_hammer_session
+from rig.hammer import BlowSink, HammerError, PointGivenUpError, run_hammer_session
 from rig.operator import Operator
+from rig.sequence import HammerStep
 from simlab.bench import Bench, Conditions
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
@@ -96,19 +97,16 @@ def chassis(server: DaqServer) -> Iterator[Chassis]:
         yield chassis
 
 
-def settings(*points: Dof, **changes: Any) -> HammerSettings:
-    return replace(HammerSettings(points=points or (POINT,), blow_timeout=5.0), **changes)
-
-
-def test_the_paper_s_points_are_nine_across_and_two_along() -> None:
-    assert [str(p) for p in PAPER_POINTS] == ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]
-    assert HammerSettings().points == PAPER_POINTS
+def step(*points: Dof, **changes: Any) -> HammerStep:
+    """A step whose changes are not checked, as one blow a point is too few for a document."""
+    named = tuple(map(str, points or (POINT,)))
+    return HammerStep(step="hammer", points=named, trigger_level=5.0).model_copy(update=changes)
 
 
 def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(chassis: Chassis, bench: Bench) -> None:
     blows, events = Blows(), list[Event]()
     before = time.monotonic()
-    run_hammer_session(chassis, TABLE, settings(POINT, END), Hand(bench), blows, events.append)
+    run_hammer_session(chassis, TABLE, step(POINT, END), Hand(bench), blows, events.append)
     assert time.monotonic() - before < 20  # s, for at least 40 s of blocks
     assert (blows.accepted(POINT), blows.accepted(END)) == (10, 10)
     assert [e for e in events if isinstance(e, PointStarted)] == [PointStarted(POINT, 1, 2), PointStarted(END, 2, 2)]
@@ -121,7 +119,7 @@ def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigge
     chassis: Chassis, bench: Bench
 ) -> None:
     blows = Blows()
-    run_hammer_session(chassis, TABLE, settings(blows=1), Hand(bench), blows)
+    run_hammer_session(chassis, TABLE, step(blows=1), Hand(bench), blows)
     ((point, number, block, verdict),) = blows.taken
     assert (point, number) == (POINT, 1)
     assert (block.duration, block.trigger_index) == (2.0, 256)
@@ -146,7 +144,7 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
     chassis: Chassis, bench: Bench, what: str, fault: BlowFault, reason: str
 ) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", what, "clean")
-    run_hammer_session(chassis, TABLE, settings(blows=2), hand, blows, events.append)
+    run_hammer_session(chassis, TABLE, step(blows=2), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True, False, True]
     assert fault in blows.taken[1][3].faults
     (refused,) = (e for e in events if isinstance(e, BlowRefused))
@@ -159,7 +157,7 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
 
 def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassis, bench: Bench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", "clean", "at 6y")
-    run_hammer_session(chassis, TABLE, settings(blows=3), hand, blows, events.append)
+    run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True, True, False, True]
     assert blows.taken[2][3].faults == (BlowFault.WRONG_POINT,)
     (refused,) = (e for e in events if isinstance(e, BlowRefused))
@@ -168,9 +166,9 @@ def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassi
     assert events[-1] == PointFinished(POINT, accepted=3, refused=1)
 
 
-def test_an_earlier_blow_at_another_point_is_told_and_made_up_for(chassis: Chassis, bench: Bench) -> None:
+def test_an_earlier_blow_at_another_point_is_reported_and_replaced(chassis: Chassis, bench: Bench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "at 6y")
-    run_hammer_session(chassis, TABLE, settings(blows=3), hand, blows, events.append)
+    run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
     (suspected,) = (e for e in events if isinstance(e, BlowSuspected))
     assert (suspected.point, suspected.blow) == (POINT, 1)
     assert "was another point struck?" in suspected.reason
@@ -178,17 +176,17 @@ def test_an_earlier_blow_at_another_point_is_told_and_made_up_for(chassis: Chass
     assert events[-1] == PointFinished(POINT, accepted=3, refused=0)
 
 
-def test_a_point_where_all_strike_another_s_mark_but_two_is_given_up(chassis: Chassis, bench: Bench) -> None:
+def test_a_point_is_given_up_where_later_blows_do_not_fit_the_first_two(chassis: Chassis, bench: Bench) -> None:
     hand = Hand(bench, "clean", "clean", "at 6y")
     with pytest.raises(PointGivenUpError, match=r"the last: does not fit its point: .* was another point struck\?"):
-        run_hammer_session(chassis, TABLE, settings(blows=3, refusals_in_a_row=1), hand, Blows())
+        run_hammer_session(chassis, TABLE, step(blows=3), hand, Blows(), refusals_in_a_row=1)
 
 
 def test_an_overload_of_the_instrument_refuses_the_blow(chassis: Chassis, bench: Bench, server: DaqServer) -> None:
     server.faults.set("cable_open", "cDAQ1Mod1/ai1")
     blows = Blows()
     with pytest.raises(PointGivenUpError, match="overload"):
-        run_hammer_session(chassis, TABLE, settings(refusals_in_a_row=1), Hand(bench), blows)
+        run_hammer_session(chassis, TABLE, step(), Hand(bench), blows, refusals_in_a_row=1)
     assert BlowFault.OVERLOAD in blows.taken[0][3].faults
 
 
@@ -197,33 +195,33 @@ def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, 
     with pytest.raises(
         PointGivenUpError, match=r"point 5y: given up after 3 blows in a row.*with 1 of 10 accepted; the last: "
     ):
-        run_hammer_session(chassis, TABLE, settings(refusals_in_a_row=3), hand, blows)
+        run_hammer_session(chassis, TABLE, step(), hand, blows, refusals_in_a_row=3)
     assert [verdict.accepted for *_, verdict in blows.taken] == [False, True, False, False, False]
 
 
-def test_a_blow_that_nobody_strikes_is_told_and_asked_for_again(chassis: Chassis, bench: Bench) -> None:
+def test_a_missing_blow_is_reported_and_asked_for_again(chassis: Chassis, bench: Bench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "", "clean")
-    run_hammer_session(
-        chassis, TABLE, settings(blows=1, block_duration=0.2, blow_timeout=0.5), hand, blows, events.append
-    )
+    run_hammer_session(chassis, TABLE, step(blows=1, block_seconds=0.2), hand, blows, events.append, blow_timeout=0.5)
     assert BlowMissed(POINT, 1, 0.5) in events
     assert [number for _, number, _, _ in blows.taken] == [2]
 
 
-def test_a_point_that_nobody_strikes_is_given_up(chassis: Chassis, bench: Bench) -> None:
+def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: Bench) -> None:
     with pytest.raises(PointGivenUpError, match=r"the last: nobody struck within 0\.05 s"):
         run_hammer_session(
             chassis,
             TABLE,
-            settings(block_duration=0.2, blow_timeout=0.05, refusals_in_a_row=2),
+            step(block_seconds=0.2),
             Hand(bench, "", ""),
             Blows(),
+            blow_timeout=0.05,
+            refusals_in_a_row=2,
         )
 
 
-def test_a_coerced_rate_is_told_and_the_block_keeps_its_duration(chassis: Chassis, bench: Bench) -> None:
+def test_a_coerced_rate_is_reported_and_the_block_keeps_its_duration(chassis: Chassis, bench: Bench) -> None:
     blows, events = Blows(), list[Event]()
-    run_hammer_session(chassis, TABLE, settings(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
+    run_hammer_session(chassis, TABLE, step(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
     assert events[0] == RateCoerced(4096.0, 51200 / 12)
     assert blows.taken[0][2].duration == pytest.approx(2.0, abs=1e-3)
 
@@ -240,20 +238,18 @@ def test_a_table_without_hammer_or_accelerometer_is_refused(
 ) -> None:
     hand = Hand(bench)
     with pytest.raises(HammerError, match=reason):
-        run_hammer_session(chassis, table, settings(), hand, Blows())
+        run_hammer_session(chassis, table, step(), hand, Blows())
     assert hand.asked == []
 
 
-def test_a_wrong_channel_is_found_before_anybody_strikes(chassis: Chassis, bench: Bench) -> None:
+def test_a_wrong_channel_is_found_before_the_first_blow(chassis: Chassis, bench: Bench) -> None:
     hand = Hand(bench)
     with pytest.raises(ChannelError, match="'hammer' is on cDAQ1Mod1/ai9"):
-        run_hammer_session(
-            chassis, (replace(HAMMER, physical="cDAQ1Mod1/ai9"), ACCELEROMETER), settings(), hand, Blows()
-        )
+        run_hammer_session(chassis, (replace(HAMMER, physical="cDAQ1Mod1/ai9"), ACCELEROMETER), step(), hand, Blows())
     assert hand.asked == []
 
 
-def test_an_instrument_that_goes_ends_the_session_and_keeps_what_was_taken(
+def test_an_instrument_that_disappears_ends_the_session_and_keeps_what_was_taken(
     chassis: Chassis, bench: Bench, server: DaqServer
 ) -> None:
     blows = Blows()
@@ -265,49 +261,31 @@ def test_an_instrument_that_goes_ends_the_session_and_keeps_what_was_taken(
             super().strike(point, blow)
 
     with pytest.raises(InstrumentAbsentError, match="check power and cable"):
-        run_hammer_session(chassis, TABLE, settings(), Unplugger(bench), blows)
+        run_hammer_session(chassis, TABLE, step(), Unplugger(bench), blows)
     assert blows.accepted(POINT) == 2
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"points": ()},
-        {"points": (POINT, POINT)},
-        {"blows": 0},
-        {"refusals_in_a_row": 0},
-        {"pre_trigger": 2.0},
-        {"pre_trigger": 0.0},
-    ],
-)
-def test_settings_that_make_no_session_are_refused(changes: dict[str, object]) -> None:
-    with pytest.raises(HammerError, match="hammer session: "):
-        settings(**changes)
-
-
-def test_a_point_that_is_done_anew_is_not_judged_by_the_blows_that_were_taken_back(
-    chassis: Chassis, bench: Bench
-) -> None:
-    class Redone(Blows):
-        """Three blows went to another point, all alike; then somebody sees it and takes them back."""
+def test_a_repeated_point_is_not_compared_with_its_withdrawn_blows(chassis: Chassis, bench: Bench) -> None:
+    class Repeated(Blows):
+        """Three blows went to another point, all alike; then they are withdrawn."""
 
         def withdrawn(self, point: Dof) -> int:
             return 3 if len(self.taken) >= 3 else 0
 
-    hand, blows, events = Hand(bench, "at 9y", "at 9y", "at 9y"), Redone(), list[Event]()
-    run_hammer_session(chassis, TABLE, settings(points=(POINT,), blows=4), hand, blows, events.append)
+    hand, blows, events = Hand(bench, "at 9y", "at 9y", "at 9y"), Repeated(), list[Event]()
+    run_hammer_session(chassis, TABLE, step(POINT, blows=4), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True] * 7
     assert [event.accepted for event in events if isinstance(event, BlowAccepted)] == [1, 2, 3, 1, 2, 3, 4]
 
 
-def test_a_blow_that_is_taken_back_is_struck_again_though_its_point_was_left(chassis: Chassis, bench: Bench) -> None:
-    class Regretted(Blows):
-        """The first point's blow is taken back when the second point has been struck."""
+def test_a_withdrawn_blow_is_replaced_although_its_point_was_left(chassis: Chassis, bench: Bench) -> None:
+    class Withdrawn(Blows):
+        """The first point's blow is withdrawn when the second point has been struck."""
 
         def withdrawn(self, point: Dof) -> int:
             return int(point == POINT and self.accepted(END) > 0)
 
-    hand, blows, events = Hand(bench), Regretted(), list[Event]()
-    run_hammer_session(chassis, TABLE, settings(points=(POINT, END), blows=1), hand, blows, events.append)
+    hand, blows, events = Hand(bench), Withdrawn(), list[Event]()
+    run_hammer_session(chassis, TABLE, step(POINT, END, blows=1), hand, blows, events.append)
     assert hand.asked == [(POINT, 1), (END, 1), (POINT, 2)]
     assert [event.point for event in events if isinstance(event, PointStarted)] == [POINT, END, POINT]

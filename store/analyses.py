@@ -1,4 +1,4 @@
-"""Analyses: one row for each computation; results point to it, and it points to its runs and parents."""
+"""Analyses: one row for each computation, to which its results point; it points to its runs and parents."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from store.errors import NotFoundError, StoreError
 from store.models.measurements import RunRow
 from store.models.results import AnalysisParentRow, AnalysisRow, AnalysisRunRow
 from store.provenance import configuration_hash
+from store.rows import add_row, from_row, get_row
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,7 @@ def add_analysis(
         raise StoreError(f"analysis {kind!r} names no run that it was made from")
     configuration = {"kind": kind, "method": method, "settings": settings}
     row = AnalysisRow(kind=kind, method=method, settings=settings, configuration_hash=configuration_hash(configuration))
-    session.add(row)
-    session.flush()
+    add_row(session, row)
     session.add_all(AnalysisRunRow(analysis_id=row.id, run_id=run) for run in sorted(set(runs)))
     session.add_all(AnalysisParentRow(analysis_id=row.id, parent_id=parent) for parent in sorted(set(parents)))
     session.flush()
@@ -58,28 +58,15 @@ def add_analysis(
 
 
 def get_analysis(session: Session, analysis_id: int) -> Analysis:
-    """One analysis.
-
-    Raises:
-        NotFoundError: there is no such analysis.
-    """
-    row = session.get(AnalysisRow, analysis_id)
-    if row is None:
-        raise NotFoundError(f"there is no analysis {analysis_id}")
-    runs = select(AnalysisRunRow.run_id).filter_by(analysis_id=analysis_id).order_by(AnalysisRunRow.run_id)
-    parents = (
-        select(AnalysisParentRow.parent_id).filter_by(analysis_id=analysis_id).order_by(AnalysisParentRow.parent_id)
-    )
-    return Analysis(
-        id=row.id,
-        kind=row.kind,
-        method=row.method,
-        settings=row.settings,
-        runs=tuple(session.scalars(runs)),
-        parents=tuple(session.scalars(parents)),
-        configuration_hash=row.configuration_hash,
-        software_version=row.software_version,
-        created_at=row.created_at,
+    """One analysis, or NotFoundError."""
+    row = get_row(session, AnalysisRow, analysis_id, "analysis")
+    runs = select(AnalysisRunRow.run_id).filter_by(analysis_id=analysis_id)
+    parents = select(AnalysisParentRow.parent_id).filter_by(analysis_id=analysis_id)
+    return from_row(
+        Analysis,
+        row,
+        runs=tuple(session.scalars(runs.order_by(AnalysisRunRow.run_id))),
+        parents=tuple(session.scalars(parents.order_by(AnalysisParentRow.parent_id))),
     )
 
 
@@ -107,11 +94,7 @@ def article_of(session: Session, analysis_id: int) -> str:
 
 
 def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
-    """The newest analysis of a kind that used a run.
-
-    Raises:
-        NotFoundError: the run has no such analysis.
-    """
+    """The newest analysis of a kind that used a run, or NotFoundError."""
     newest = session.scalars(_newest_first(run_id, kind).limit(1)).one_or_none()
     if newest is None:
         raise NotFoundError(f"run {run_id} has no analysis of kind {kind!r}")
@@ -119,11 +102,7 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
 
 
 def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int | None) -> Analysis:
-    """The analysis of a run with this number, the newest of its kind where none is given.
-
-    Raises:
-        NotFoundError: the run has no such analysis.
-    """
+    """The analysis of a run with this number, or the newest of its kind without a number; NotFoundError if none."""
     if analysis_id is None:
         return latest_analysis(session, run_id, kind)
     query = _newest_first(run_id, kind).where(AnalysisRow.id == analysis_id)

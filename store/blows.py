@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, contains_eager
 
 from store.dof import StoredDof
-from store.errors import NotFoundError, StoreError
-from store.models.measurements import BlowRow, BlowWithdrawalRow, PointRow, RunRow
-from store.waveform import WaveformReference
+from store.errors import StoreError
+from store.models.measurements import BlowRow, BlowWithdrawalRow, PointRow
+from store.rows import add_row, from_row, get_row
+from store.runs import run_in_short
+from store.waveform import WaveformReference, record_number, reference_to
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,8 @@ class Blow:
         number: counts the blows on the point, refused ones too, from 1.
         reason: why it was refused, or withdrawn later; None where it counts.
         peak_force: N, or None where nothing was recorded.
-        struck_at: UTC of the trigger, or None where an imported file does not say.
-        waveform: where the record is, or None where nothing was recorded.
+        struck_at: UTC of the trigger, or None where an imported file does not state it.
+        waveform: reference to the record, or None where nothing was recorded.
         source: the file it was imported from, or None for a blow recorded here.
         id: number of the stored row; run_id: the run that it belongs to.
     """
@@ -59,14 +61,11 @@ def add_point(session: Session, run_id: int, dof: StoredDof, set_number: int = 1
         NotFoundError: there is no such run.
         StoreError: the set has this point already.
     """
-    _waveform_file(session, run_id)
+    run_in_short(session, run_id)
     same = {"run_id": run_id, "set_number": set_number, "node": dof.node, "direction": dof.direction}
     if session.scalars(select(PointRow.id).filter_by(**same)).first() is not None:
         raise StoreError(f"run {run_id}, set {set_number} has point {dof} already")
-    row = PointRow(**same)
-    session.add(row)
-    session.flush()
-    return Point(row.id, run_id, dof, set_number)
+    return Point(add_row(session, PointRow(**same)).id, run_id, dof, set_number)
 
 
 def list_points(session: Session, run_id: int) -> list[Point]:
@@ -96,8 +95,7 @@ def add_blow(
     if accepted == bool(reason):
         said = f"with the reason {reason!r}" if reason else "without a reason"
         raise StoreError(f"blow {number} at {point.dof} is {'accepted' if accepted else 'refused'} {said}")
-    if waveform is not None and waveform.file != _waveform_file(session, point.run_id):
-        raise StoreError(f"blow {number} at {point.dof}: waveform {waveform} is not of run {point.run_id}")
+    file = run_in_short(session, point.run_id).waveform_file
     row = BlowRow(
         point_id=point.id,
         number=number,
@@ -106,60 +104,35 @@ def add_blow(
         peak_force=peak_force,
         temperature_c=temperature_c,
         struck_at=struck_at,
-        waveform_record=None if waveform is None else waveform.record,
+        waveform_record=record_number(waveform, file, f"blow {number} at {point.dof}"),
         source=source,
     )
-    session.add(row)
-    session.flush()
-    return Blow(
-        point.dof,
-        point.set_number,
-        number,
-        accepted,
-        reason,
-        peak_force,
-        temperature_c,
-        struck_at,
-        waveform,
-        source,
-        row.id,
-        point.run_id,
-    )
+    return _blow(add_row(session, row), file, None)
 
 
 def list_blows(session: Session, run_id: int) -> list[Blow]:
-    """Every blow of a run, in the order of storing.
-
-    Raises:
-        NotFoundError: there is no such run.
-    """
-    file = _waveform_file(session, run_id)
-    taken_back = BlowWithdrawalRow
+    """Every blow of a run, in the order of storing; NotFoundError where there is no such run."""
+    file = run_in_short(session, run_id).waveform_file
     rows = session.execute(
-        select(BlowRow, PointRow, taken_back.reason)
+        select(BlowRow, BlowWithdrawalRow.reason)
         .join(PointRow, PointRow.id == BlowRow.point_id)
-        .outerjoin(taken_back, taken_back.blow_id == BlowRow.id)
+        .outerjoin(BlowWithdrawalRow, BlowWithdrawalRow.blow_id == BlowRow.id)
+        .options(contains_eager(BlowRow.point))
         .where(PointRow.run_id == run_id)
         .order_by(BlowRow.id)
     )
-    return [_blow(blow, point, file, withdrawn) for blow, point, withdrawn in rows]
+    return [_blow(blow, file, withdrawn) for blow, withdrawn in rows]
 
 
 def get_blow(session: Session, blow_id: int) -> Blow:
-    """One blow.
-
-    Raises:
-        NotFoundError: there is no such blow.
-    """
-    row = session.get(BlowRow, blow_id)
-    if row is None:
-        raise NotFoundError(f"there is no blow {blow_id}")
+    """One blow, or NotFoundError."""
+    row = get_row(session, BlowRow, blow_id, "blow")
     withdrawn = session.scalars(select(BlowWithdrawalRow.reason).filter_by(blow_id=blow_id)).one_or_none()
-    return _blow(row, row.point, row.point.run.waveform_file, withdrawn)
+    return _blow(row, row.point.run.waveform_file, withdrawn)
 
 
 def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow:
-    """Take an accepted blow back: its record stays, and it counts no more.
+    """Withdraw an accepted blow: its record stays, and it counts no more.
 
     Raises:
         NotFoundError: there is no such blow.
@@ -168,37 +141,26 @@ def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow
     blow = get_blow(session, blow_id)
     if not blow.accepted:
         raise StoreError(f"blow {blow_id} does not count already: {blow.reason}")
-    session.add(BlowWithdrawalRow(blow_id=blow_id, reason=reason, who=who))
-    session.flush()
+    add_row(session, BlowWithdrawalRow(blow_id=blow_id, reason=reason, who=who))
     return get_blow(session, blow_id)
 
 
 def count_withdrawals(session: Session, point_id: int) -> int:
-    """How many accepted blows of a point were taken back."""
+    """Number of withdrawn blows of a point."""
     query = select(func.count()).select_from(BlowWithdrawalRow)
     query = query.join(BlowRow, BlowRow.id == BlowWithdrawalRow.blow_id)
     return session.scalar(query.where(BlowRow.point_id == point_id)) or 0
 
 
-def _blow(row: BlowRow, point: PointRow, file: str, withdrawn: str | None) -> Blow:
-    return Blow(
+def _blow(row: BlowRow, file: str, withdrawn: str | None) -> Blow:
+    point = row.point
+    return from_row(
+        Blow,
+        row,
         point=StoredDof(point.node, point.direction),
         set_number=point.set_number,
-        number=row.number,
         accepted=row.accepted and withdrawn is None,
         reason=row.reason or (None if withdrawn is None else f"withdrawn: {withdrawn}"),
-        peak_force=row.peak_force,
-        temperature_c=row.temperature_c,
-        struck_at=row.struck_at,
-        waveform=None if row.waveform_record is None else WaveformReference(file, row.waveform_record),
-        source=row.source,
-        id=row.id,
+        waveform=reference_to(file, row.waveform_record),
         run_id=point.run_id,
     )
-
-
-def _waveform_file(session: Session, run_id: int) -> str:
-    file = session.scalars(select(RunRow.waveform_file).filter_by(id=run_id)).one_or_none()
-    if file is None:
-        raise NotFoundError(f"there is no run {run_id}")
-    return file

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
 from sqlalchemy.orm import Session
 
-from store.arrays import decode_array
 from store.catalogue import Catalogue
+from store.columns import decode_array
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
 from store.models.base import Base
 from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
@@ -167,7 +167,7 @@ def _rows_astray(table: Table, key: ForeignKeyConstraint) -> Select[int]:
 
 
 def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
-    """Every binary column holds arrays (`store.arrays`)."""
+    """Every binary column holds arrays (`store.columns`)."""
     found: list[Finding] = []
     tables = [(table, columns) for table in Base.metadata.sorted_tables if (columns := _arrays_of(table))]
     with progress("tables with arrays", len(tables)) as advance:

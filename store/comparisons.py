@@ -12,6 +12,7 @@ from store.analyses import article_of
 from store.columns import finite
 from store.errors import NotFoundError
 from store.models.results import ComparisonRow
+from store.rows import from_row, to_columns
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,8 @@ class Comparison:
         inverse, direct: 95 % intervals, low and high, in the element's unit; inverse is None where that experiment
             does not determine the element.
         verdict: agree, differ, not comparable.
-        reason: the verdict's, in a sentence.
-        frequency: Hz, and amplitude_pp_mm, mm: at which of the direct points it was made, or None.
+        reason: why, in a sentence.
+        frequency: Hz, and amplitude_pp_mm, mm: the direct point of the comparison, or None.
     """
 
     joint: str
@@ -47,52 +48,26 @@ def add_comparisons(session: Session, analysis_id: int, comparisons: Sequence[Co
     article = article_of(session, analysis_id)
     for comparison in comparisons:
         where = f"comparison of {comparison.element}, joint {comparison.joint}"
-        low, high = (
-            (None, None)
-            if comparison.inverse is None
-            else (finite(value, f"{where}: inverse") for value in comparison.inverse)
-        )
-        direct_low, direct_high = (finite(value, f"{where}: direct") for value in comparison.direct)
-        session.add(
-            ComparisonRow(
-                analysis_id=analysis_id,
-                article=article,
-                joint=comparison.joint,
-                element=comparison.element,
-                frequency=comparison.frequency,
-                amplitude_pp_mm=comparison.amplitude_pp_mm,
-                inverse_low=low,
-                inverse_high=high,
-                direct_low=direct_low,
-                direct_high=direct_high,
-                verdict=comparison.verdict,
-                reason=comparison.reason,
-            )
-        )
+        columns = to_columns(comparison, ComparisonRow)
+        for name, interval in (("inverse", comparison.inverse), ("direct", comparison.direct)):
+            if interval is not None:
+                low, high = (finite(value, f"{where}: {name}") for value in interval)
+                columns |= {f"{name}_low": low, f"{name}_high": high}
+        session.add(ComparisonRow(analysis_id=analysis_id, article=article, **columns))
     session.flush()
 
 
 def list_comparisons(session: Session, analysis_id: int) -> list[Comparison]:
-    """The comparisons of an analysis, in the order of storing.
-
-    Raises:
-        NotFoundError: it has none.
-    """
-    rows = session.scalars(select(ComparisonRow).filter_by(analysis_id=analysis_id).order_by(ComparisonRow.id)).all()
+    """The comparisons of an analysis in the order of storing, or NotFoundError."""
+    query = select(ComparisonRow).filter_by(analysis_id=analysis_id).order_by(ComparisonRow.id)
+    rows = session.scalars(query).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no comparisons")
-    return [
-        Comparison(
-            joint=row.joint,
-            element=row.element,
-            inverse=(
-                None if row.inverse_low is None or row.inverse_high is None else (row.inverse_low, row.inverse_high)
-            ),
-            direct=(row.direct_low, row.direct_high),
-            verdict=row.verdict,
-            reason=row.reason,
-            frequency=row.frequency,
-            amplitude_pp_mm=row.amplitude_pp_mm,
-        )
-        for row in rows
-    ]
+    return [comparison_of(row) for row in rows]
+
+
+def comparison_of(row: ComparisonRow) -> Comparison:
+    """The comparison in a row."""
+    low, high = row.inverse_low, row.inverse_high
+    inverse = None if low is None or high is None else (low, high)
+    return from_row(Comparison, row, inverse=inverse, direct=(row.direct_low, row.direct_high))

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store.arrays import decode_array, encode_array
+from store.columns import decode_array, encode_array
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.excitation import HAMMER, Excitation
 from store.models.results import FrequencyResponseRow, FrequencyResponseSetRow
+from store.rows import add_row, from_row, to_columns
 from store.runs import get_run
 
 Real = NDArray[np.float64]
+ARRAYS = ("accelerance", "coherence", "variance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class FrequencyResponseSet:
         peak_force: typical peak of the blows, or amplitude of the sine, N.
         window: of the records, as `blow_window` reads it; none for plain ones.
         sample_rate: Hz; block_seconds: length of a record, s.
-        estimator: H1, ... or what an imported file leaves unsaid.
+        estimator: H1, ... or that an imported file does not state it.
         source: the file it was imported from, or None.
         excitation: hammer, or sine for a shaker's.
     """
@@ -68,7 +70,7 @@ class FrequencyResponseSet:
             raise StoreError(f"set {self.number}: frequencies do not rise")
         if not np.iscomplexobj(self.accelerance):
             raise StoreError(f"set {self.number}: accelerance is not complex")
-        for name in ("accelerance", "coherence", "variance"):
+        for name in ARRAYS:
             array = getattr(self, name)
             if array is not None and array.shape != shape:
                 raise StoreError(f"set {self.number}: {name} has shape {array.shape}, expected (rows, lines) = {shape}")
@@ -83,63 +85,42 @@ def add_frequency_responses(session: Session, analysis_id: int, run_id: int, mea
     """
     get_run(session, run_id)
     name = f"run {run_id}, set {measured.number}"
-    row = FrequencyResponseSetRow(
-        analysis_id=analysis_id,
-        run_id=run_id,
-        set_number=measured.number,
-        response_node=measured.response.node,
-        response_direction=measured.response.direction,
-        frequency=encode_array(measured.frequency, f"{name}: frequency"),
-        lines=int(measured.frequency.size),
-        highest_frequency=float(measured.frequency[-1]),
-        averages=measured.averages,
-        peak_force=measured.peak_force,
-        temperature_c=measured.temperature_c,
-        window=measured.window,
-        sample_rate=measured.sample_rate,
-        block_seconds=measured.block_seconds,
-        estimator=measured.estimator,
-        source=measured.source,
-        excitation=measured.excitation,
-    )
-    session.add(row)
-    session.flush()
-
-    def encoded(array: NDArray[Any] | None, index: int, what: str) -> bytes | None:
-        return None if array is None else encode_array(array[index], f"{name}: {what} of {measured.inputs[index]}")
-
-    session.add_all(
-        FrequencyResponseRow(
-            set_id=row.id,
-            row_number=index + 1,
-            input_node=dof.node,
-            input_direction=dof.direction,
-            accelerance=encoded(measured.accelerance, index, "accelerance"),
-            coherence=encoded(measured.coherence, index, "coherence"),
-            variance=encoded(measured.variance, index, "variance"),
+    columns = to_columns(measured, FrequencyResponseSetRow) | {
+        "frequency": encode_array(measured.frequency, f"{name}: frequency"),
+        "set_number": measured.number,
+        "response_node": measured.response.node,
+        "response_direction": measured.response.direction,
+        "lines": int(measured.frequency.size),
+        "highest_frequency": float(measured.frequency[-1]),
+    }
+    row = add_row(session, FrequencyResponseSetRow(analysis_id=analysis_id, run_id=run_id, **columns))
+    for index, dof in enumerate(measured.inputs):
+        arrays = {
+            what: encode_array(array[index], f"{name}: {what} of {dof}")
+            for what in ARRAYS
+            if (array := getattr(measured, what)) is not None
+        }
+        response = FrequencyResponseRow(
+            set_id=row.id, row_number=index + 1, input_node=dof.node, input_direction=dof.direction, **arrays
         )
-        for index, dof in enumerate(measured.inputs)
-    )
+        session.add(response)
     session.flush()
 
 
 def list_frequency_responses(
     session: Session, run_id: int, analysis_id: int | None = None
 ) -> list[FrequencyResponseSet]:
-    """The sets of a run from one analysis, the newest where none is named, in the order of their numbers.
+    """The sets of a run from one analysis, by default from the newest, in the order of their numbers.
 
     Raises:
         NotFoundError: the run has no frequency responses from that analysis.
-        DamagedError: an array is not what was stored.
+        DamagedError: a stored array is damaged.
     """
-    query = select(FrequencyResponseSetRow).filter_by(run_id=run_id)
     if analysis_id is None:
-        newest = select(FrequencyResponseSetRow.analysis_id).filter_by(run_id=run_id)
-        analysis_id = session.scalars(
-            newest.order_by(FrequencyResponseSetRow.analysis_id.desc()).limit(1)
-        ).one_or_none()
-    rows = session.scalars(query.filter_by(analysis_id=analysis_id).order_by(FrequencyResponseSetRow.set_number))
-    found = [_set(session, row) for row in rows]
+        newest = select(func.max(FrequencyResponseSetRow.analysis_id)).filter_by(run_id=run_id)
+        analysis_id = session.scalar(newest)
+    query = select(FrequencyResponseSetRow).filter_by(run_id=run_id, analysis_id=analysis_id)
+    found = [_set(session, row) for row in session.scalars(query.order_by(FrequencyResponseSetRow.set_number))]
     if not found:
         whose = "" if analysis_id is None else f" of analysis {analysis_id}"
         raise NotFoundError(f"run {run_id} has no frequency responses{whose}")
@@ -157,24 +138,12 @@ def _set(session: Session, row: FrequencyResponseSetRow) -> FrequencyResponseSet
             return None
         return np.stack([decode_array(column, f"{name}: {what}") for column in columns])
 
-    accelerance = stacked("accelerance")
-    if accelerance is None:
-        raise NotFoundError(f"{name} has no accelerances")
-    return FrequencyResponseSet(
+    return from_row(
+        FrequencyResponseSet,
+        row,
         number=row.set_number,
         response=StoredDof(row.response_node, row.response_direction),
         inputs=tuple(StoredDof(response.input_node, response.input_direction) for response in responses),
         frequency=decode_array(row.frequency, f"{name}: frequency"),
-        accelerance=accelerance,
-        coherence=stacked("coherence"),
-        variance=stacked("variance"),
-        averages=row.averages,
-        peak_force=row.peak_force,
-        temperature_c=row.temperature_c,
-        window=row.window,
-        sample_rate=row.sample_rate,
-        block_seconds=row.block_seconds,
-        estimator=row.estimator,
-        source=row.source,
-        excitation=cast("Excitation", row.excitation),
+        **{what: stacked(what) for what in ARRAYS},
     )

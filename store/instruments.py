@@ -1,26 +1,28 @@
-"""Instruments, their calibrations, and the channels of a run."""
+"""Instruments, their calibrations, and the channels of a run; a new calibration is a new row."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import date
+from datetime import date, datetime
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from store.models.measurements import CalibrationRow, ChannelRow, InstrumentRow, RunInstrumentRow
+from store.rows import add_row, equal, from_row, get_row, to_columns
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """What has a serial number, with the calibration that was valid.
+    """An instrument with a serial number, and the calibration that was valid.
 
     Attributes:
         kind: accelerometer, hammer, tester, thermometer, chassis, ...
-        calibrated_on: None for what is not calibrated, or imported without a date.
+        calibrated_on: None for an instrument that is not calibrated, or was imported without a date.
         sensitivity: as the certificate gives it, in `sensitivity_unit`.
-        details: what else identifies it, such as the firmware or the version of the register map.
+        details: further identification, such as the firmware or the version of the register map.
     """
 
     kind: str
@@ -34,7 +36,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class StoredChannel:
-    """One input as it is set during a run.
+    """Settings of one input during a run.
 
     Attributes:
         physical: the terminal, such as cDAQ1Mod1/ai0.
@@ -42,7 +44,7 @@ class StoredChannel:
         unit: physical unit of minimum and maximum.
         sensitivity: volts per physical unit.
         excitation_current: A, or None without IEPE.
-        instrument: what is connected.
+        instrument: the connected sensor.
     """
 
     name: str
@@ -56,17 +58,35 @@ class StoredChannel:
     instrument: Instrument
 
 
+@dataclass(frozen=True)
+class KnownInstrument:
+    """An instrument that was used or calibrated at some time."""
+
+    id: int
+    kind: str
+    model: str
+    serial: str
+    details: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """One calibration; `sensitivity` as the certificate gives it, in `sensitivity_unit`. Stored at `stored_at`, UTC."""
+
+    id: int
+    instrument_id: int
+    calibrated_on: date | None
+    sensitivity: float | None
+    sensitivity_unit: str | None
+    stored_at: datetime
+
+
 def calibration_id(session: Session, instrument: Instrument) -> int:
-    """Number of the instrument's calibration; both rows are made where they are new."""
-    row = session.scalars(
-        select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
-    ).one_or_none()
+    """Number of the instrument's calibration; a new instrument and a new calibration get a row."""
+    query = select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
+    row = session.scalars(query).one_or_none()
     if row is None:
-        row = InstrumentRow(
-            kind=instrument.kind, model=instrument.model, serial=instrument.serial, details=instrument.details
-        )
-        session.add(row)
-        session.flush()
+        row = add_row(session, InstrumentRow(**to_columns(instrument, InstrumentRow)))
     known = session.scalars(
         select(CalibrationRow.id).where(
             CalibrationRow.instrument_id == row.id,
@@ -76,72 +96,73 @@ def calibration_id(session: Session, instrument: Instrument) -> int:
     ).first()
     if known is not None:
         return known
-    calibration = CalibrationRow(
-        instrument_id=row.id,
-        calibrated_on=instrument.calibrated_on,
-        sensitivity=instrument.sensitivity,
-        sensitivity_unit=instrument.sensitivity_unit,
-    )
-    session.add(calibration)
-    session.flush()
-    return calibration.id
+    return add_row(session, CalibrationRow(instrument_id=row.id, **to_columns(instrument, CalibrationRow))).id
 
 
-def add_channels(session: Session, run_id: int, channels: tuple[StoredChannel, ...]) -> None:
-    """Store how the channels of a run are set."""
-    session.add_all(
-        ChannelRow(
-            run_id=run_id,
-            name=channel.name,
-            physical=channel.physical,
-            kind=channel.kind,
-            unit=channel.unit,
-            sensitivity=channel.sensitivity,
-            minimum=channel.minimum,
-            maximum=channel.maximum,
-            excitation_current=channel.excitation_current,
-            calibration_id=calibration_id(session, channel.instrument),
-        )
-        for channel in channels
-    )
+def add_channels(session: Session, run_id: int, channels: Sequence[StoredChannel]) -> None:
+    """Store the settings of a run's channels."""
+    for channel in channels:
+        number = calibration_id(session, channel.instrument)
+        session.add(ChannelRow(run_id=run_id, calibration_id=number, **to_columns(channel, ChannelRow)))
 
 
 def list_channels(session: Session, run_id: int) -> list[StoredChannel]:
     """The channels of a run, by name."""
     rows = session.scalars(select(ChannelRow).filter_by(run_id=run_id).order_by(ChannelRow.name))
-    return [
-        StoredChannel(
-            name=row.name,
-            physical=row.physical,
-            kind=row.kind,
-            unit=row.unit,
-            sensitivity=row.sensitivity,
-            minimum=row.minimum,
-            maximum=row.maximum,
-            excitation_current=row.excitation_current,
-            instrument=_instrument(row.calibration),
-        )
-        for row in rows
-    ]
+    return [from_row(StoredChannel, row, instrument=_instrument(row.calibration)) for row in rows]
 
 
 def list_instruments(session: Session, run_id: int) -> list[Instrument]:
-    """The instruments of a run that are not on a channel, by kind: tester, thermometer, chassis."""
+    """The instruments of a run that are on no channel, by kind: tester, thermometer, chassis."""
     rows = session.scalars(
         select(CalibrationRow)
         .join(RunInstrumentRow, RunInstrumentRow.calibration_id == CalibrationRow.id)
         .where(RunInstrumentRow.run_id == run_id)
     )
-    return sorted((_instrument(row) for row in rows), key=lambda instrument: (instrument.kind, instrument.serial))
+    return sorted(map(_instrument, rows), key=lambda instrument: (instrument.kind, instrument.serial))
+
+
+def get_instrument(session: Session, instrument_id: int) -> KnownInstrument:
+    """One instrument, or NotFoundError."""
+    return from_row(KnownInstrument, _row(session, instrument_id))
+
+
+def list_known_instruments(
+    session: Session, *, kind: str | None = None, after: int = 0, limit: int = 100
+) -> list[KnownInstrument]:
+    """Instruments in the order of storing; a page begins after the number `after`."""
+    query = select(InstrumentRow).where(InstrumentRow.id > after, *equal(InstrumentRow, kind=kind))
+    return [from_row(KnownInstrument, row) for row in session.scalars(query.order_by(InstrumentRow.id).limit(limit))]
+
+
+def list_calibrations(session: Session, instrument_id: int) -> list[Calibration]:
+    """The calibrations of an instrument, newest first; NotFoundError where there is no such instrument."""
+    _row(session, instrument_id)
+    query = select(CalibrationRow).filter_by(instrument_id=instrument_id).order_by(CalibrationRow.id.desc())
+    return [_calibration(row) for row in session.scalars(query)]
+
+
+def add_calibration(
+    session: Session, instrument_id: int, calibrated_on: date, sensitivity: float, sensitivity_unit: str
+) -> Calibration:
+    """Store a calibration beside the older ones; the same one is stored once.
+
+    Raises:
+        NotFoundError: there is no such instrument.
+    """
+    row = _row(session, instrument_id)
+    calibrated = Instrument(row.kind, row.model, row.serial, calibrated_on, sensitivity, sensitivity_unit)
+    return _calibration(session.get_one(CalibrationRow, calibration_id(session, calibrated)))
+
+
+def _row(session: Session, instrument_id: int) -> InstrumentRow:
+    return get_row(session, InstrumentRow, instrument_id, "instrument")
 
 
 def _instrument(row: CalibrationRow) -> Instrument:
-    return Instrument(
-        kind=row.instrument.kind,
-        model=row.instrument.model,
-        serial=row.instrument.serial,
-        calibrated_on=row.calibrated_on,
-        sensitivity=row.sensitivity,
-        sensitivity_unit=row.sensitivity_unit,
-        details=row.instrument.details,
-    )
+    one = row.instrument
+    return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=one.details)
+
+
+def _calibration(row: CalibrationRow) -> Calibration:
+    return from_row(Calibration, row, stored_at=row.created_at)

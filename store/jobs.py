@@ -1,9 +1,9 @@
-"""Jobs: the truth about work that takes its time is in SQL, whoever does it.
+"""Jobs: the state of longer work is in the database.
 
-A job is taken with a token and a lease, which its worker renews with every heartbeat. Where the worker dies, heartbeats
-stay away for longer than a lease, the job is queued again, and the token of the dead worker opens nothing: there is
-exactly one result. Whoever waits for heartbeats measures that by a clock of their own (`jointlab.jobs.stale_workers`):
-the times here are those of the worker's computer, which may be set, or go wrong.
+A worker takes a job with a token and a lease, and renews the lease with every heartbeat. If the worker dies, the
+heartbeats stop for longer than a lease, the job is queued again, and the token of the dead worker is no longer valid:
+there is exactly one result. The service measures the silence by its own clock (`jointlab.jobs.stale_workers`), because
+the times stored here are those of the worker's computer, whose clock may be wrong.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from uuid import uuid4
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from store.errors import NotFoundError, StoreError
+from store.errors import StoreError
 from store.models.service import JobRow
+from store.rows import add_row, equal, from_row, get_row, newest_first
 from store.states import OVER, JobState
 
 LEASE = timedelta(seconds=15)
@@ -25,7 +26,7 @@ MOST_ATTEMPTS = 3
 
 
 class LeaseLostError(StoreError):
-    """The job was cancelled, or given to somebody else: whatever its worker has found does not count."""
+    """The job was cancelled or given to another worker; the result of this worker does not count."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,11 @@ class Job:
     """One job; times are UTC.
 
     Attributes:
-        kind: what is done: identify, diagnose, trial, export.
-        parameters: with what.
-        asked_by: who asked for it.
-        attempts: how often it was begun.
-        stage, done, total: what its worker is at, and how far.
-        result: what came of it, None before.
+        kind: identify, diagnose, trial, export.
+        asked_by: the person or program that asked for it.
+        attempts: how often a worker began it.
+        stage, done, total: the worker's progress.
+        result: None until the job is done.
         error: why it failed, or why its last attempt was lost.
     """
 
@@ -62,7 +62,7 @@ class Job:
 
 @dataclass(frozen=True)
 class SignOfLife:
-    """A heartbeat of the worker who holds `token`, at a time of the worker's own clock."""
+    """The last heartbeat of the worker with this token, by the worker's own clock."""
 
     job_id: int
     token: str
@@ -79,18 +79,12 @@ def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: s
         kind=kind, state=JobState.QUEUED, parameters=parameters, asked_by=asked_by, attempts=0, cancelled=False,
         done=0, total=0,
     )  # fmt: skip
-    session.add(row)
-    session.flush()
-    return _job(row)
+    return _job(add_row(session, row))
 
 
 def get_job(session: Session, job_id: int) -> Job:
-    """One job.
-
-    Raises:
-        NotFoundError: there is no such job.
-    """
-    return _job(_row(session, job_id))
+    """One job, or NotFoundError."""
+    return _job(get_row(session, JobRow, job_id, "job"))
 
 
 def list_jobs(
@@ -101,19 +95,13 @@ def list_jobs(
     before: int | None = None,
     limit: int = 100,
 ) -> list[Job]:
-    """Jobs, newest first; `before` a number, to go on with a list."""
-    query = select(JobRow).order_by(JobRow.id.desc()).limit(limit)
-    if state is not None:
-        query = query.filter_by(state=state)
-    if kind is not None:
-        query = query.filter_by(kind=kind)
-    if before is not None:
-        query = query.where(JobRow.id < before)
-    return [_job(row) for row in session.scalars(query)]
+    """Jobs, newest first; a page begins before the number `before`."""
+    query = select(JobRow).where(*equal(JobRow, state=state, kind=kind))
+    return [_job(row) for row in session.scalars(newest_first(query, JobRow.id, before, limit))]
 
 
 def take_job(session: Session) -> tuple[Job, str] | None:
-    """Take the oldest queued job; with the token that its worker shows from then on. None where nothing waits."""
+    """The oldest queued job, now running, and the token for its worker; None if no job waits."""
     number = session.scalars(
         select(JobRow.id).filter_by(state=JobState.QUEUED).order_by(JobRow.id).limit(1)
     ).one_or_none()
@@ -129,16 +117,12 @@ def take_job(session: Session) -> tuple[Job, str] | None:
         )
     )  # fmt: skip
     if taken.rowcount == 0:  # type: ignore[attr-defined]  # an UPDATE has one
-        return None  # somebody else was faster
-    return _job(_row(session, number)), token
+        return None  # another worker was faster
+    return get_job(session, number), token
 
 
 def renew_lease(session: Session, job_id: int, token: str, stage: str | None, done: int, total: int) -> None:
-    """Show that the worker lives, and how far it is.
-
-    Raises:
-        LeaseLostError: the job is no longer the worker's.
-    """
+    """Store a heartbeat and the worker's progress; LeaseLostError if the job is no longer the worker's."""
     row = _held(session, job_id, token)
     now = datetime.now(UTC)
     row.heartbeat_at, row.leased_until = now, now + LEASE
@@ -146,7 +130,7 @@ def renew_lease(session: Session, job_id: int, token: str, stage: str | None, do
 
 
 def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]) -> None:
-    """Keep the result; in the transaction that stores everything else that came of the job.
+    """Store the result, in the transaction that stores the other results of the job.
 
     Raises:
         LeaseLostError: the job is no longer the worker's; nothing of the transaction is stored then.
@@ -158,51 +142,42 @@ def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]
 
 
 def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
-    """Say that the work cannot be done, and why; trying it again would not help.
-
-    Raises:
-        LeaseLostError: the job is no longer the worker's.
-    """
+    """End a job that another attempt would not help either; LeaseLostError if it is no longer the worker's."""
     row = _held(session, job_id, token)
     row.error = error
     _end(row, JobState.FAILED)
 
 
 def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
-    """Queue a job again whose worker is known to be gone; it fails after `MOST_ATTEMPTS`."""
+    """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`."""
     row = session.get(JobRow, job_id)
-    if row is not None and row.state == JobState.RUNNING and row.lease_token == token:
-        _lose(row, why)
+    if row is None or row.state != JobState.RUNNING or row.lease_token != token:
+        return
+    if row.attempts >= MOST_ATTEMPTS:
+        row.error = f"given up after {row.attempts} attempts; at the last one {why}"
+        _end(row, JobState.FAILED)
+    else:
+        row.state, row.error, row.lease_token, row.leased_until = JobState.QUEUED, why, None, None
 
 
 def signs_of_life(session: Session) -> list[SignOfLife]:
-    """The latest one of every job that is being worked on."""
+    """The latest one of every running job."""
     running = session.scalars(select(JobRow).filter_by(state=JobState.RUNNING).order_by(JobRow.id))
     return [SignOfLife(row.id, row.lease_token or "", row.heartbeat_at) for row in running]
 
 
 def cancel_job(session: Session, job_id: int) -> Job:
-    """End a job that is not over; its worker finds out with the next heartbeat, and its result counts no more.
+    """End a job that is not over; its worker learns it with the next heartbeat, and its result does not count.
 
     Raises:
         NotFoundError: there is no such job.
     """
-    row = _row(session, job_id)
+    row = get_row(session, JobRow, job_id, "job")
     if row.state not in OVER:
         row.cancelled = True
         _end(row, JobState.CANCELLED)
         session.flush()
     return _job(row)
-
-
-def _lose(row: JobRow, why: str) -> None:
-    row.error = why
-    row.lease_token = row.leased_until = None
-    if row.attempts >= MOST_ATTEMPTS:
-        row.error = f"given up after {row.attempts} attempts; at the last one {why}"
-        _end(row, JobState.FAILED)
-    else:
-        row.state = JobState.QUEUED
 
 
 def _end(row: JobRow, state: JobState) -> None:
@@ -219,29 +194,5 @@ def _held(session: Session, job_id: int, token: str) -> JobRow:
     return row
 
 
-def _row(session: Session, job_id: int) -> JobRow:
-    row = session.get(JobRow, job_id)
-    if row is None:
-        raise NotFoundError(f"there is no job {job_id}")
-    return row
-
-
 def _job(row: JobRow) -> Job:
-    return Job(
-        id=row.id,
-        kind=row.kind,
-        state=JobState(row.state),
-        parameters=row.parameters,
-        asked_by=row.asked_by,
-        attempts=row.attempts,
-        created_at=row.created_at,
-        started_at=row.started_at,
-        finished_at=row.finished_at,
-        heartbeat_at=row.heartbeat_at,
-        leased_until=row.leased_until,
-        stage=row.stage,
-        done=row.done,
-        total=row.total,
-        result=row.result,
-        error=row.error,
-    )
+    return from_row(Job, row, state=JobState(row.state))

@@ -10,18 +10,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from store.analyses import article_of
-from store.arrays import decode_array, encode_array
-from store.columns import finite, or_nan, or_null, with_shape
+from store.columns import decode_optional, encode_covariance, finite, or_nan, or_null, with_shape
 from store.errors import NotFoundError
 from store.models.results import JointElementRow, JointMatrixRow
-from store.runs import specimen_id
+from store.rows import add_row
+from store.specimens import specimen_id
 
 Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class JointMatrix:
-    """One joint at its node; rows and columns are x, y, rotation; N/m, N and N m; NaN is not known.
+    """One joint at its node; rows and columns are x, y, rotation; N/m, N and N m; NaN for unknown values.
 
     Attributes:
         stiffness, damping: (3, 3) k and h.
@@ -54,21 +54,15 @@ def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) ->
         with_shape(getattr(matrix, name), (3, 3), f"{where}: {name}")
     for name in ("stiffness_ci95", "damping_ci95", "loss_factor_ci95"):
         with_shape(getattr(matrix, name), (3, 3, 2), f"{where}: {name}")
-    session.add(
-        JointMatrixRow(
-            analysis_id=analysis_id,
-            specimen_id=specimen_id(session, article_of(session, analysis_id), matrix.joint),
-            joint=matrix.joint,
-            node=matrix.node,
-            covariance=(
-                None
-                if matrix.covariance is None
-                else encode_array(matrix.covariance, f"{where}: covariance", finite=False)
-            ),
-            elements=[_element(matrix, row, column, where) for row in range(3) for column in range(3)],
-        )
+    row = JointMatrixRow(
+        analysis_id=analysis_id,
+        specimen_id=specimen_id(session, article_of(session, analysis_id), matrix.joint),
+        joint=matrix.joint,
+        node=matrix.node,
+        covariance=encode_covariance(matrix.covariance, f"{where}: covariance"),
+        elements=[_element(matrix, row, column, where) for row in range(3) for column in range(3)],
     )
-    session.flush()
+    add_row(session, row)
 
 
 def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]:
@@ -76,33 +70,27 @@ def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]
 
     Raises:
         NotFoundError: it has none.
-        DamagedError: an array is not what was stored.
+        DamagedError: a stored array is damaged.
     """
-    rows = session.scalars(
-        select(JointMatrixRow).filter_by(analysis_id=analysis_id).order_by(JointMatrixRow.joint)
-    ).all()
+    query = select(JointMatrixRow).filter_by(analysis_id=analysis_id).order_by(JointMatrixRow.joint)
+    rows = session.scalars(query).all()
     if not rows:
         raise NotFoundError(f"analysis {analysis_id} has no joint matrices")
     return [_matrix(row) for row in rows]
 
 
 def _element(matrix: JointMatrix, row: int, column: int, where: str) -> JointElementRow:
-    at = (row, column)
-    name = f"{row + 1}{column + 1}"
-    return JointElementRow(
-        matrix_row=row + 1,
-        matrix_column=column + 1,
-        stiffness=finite(matrix.stiffness[at], f"{where}: k{name}"),
-        stiffness_low=or_null(matrix.stiffness_ci95[at][0]),
-        stiffness_high=or_null(matrix.stiffness_ci95[at][1]),
-        damping=finite(matrix.damping[at], f"{where}: h{name}"),
-        damping_low=or_null(matrix.damping_ci95[at][0]),
-        damping_high=or_null(matrix.damping_ci95[at][1]),
-        loss_factor=or_null(matrix.loss_factor[at]),
-        loss_factor_low=or_null(matrix.loss_factor_ci95[at][0]),
-        loss_factor_high=or_null(matrix.loss_factor_ci95[at][1]),
-        observable=bool(matrix.observable[at]),
-    )
+    at, name = (row, column), f"{row + 1}{column + 1}"
+    values = {
+        "stiffness": finite(matrix.stiffness[at], f"{where}: k{name}"),
+        "damping": finite(matrix.damping[at], f"{where}: h{name}"),
+        "loss_factor": or_null(matrix.loss_factor[at]),
+    }
+    for what in tuple(values):
+        low, high = getattr(matrix, f"{what}_ci95")[at]
+        values |= {f"{what}_low": or_null(low), f"{what}_high": or_null(high)}
+    observable = bool(matrix.observable[at])
+    return JointElementRow(matrix_row=row + 1, matrix_column=column + 1, observable=observable, **values)
 
 
 def _matrix(row: JointMatrixRow) -> JointMatrix:
@@ -123,5 +111,5 @@ def _matrix(row: JointMatrixRow) -> JointMatrix:
         loss_factor=grid("loss_factor"),
         loss_factor_ci95=interval("loss_factor"),
         observable=np.array([element.observable for element in row.elements]).reshape(3, 3),
-        covariance=None if row.covariance is None else decode_array(row.covariance, where),
+        covariance=decode_optional(row.covariance, where),
     )

@@ -1,4 +1,4 @@
-"""API keys: shown once, kept as a hash of their secret, with scopes, an end and a way to revoke them."""
+"""API keys with scopes and an expiry; a secret is shown once, and only its hash is stored."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from datetime import UTC, datetime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store.errors import NotFoundError, StoreError
+from store.errors import StoreError
 from store.models.service import ApiKeyRow
+from store.rows import add_row, from_row, get_row, newest_first
 from store.states import Scope
 
 PREFIX = "jl_"
@@ -50,9 +51,7 @@ def add_key(
         raise StoreError(f"a key that ends at {expires_at:%Y-%m-%d %H:%M} UTC would open nothing; give a later time")
     secret = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
     row = ApiKeyRow(name=name, digest=_digest(secret), scopes=sorted(opened), expires_at=expires_at)
-    session.add(row)
-    session.flush()
-    return _key(row), secret
+    return _key(add_row(session, row)), secret
 
 
 def find_key(session: Session, secret: str) -> ApiKey | None:
@@ -65,27 +64,18 @@ def find_key(session: Session, secret: str) -> ApiKey | None:
 
 
 def list_keys(session: Session, *, before: int | None = None, limit: int = 100) -> list[ApiKey]:
-    """Keys, newest first, revoked and ended ones too; `before` a number, to go on with a list."""
-    query = select(ApiKeyRow).order_by(ApiKeyRow.id.desc()).limit(limit)
-    if before is not None:
-        query = query.where(ApiKeyRow.id < before)
-    return [_key(row) for row in session.scalars(query)]
+    """Keys, newest first, with those that were revoked or have expired; a page begins before the number `before`."""
+    return [_key(row) for row in session.scalars(newest_first(select(ApiKeyRow), ApiKeyRow.id, before, limit))]
 
 
 def count_keys(session: Session) -> int:
-    """How many keys were ever made; where there are none, nobody has asked for access to be kept."""
+    """Number of keys that were ever made. Without any, access is open."""
     return session.scalar(select(func.count()).select_from(ApiKeyRow)) or 0
 
 
 def revoke_key(session: Session, key_id: int) -> ApiKey:
-    """Let a key open nothing from now on; revoking it again changes nothing.
-
-    Raises:
-        NotFoundError: there is no such key.
-    """
-    row = session.get(ApiKeyRow, key_id)
-    if row is None:
-        raise NotFoundError(f"there is no key {key_id}")
+    """Make a key invalid from now on, or NotFoundError; revoking it again changes nothing."""
+    row = get_row(session, ApiKeyRow, key_id, "key")
     row.revoked_at = row.revoked_at or datetime.now(UTC)
     session.flush()
     return _key(row)
@@ -96,11 +86,4 @@ def _digest(secret: str) -> str:
 
 
 def _key(row: ApiKeyRow) -> ApiKey:
-    return ApiKey(
-        id=row.id,
-        name=row.name,
-        scopes=frozenset(map(Scope, row.scopes)),
-        created_at=row.created_at,
-        expires_at=row.expires_at,
-        revoked_at=row.revoked_at,
-    )
+    return from_row(ApiKey, row, scopes=frozenset(map(Scope, row.scopes)))

@@ -9,11 +9,20 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store.arrays import decode_array, encode_array
-from store.columns import finite, or_nan, or_null, with_shape
+from store.columns import (
+    decode_array,
+    decode_optional,
+    encode_array,
+    encode_covariance,
+    finite,
+    or_nan,
+    or_null,
+    with_shape,
+)
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.models.results import ModeRow, ModeSetRow
+from store.rows import add_row
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,12 +30,12 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class ModeSet:
-    """The modes of one analysis, in the order of their frequencies; NaN in an interval is not known.
+    """The modes of one analysis, in the order of their frequencies; NaN stands for an unknown limit.
 
     Attributes:
         frequency: (modes,) Hz.
         loss_factor: (modes,).
-        dofs: (dofs,) what the columns of `shapes` are.
+        dofs: (dofs,) the columns of `shapes`.
         shapes: (modes, dofs) complex.
         frequency_ci95, loss_factor_ci95: (modes, 2) low and high, or None.
         predicted_frequency: (modes,) Hz, of the identified model, or None.
@@ -61,10 +70,9 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
     row = ModeSetRow(
         analysis_id=analysis_id,
         dofs=[str(dof) for dof in modes.dofs],
-        pole_covariance=_optional(modes.pole_covariance, f"{where}: pole_covariance"),
+        pole_covariance=encode_covariance(modes.pole_covariance, f"{where}: pole_covariance"),
     )
-    session.add(row)
-    session.flush()
+    add_row(session, row)
     session.add_all(
         ModeRow(
             mode_set_id=row.id,
@@ -77,7 +85,7 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
             loss_factor_high=or_null(loss_factor_ci95[index, 1]),
             predicted_frequency=or_null(predicted[index]),
             shape=encode_array(modes.shapes[index], f"{where}: shape {index + 1}"),
-            shape_covariance=_optional(
+            shape_covariance=encode_covariance(
                 None if modes.shape_covariance is None else modes.shape_covariance[index],
                 f"{where}: shape_covariance {index + 1}",
             ),
@@ -92,38 +100,28 @@ def get_modes(session: Session, analysis_id: int) -> ModeSet:
 
     Raises:
         NotFoundError: it has none.
-        DamagedError: an array is not what was stored.
+        DamagedError: a stored array is damaged.
     """
     holder = session.scalars(select(ModeSetRow).filter_by(analysis_id=analysis_id)).one_or_none()
     if holder is None:
         raise NotFoundError(f"analysis {analysis_id} has no modes")
     where = f"analysis {analysis_id}: modes"
     rows = session.scalars(select(ModeRow).filter_by(mode_set_id=holder.id).order_by(ModeRow.number)).all()
+    shapes = [decode_array(row.shape, f"{where}: shape {row.number}") for row in rows]
     covariances = [row.shape_covariance for row in rows]
     known = [column for column in covariances if column is not None]
     return ModeSet(
         frequency=np.array([row.frequency for row in rows]),
         loss_factor=np.array([row.loss_factor for row in rows]),
         dofs=tuple(StoredDof.parse(text) for text in holder.dofs),
-        shapes=np.array([decode_array(row.shape, f"{where}: shape {row.number}") for row in rows]).reshape(
-            len(rows), len(holder.dofs)
-        ),
+        shapes=np.array(shapes).reshape(len(rows), len(holder.dofs)),
         frequency_ci95=np.array([[or_nan(row.frequency_low), or_nan(row.frequency_high)] for row in rows]),
         loss_factor_ci95=np.array([[or_nan(row.loss_factor_low), or_nan(row.loss_factor_high)] for row in rows]),
         predicted_frequency=np.array([or_nan(row.predicted_frequency) for row in rows]),
-        pole_covariance=(
-            None
-            if holder.pole_covariance is None
-            else decode_array(holder.pole_covariance, f"{where}: pole_covariance")
-        ),
+        pole_covariance=decode_optional(holder.pole_covariance, f"{where}: pole_covariance"),
         shape_covariance=(
             np.array([decode_array(column, f"{where}: shape_covariance") for column in known])
             if known and len(known) == len(rows)
             else None
         ),
     )
-
-
-def _optional(array: Real | None, where: str) -> bytes | None:
-    # A covariance may be infinite where the data do not determine a component.
-    return None if array is None else encode_array(array, where, finite=False)

@@ -1,4 +1,4 @@
-"""Requests that act, by idempotency key: one that is sent again gets the first answer, and nothing is done twice."""
+"""Requests by idempotency key: a request that is sent again gets the first answer, and nothing is done twice."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from store.models.service import RequestRow
+from store.rows import add_row, from_row
 
 
 @dataclass(frozen=True)
 class Answered:
-    """What is known of an earlier request with the same key.
+    """An earlier request with the same key.
 
     Attributes:
-        fingerprint: of what was asked for.
-        status: HTTP status of the answer; None while it is not there.
+        fingerprint: of the request.
+        status: HTTP status of the answer; None until there is one.
         body: of the answer.
     """
 
@@ -26,27 +27,25 @@ class Answered:
 
 
 def find_request(session: Session, who: str, key: str) -> Answered | None:
-    """What is known of the request that `who` sent with this key; None where there was none."""
+    """The request that `who` sent with this key; None if there was none."""
     row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one_or_none()
-    return None if row is None else Answered(row.fingerprint, row.status, row.body)
+    return None if row is None else from_row(Answered, row)
 
 
 def begin_request(session: Session, who: str, key: str, fingerprint: str) -> Answered | None:
-    """Note that a request begins; where `who` has used the key before, change nothing and say what is known of it."""
+    """Store that a request begins; where `who` has used the key before, return that request and change nothing."""
     before = find_request(session, who, key)
-    if before is not None:
-        return before
-    session.add(RequestRow(who=who, idempotency_key=key, fingerprint=fingerprint))
-    session.flush()
-    return None
+    if before is None:
+        add_row(session, RequestRow(who=who, idempotency_key=key, fingerprint=fingerprint))
+    return before
 
 
 def answer_request(session: Session, who: str, key: str, status: int, body: str) -> None:
-    """Keep the answer of a request."""
+    """Store the answer of a request."""
     row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one()
     row.status, row.body = status, body
 
 
 def forget_request(session: Session, who: str, key: str) -> None:
-    """Forget a request that did nothing: it may be sent again."""
+    """Remove a request that did nothing: it may be sent again."""
     session.execute(delete(RequestRow).filter_by(who=who, idempotency_key=key))

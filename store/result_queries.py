@@ -1,13 +1,13 @@
-"""Results of an article over all its runs, in pages; each begins with an index, however many points there are."""
+"""Results of an article over all its runs, in pages; an index makes each page fast, however many results there are."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sqlalchemy import ScalarSelect, Select, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from store.comparisons import Comparison, comparison_of
 from store.dynamic_stiffness import COLUMNS, StoredStiffness, from_columns
 from store.models.measurements import SpecimenRow
 from store.models.results import (
@@ -18,10 +18,11 @@ from store.models.results import (
     JointElementRow,
     JointMatrixRow,
 )
+from store.rows import equal, newest_first
 
 
 class ResultIds(NamedTuple):
-    """Where a result stands: the numbers of its row, its analysis and the first run that it is about."""
+    """Numbers of a result's row, of its analysis and of the first run of that analysis."""
 
     id: int
     analysis_id: int
@@ -29,7 +30,7 @@ class ResultIds(NamedTuple):
 
 
 class Element(NamedTuple):
-    """One element of a joint's matrices, k and h in N/m, N or N m, with 95 % intervals; None is not known."""
+    """One element of a joint's matrices, k and h in N/m, N or N m, with 95 % intervals; None for unknown values."""
 
     joint: str
     matrix_row: int
@@ -44,22 +45,6 @@ class Element(NamedTuple):
     loss_factor_low: float | None
     loss_factor_high: float | None
     observable: bool
-
-
-class Compared(NamedTuple):
-    """One element by both experiments, with 95 % intervals."""
-
-    article: str
-    joint: str
-    element: str
-    frequency: float | None
-    amplitude_pp_mm: float | None
-    inverse_low: float | None
-    inverse_high: float | None
-    direct_low: float
-    direct_high: float
-    verdict: str
-    reason: str | None
 
 
 def find_elements(
@@ -81,12 +66,9 @@ def find_elements(
         .where(matrix.specimen_id.in_(_specimens(article, joint)))
     )  # fmt: skip
     if method is not None:
-        query = query.join(AnalysisRow, AnalysisRow.id == matrix.analysis_id)
-        query = query.where(AnalysisRow.method == method)
-    if before is not None:
-        query = query.where(element.id < before)
-    rows = session.execute(query.order_by(element.id.desc()).limit(limit))
-    return [(_place(row), Element(*row[3:])) for row in rows]
+        query = query.join(AnalysisRow, AnalysisRow.id == matrix.analysis_id).where(AnalysisRow.method == method)
+    rows = session.execute(newest_first(query, element.id, before, limit))
+    return [(ResultIds(*row[:3]), Element(*row[3:])) for row in rows]
 
 
 def find_sine_points(
@@ -108,18 +90,13 @@ def find_sine_points(
         .join(SpecimenRow, SpecimenRow.id == point.specimen_id)
         .where(point.specimen_id.in_(_specimens(article, specimen)))
     )
-    wanted = {"configuration": configuration, "amplitude_pp_mm": amplitude_pp_mm}
-    for name, value in wanted.items():
-        if value is not None:
-            query = query.where(getattr(point, name) == value)
+    query = query.where(*equal(point, configuration=configuration, amplitude_pp_mm=amplitude_pp_mm))
     if lowest_frequency is not None:
         query = query.where(point.frequency >= lowest_frequency)
     if highest_frequency is not None:
         query = query.where(point.frequency <= highest_frequency)
-    if before is not None:
-        query = query.where(point.id < before)
-    rows = session.execute(query.order_by(point.id.desc()).limit(limit))
-    return [(_place(row), from_columns(*row[3:])) for row in rows]
+    rows = session.execute(newest_first(query, point.id, before, limit))
+    return [(ResultIds(*row[:3]), from_columns(*row[3:])) for row in rows]
 
 
 def find_comparisons(
@@ -130,21 +107,15 @@ def find_comparisons(
     verdict: str | None = None,
     before: int | None = None,
     limit: int = 100,
-) -> list[tuple[ResultIds, Compared]]:
+) -> list[tuple[ResultIds, Comparison]]:
     """Comparisons of both experiments on an article, newest first."""
-    row = ComparisonRow
-    columns = [getattr(row, name) for name in Compared._fields]
-    query = select(row.id, row.analysis_id, _run_of(row.analysis_id), *columns).filter_by(article=article)
-    for name, value in {"joint": joint, "verdict": verdict}.items():
-        if value is not None:
-            query = query.where(getattr(row, name) == value)
-    if before is not None:
-        query = query.where(row.id < before)
-    found = session.execute(query.order_by(row.id.desc()).limit(limit))
-    return [(_place(each), Compared(*each[3:])) for each in found]
+    query = select(ComparisonRow, _run_of(ComparisonRow.analysis_id))
+    query = query.where(*equal(ComparisonRow, article=article, joint=joint, verdict=verdict))
+    found = session.execute(newest_first(query, ComparisonRow.id, before, limit))
+    return [(ResultIds(row.id, row.analysis_id, run), comparison_of(row)) for row, run in found]
 
 
-def _run_of(analysis_id: InstrumentedAttribute[int]) -> ScalarSelect[int | None]:
+def _run_of(analysis_id: InstrumentedAttribute[int]) -> ScalarSelect[int]:
     first = select(func.min(AnalysisRunRow.run_id)).where(AnalysisRunRow.analysis_id == analysis_id)
     return first.scalar_subquery()
 
@@ -152,7 +123,3 @@ def _run_of(analysis_id: InstrumentedAttribute[int]) -> ScalarSelect[int | None]
 def _specimens(article: str, name: str | None) -> Select[int]:
     query = select(SpecimenRow.id).filter_by(article=article)
     return query if name is None else query.filter_by(name=name)
-
-
-def _place(row: Sequence[Any]) -> ResultIds:
-    return ResultIds(row[0], row[1], row[2])

@@ -1,4 +1,4 @@
-"""Runs: what was measured or imported, when, with which setup, and how it ended."""
+"""Runs: measurements and imports, with their setup, their times, and how they ended."""
 
 from __future__ import annotations
 
@@ -9,26 +9,28 @@ from typing import Any
 from uuid import uuid4
 
 from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, load_only
 
-from store.errors import NotFoundError, StoreError
+from store.errors import StoreError
 from store.instruments import Instrument, StoredChannel, add_channels, calibration_id
-from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow, SpecimenRow
+from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow
 from store.provenance import configuration_hash
+from store.rows import add_row, equal, from_row, get_row, newest_first
 from store.states import RunState
 from store.waveforms import SUFFIX
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run as the catalogue has it.
+    """One run.
 
     Attributes:
         kind: hammer, sweep, import, ...
-        article: the test article that was measured; its joints are the specimens.
-        reason: why it was stopped or failed, lately; `list_run_events` has the older reasons too.
-        setup: what was built and how it was measured, in the form of a bundle's setup.json.
-        sequence: what was asked for.
+        article: the test article; its joints are the specimens.
+        started_at, finished_at: UTC.
+        reason: why it was stopped or failed the last time; `list_run_events` has the older reasons too.
+        setup: the article and how it was measured, in the form of a bundle's setup.json.
+        sequence: the sequence that was asked for.
         configuration_hash: SHA-256 over setup, sequence, channels and instruments.
         waveform_file: name of its file in the folder of waveforms.
     """
@@ -50,11 +52,12 @@ class Run:
 
 @dataclass(frozen=True)
 class RunEvent:
-    """A run came into `state`: it was started, ended or resumed.
+    """A change of a run's state: its start, an end, a resumption.
 
     Attributes:
-        reason: why, where that was said.
-        who: did it: person, computer and process.
+        state: the new state.
+        reason: why, if it was given.
+        who: person, computer and process.
         happened_at: UTC.
     """
 
@@ -78,15 +81,13 @@ def start_run(
     who: str | None = None,
     reason: str | None = None,
 ) -> Run:
-    """Begin a run now, or at `started_at` (UTC), and note who did, and why where there is something to say.
+    """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
 
     Raises:
-        StoreError: setup or sequence have no JSON form, or a channel's name comes twice.
+        StoreError: setup or sequence have no JSON form, or two channels have the same name.
     """
-    row = _new_row(session, kind, RunState.RUNNING, title, article, setup, sequence or {}, started_at)
-    _add_instruments(session, row, channels, instruments)
-    _note(session, row, reason, who, row.started_at)
-    return _run(row)
+    row = _new_row(session, RunState.RUNNING, kind, title, article, setup, sequence or {}, started_at)
+    return _connect(session, row, channels, instruments, reason, who)
 
 
 def create_run(
@@ -99,15 +100,13 @@ def create_run(
     sequence: dict[str, Any],
     who: str | None = None,
 ) -> Run:
-    """Store what is to be measured; `begin_run` begins it. Until then its start is when it was created.
+    """Store a run for `begin_run` to begin. Until then it has the time of its creation as its start.
 
     Raises:
         StoreError: setup or sequence have no JSON form.
     """
-    row = _new_row(session, kind, RunState.CREATED, title, article, setup, sequence, None)
-    _add_instruments(session, row, (), ())
-    _note(session, row, None, who, row.started_at)
-    return _run(row)
+    row = _new_row(session, RunState.CREATED, kind, title, article, setup, sequence)
+    return _connect(session, row, (), (), None, who)
 
 
 def begin_run(
@@ -120,19 +119,17 @@ def begin_run(
     who: str | None = None,
     reason: str | None = None,
 ) -> Run:
-    """Begin a run now that was created; with its sequence as it is carried out, seeds drawn.
+    """Begin a created run now, with the sequence as it is carried out (its random numbers drawn).
 
     Raises:
         NotFoundError: there is no such run.
-        StoreError: it was begun before, or a channel's name comes twice.
+        StoreError: it was begun before, or two channels have the same name.
     """
     row = _row(session, run_id)
     if row.state != RunState.CREATED:
         raise StoreError(f"run {run_id} was begun before; it is {row.state}")
     row.state, row.sequence, row.started_at = RunState.RUNNING, sequence, datetime.now(UTC)
-    _add_instruments(session, row, channels, instruments)
-    _note(session, row, reason, who, row.started_at)
-    return _run(row)
+    return _connect(session, row, channels, instruments, reason, who)
 
 
 def finish_run(
@@ -143,9 +140,9 @@ def finish_run(
     finished_at: datetime | None = None,
     who: str | None = None,
 ) -> Run:
-    """End a run now, or at `finished_at` (UTC), and note who did.
+    """End a run now, or at `finished_at` (UTC), and note who did it.
 
-    A clock that was set back meanwhile does not keep a run from ending: the reason says so.
+    A clock that was set back meanwhile does not keep a run from ending; the reason then says so.
 
     Raises:
         NotFoundError: there is no such run.
@@ -166,12 +163,11 @@ def finish_run(
         back = f"the computer's clock was set back during the run, by at least {row.started_at - ended}"
         reason = f"{reason}; {back}" if reason else back
     row.state, row.reason, row.finished_at = state, reason, ended
-    _note(session, row, reason, who, ended)
-    return _run(row)
+    return _note(session, row, reason, who, ended)
 
 
 def reopen_run(session: Session, run_id: int, reason: str, who: str | None = None) -> Run:
-    """Let a run that was stopped, failed or cut off go on; how it ended stays among its events.
+    """Let a stopped, failed or interrupted run go on; its earlier end stays among its events.
 
     Raises:
         NotFoundError: there is no such run.
@@ -181,28 +177,28 @@ def reopen_run(session: Session, run_id: int, reason: str, who: str | None = Non
     if row.state == RunState.FINISHED:
         raise StoreError(f"run {run_id} is finished; nothing of it is left to do")
     row.state, row.reason, row.finished_at = RunState.RUNNING, None, None
-    _note(session, row, reason, who, datetime.now(UTC))
-    return _run(row)
+    return _note(session, row, reason, who, datetime.now(UTC))
 
 
 def list_run_events(session: Session, run_id: int) -> list[RunEvent]:
-    """The history of a run, oldest first; it begins with its start.
-
-    Raises:
-        NotFoundError: there is no such run.
-    """
+    """The history of a run, oldest first; NotFoundError where there is no such run."""
     _row(session, run_id)
     rows = session.scalars(select(RunEventRow).filter_by(run_id=run_id).order_by(RunEventRow.id))
-    return [RunEvent(RunState(row.state), row.reason, row.who, row.happened_at) for row in rows]
+    return [from_row(RunEvent, row, state=RunState(row.state)) for row in rows]
 
 
 def get_run(session: Session, run_id: int) -> Run:
-    """One run.
-
-    Raises:
-        NotFoundError: there is no such run.
-    """
+    """One run, or NotFoundError."""
     return _run(_row(session, run_id))
+
+
+def run_in_short(session: Session, run_id: int) -> RunRow:
+    """Article and waveform file of a run, or NotFoundError; not its setup, which may be long.
+
+    A sweep asks for them with every record.
+    """
+    columns = load_only(RunRow.article, RunRow.waveform_file)
+    return get_row(session, RunRow, run_id, "run", options=[columns])
 
 
 def list_runs(
@@ -212,47 +208,33 @@ def list_runs(
     state: RunState | None = None,
     article: str | None = None,
     limit: int = 100,
-    offset: int = 0,
     before: int | None = None,
 ) -> list[Run]:
-    """Runs, last stored first whatever the clock said, optionally of one kind, state or article.
+    """Runs, optionally of one kind, state or article; the last stored comes first, whatever the clock said.
 
-    `before` is the number of a run, to go on with a list without counting what is skipped.
+    A page begins before the number `before`.
     """
-    query = select(RunRow).filter_by(**_wanted(kind, state, article)).order_by(RunRow.id.desc())
-    if before is not None:
-        query = query.where(RunRow.id < before)
-    return [_run(row) for row in session.scalars(query.limit(limit).offset(offset))]
+    query = select(RunRow).where(*equal(RunRow, kind=kind, state=state, article=article))
+    return [_run(row) for row in session.scalars(newest_first(query, RunRow.id, before, limit))]
 
 
 def count_runs(
     session: Session, *, kind: str | None = None, state: RunState | None = None, article: str | None = None
 ) -> int:
-    """How many runs there are, optionally of one kind, state or article."""
-    query = select(func.count()).select_from(RunRow).filter_by(**_wanted(kind, state, article))
-    return session.scalar(query) or 0
-
-
-def specimen_id(session: Session, article: str, name: str) -> int:
-    """Number of the specimen: the cylinders of joint `name` of an article; the row is made where it is new."""
-    known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
-    if known is not None:
-        return known
-    row = SpecimenRow(article=article, name=name)
-    session.add(row)
-    session.flush()
-    return row.id
+    """Number of runs, optionally of one kind, state or article."""
+    query = select(func.count()).select_from(RunRow)
+    return session.scalar(query.where(*equal(RunRow, kind=kind, state=state, article=article))) or 0
 
 
 def _new_row(
     session: Session,
-    kind: str,
     state: RunState,
+    kind: str,
     title: str,
     article: str,
     setup: dict[str, Any],
     sequence: dict[str, Any],
-    started_at: datetime | None,
+    started_at: datetime | None = None,
 ) -> RunRow:
     started_at = started_at or datetime.now(UTC)
     row = RunRow(
@@ -266,15 +248,18 @@ def _new_row(
         configuration_hash="",
         waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
     )
-    session.add(row)
-    session.flush()
-    return row
+    return add_row(session, row)
 
 
-def _add_instruments(
-    session: Session, row: RunRow, channels: Sequence[StoredChannel], instruments: Sequence[Instrument]
-) -> None:
-    """Connect a run with what it is measured with; the hash of its configuration follows."""
+def _connect(
+    session: Session,
+    row: RunRow,
+    channels: Sequence[StoredChannel],
+    instruments: Sequence[Instrument],
+    reason: str | None,
+    who: str | None,
+) -> Run:
+    """Connect a run with its instruments, from which the hash of its configuration follows, and note its new state."""
     configuration = {
         "setup": row.setup,
         "sequence": row.sequence,
@@ -282,19 +267,16 @@ def _add_instruments(
         "instruments": [_plain(instrument) for instrument in instruments],
     }
     row.configuration_hash = configuration_hash(configuration)
-    add_channels(session, row.id, tuple(channels))
+    add_channels(session, row.id, channels)
     calibrations = {calibration_id(session, instrument) for instrument in instruments}
     session.add_all(RunInstrumentRow(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
+    return _note(session, row, reason, who, row.started_at)
 
 
-def _note(session: Session, row: RunRow, reason: str | None, who: str | None, happened_at: datetime) -> None:
-    session.add(RunEventRow(run_id=row.id, state=row.state, reason=reason, who=who, happened_at=happened_at))
-    session.flush()
-
-
-def _wanted(kind: str | None, state: RunState | None, article: str | None) -> dict[str, str]:
-    wanted = {"kind": kind, "state": state, "article": article}
-    return {name: value for name, value in wanted.items() if value is not None}
+def _note(session: Session, row: RunRow, reason: str | None, who: str | None, happened_at: datetime) -> Run:
+    """Add the run's new state to its history."""
+    add_row(session, RunEventRow(run_id=row.id, state=row.state, reason=reason, who=who, happened_at=happened_at))
+    return _run(row)
 
 
 def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
@@ -307,25 +289,8 @@ def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
 
 
 def _row(session: Session, run_id: int) -> RunRow:
-    row = session.get(RunRow, run_id)
-    if row is None:
-        raise NotFoundError(f"there is no run {run_id}")
-    return row
+    return get_row(session, RunRow, run_id, "run")
 
 
 def _run(row: RunRow) -> Run:
-    return Run(
-        id=row.id,
-        kind=row.kind,
-        state=RunState(row.state),
-        title=row.title,
-        article=row.article,
-        started_at=row.started_at,
-        finished_at=row.finished_at,
-        reason=row.reason,
-        setup=row.setup,
-        sequence=row.sequence,
-        configuration_hash=row.configuration_hash,
-        waveform_file=row.waveform_file,
-        software_version=row.software_version,
-    )
+    return from_row(Run, row, state=RunState(row.state))

@@ -1,4 +1,4 @@
-"""Sequences under a name, to be run again and again."""
+"""Named sequences, to be run again and again."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from store.errors import NotFoundError
 from store.models.service import SequenceDocumentRow
+from store.rows import add_row, from_row
 
 
 @dataclass(frozen=True)
@@ -23,53 +24,36 @@ class SequenceDocument:
 
 
 def save_sequence(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
-    """Keep a document under a name, in place of the one that was there.
-
-    Raises:
-        StoreError: it has no JSON form.
-    """
-    row = session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
-    now = datetime.now(UTC)
-    if row is None:
-        row = SequenceDocumentRow(name=name, document=document, changed_at=now)
-        session.add(row)
-    else:
-        row.document, row.changed_at = document, now
-    session.flush()
-    return _document(row)
+    """Store a document under a name, in place of an older one; StoreError where it has no JSON form."""
+    row = _find(session, name) or SequenceDocumentRow(name=name)
+    row.document, row.changed_at = document, datetime.now(UTC)
+    return from_row(SequenceDocument, add_row(session, row))
 
 
 def get_sequence(session: Session, name: str) -> SequenceDocument:
-    """One document.
-
-    Raises:
-        NotFoundError: nothing is kept under that name.
-    """
-    return _document(_row(session, name))
+    """One document, or NotFoundError."""
+    return from_row(SequenceDocument, _row(session, name))
 
 
 def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> list[SequenceDocument]:
-    """Documents by name; `after` a name, to go on with a list."""
+    """Documents by name; a page begins after the name `after`."""
     query = select(SequenceDocumentRow).where(SequenceDocumentRow.name > after)
-    return [_document(row) for row in session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))]
+    rows = session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))
+    return [from_row(SequenceDocument, row) for row in rows]
 
 
 def remove_sequence(session: Session, name: str) -> None:
-    """Forget a document; runs keep their own copy.
-
-    Raises:
-        NotFoundError: nothing is kept under that name.
-    """
+    """Remove a document, or NotFoundError; runs have their own copy."""
     session.delete(_row(session, name))
     session.flush()
 
 
+def _find(session: Session, name: str) -> SequenceDocumentRow | None:
+    return session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
+
+
 def _row(session: Session, name: str) -> SequenceDocumentRow:
-    row = session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
+    row = _find(session, name)
     if row is None:
         raise NotFoundError(f"there is no sequence {name!r}")
     return row
-
-
-def _document(row: SequenceDocumentRow) -> SequenceDocument:
-    return SequenceDocument(row.name, row.document, row.changed_at)

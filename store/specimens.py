@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store.errors import NotFoundError
 from store.models.measurements import SpecimenRow
+from store.rows import add_row, equal, from_row, get_row
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """One joint's cylinders; `name` is the joint's."""
+    """The cylinders of one joint; `name` is the joint's."""
 
     id: int
     article: str
@@ -22,24 +22,17 @@ class Specimen:
 
 
 def get_specimen(session: Session, specimen_id: int) -> Specimen:
-    """One specimen.
-
-    Raises:
-        NotFoundError: there is no such specimen.
-    """
-    row = session.get(SpecimenRow, specimen_id)
-    if row is None:
-        raise NotFoundError(f"there is no specimen {specimen_id}")
-    return _specimen(row)
+    """One specimen, or NotFoundError."""
+    return from_row(Specimen, get_row(session, SpecimenRow, specimen_id, "specimen"))
 
 
 def list_specimens(session: Session, *, article: str | None = None, after: int = 0, limit: int = 100) -> list[Specimen]:
-    """Specimens in the order of storing, of one article or all; `after` a number, to go on with a list."""
-    query = select(SpecimenRow).where(SpecimenRow.id > after).order_by(SpecimenRow.id).limit(limit)
-    if article is not None:
-        query = query.filter_by(article=article)
-    return [_specimen(row) for row in session.scalars(query)]
+    """Specimens of one article or of all, in the order of storing; a page begins after the number `after`."""
+    query = select(SpecimenRow).where(SpecimenRow.id > after, *equal(SpecimenRow, article=article))
+    return [from_row(Specimen, row) for row in session.scalars(query.order_by(SpecimenRow.id).limit(limit))]
 
 
-def _specimen(row: SpecimenRow) -> Specimen:
-    return Specimen(row.id, row.article, row.name, row.description)
+def specimen_id(session: Session, article: str, name: str) -> int:
+    """Number of the specimen of joint `name` of an article; a new specimen gets a row."""
+    known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
+    return known or add_row(session, SpecimenRow(article=article, name=name)).id

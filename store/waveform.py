@@ -87,3 +87,19 @@ class WaveformReference:
 
     def __str__(self) -> str:
         return f"{self.file} record {self.record}"
+
+
+def record_number(reference: WaveformReference | None, file: str, where: str) -> int | None:
+    """The number to store with a row of the run whose waveform file is `file`; None without a waveform.
+
+    Raises:
+        StoreError: the waveform is of another run; the message starts with `where`.
+    """
+    if reference is not None and reference.file != file:
+        raise StoreError(f"{where}: waveform {reference} is not of this run, whose file is {file}")
+    return None if reference is None else reference.record
+
+
+def reference_to(file: str, record: int | None) -> WaveformReference | None:
+    """The reference for a stored number; None without a waveform."""
+    return None if record is None else WaveformReference(file, record)

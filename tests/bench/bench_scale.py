@@ -21,9 +21,9 @@ from sqlalchemy.orm import Session
 
 from store.analyses import latest_analysis
 from store.blows import list_blows
-from store.calibrations import list_known_instruments
 from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
+from store.instruments import list_known_instruments
 from store.joint_matrices import list_joint_matrices
 from store.models.measurements import RunRow
 from store.models.results import AnalysisRow, AnalysisRunRow
@@ -204,7 +204,7 @@ def functions() -> dict[str, Ask]:
 
     return {
         "list_runs: the newest 100": list_runs,
-        "list_runs: 100 far back": lambda session: list_runs(session, offset=9_800),
+        "list_runs: 100 far back": lambda session: list_runs(session, before=200),
         "list_runs: failed": lambda session: list_runs(session, state=RunState.FAILED),
         "list_runs: running": lambda session: list_runs(session, state=RunState.RUNNING),
         "list_runs: sweeps": lambda session: list_runs(session, kind="sweep"),

@@ -12,8 +12,8 @@ from sqlalchemy import text
 from sqlalchemy.orm import Session
 
 from store.analyses import add_analysis, get_analysis, latest_analysis, list_analyses
-from store.arrays import decode_array, encode_array
 from store.catalogue import Catalogue
+from store.columns import decode_array, encode_array
 from store.comparisons import add_comparisons, list_comparisons
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import DamagedError, NotFoundError, StoreError

@@ -16,7 +16,7 @@ from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
 from store.audit import list_audit_entries
-from store.calibrations import list_calibrations, list_known_instruments
+from store.instruments import list_calibrations, list_known_instruments
 from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.states import Scope
 

@@ -275,17 +275,7 @@ def comparisons_of_article(
         found = find_comparisons(
             session, article=article, joint=joint, verdict=verdict, before=paging.number, limit=paging.rows
         )
-    items = [
-        document(
-            FoundComparison,
-            each,
-            **place._asdict(),
-            inverse=None if each.inverse_low is None else (each.inverse_low, each.inverse_high),
-            direct=(each.direct_low, each.direct_high),
-        )
-        for place, each in found
-    ]
-    return paging.of_rows(items)
+    return paging.of_rows([document(FoundComparison, each, **ids._asdict()) for ids, each in found])
 
 
 @diagnoses.get("", name="list_", responses=problems() | first_of("diagnosis_id", "gap-diagnoses-get"))

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from rig.errors import RigError
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
-from rig.tester import Tester
 from rig.tester_status import Detector
 from store.quantity import quantity
+
+if TYPE_CHECKING:
+    from rig.tester import Tester  # for types alone: a client reads sequences without the tester's driver
 
 TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
 """Of the others, a lower limit is tighter."""

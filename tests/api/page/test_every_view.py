@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from playwright.sync_api import Request, expect
@@ -30,18 +30,22 @@ VIEWS = (
     "/page/laboratory?part=Keys",
     "/page/laboratory?part=Audit+log",
 )
+ALL_DRAWN = "() => [...document.querySelectorAll('.nicegui-echart')].every(chart => chart.querySelector('canvas, svg'))"
 
 
 @pytest.mark.parametrize("path", VIEWS)
 def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(path: str, diagnosis: int, reader: Tab) -> None:
     page = reader.go(path.format(diagnosis=diagnosis))
     page.wait_for_function("() => window.socket?.connected && !document.body.classList.contains('dead')")
+    for part in parse_qs(urlsplit(path).query).get("part", ()):
+        if path.startswith("/page/results") and part != "Measured how":
+            page.get_by_role("heading", name=part, exact=True).wait_for()  # its section has begun to be read
     expect(page.get_by_text("…", exact=True)).to_have_count(0)  # nothing is still being read
-    assert not page.locator('[role="alert"]:visible').all_inner_texts()
+    page.wait_for_function(ALL_DRAWN)
+    expect(page.locator('[role="alert"]:visible')).to_have_count(0)
     assert reader.hosts == {"127.0.0.1"}
     assert not reader.errors
-    width = page.evaluate("() => document.documentElement.scrollWidth")
-    assert width <= 800  # nothing is beyond the edge of a tablet
+    page.wait_for_function("() => document.documentElement.scrollWidth <= 800")  # the width of a tablet
     assert not grave_faults(page)
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from store.catalogue import Catalogue
-from store.jobs import Job, get_job
+from store.jobs import Job, get_job, signs_of_life
 from store.states import OVER
+from tests.waiting import LONG
 
 Wait = Callable[..., Job]
 
@@ -24,15 +25,17 @@ def catalogue(measured: int, tmp_path: Path) -> Iterator[Catalogue]:
 
 @pytest.fixture
 def wait_for(catalogue: Catalogue) -> Wait:
-    """Wait until a job is over, or until something else is true of it."""
+    """Wait until a job is over, or until a condition holds, for as long as the job changes or its worker lives."""
 
     def wait(job: Job, is_so: Callable[[Job], bool] = lambda job: job.state in OVER) -> Job:
-        ends = time.monotonic() + 60
+        latest, ends = None, 0.0
         while True:
             with catalogue.reading() as session:
-                found = get_job(session, job.id)
+                found, signs = get_job(session, job.id), signs_of_life(session)
             if is_so(found):
                 return found
+            if latest != (found, signs):
+                latest, ends = (found, signs), time.monotonic() + LONG
             assert time.monotonic() < ends, found
             time.sleep(0.05)
 

@@ -77,12 +77,14 @@ def test_a_worker_that_hangs_makes_room_for_another(
     catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("jointlab.jobs.queue.LOOK", 0.2)
-    monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(seconds=5))
     job = queue.add("identify", {"run": 1}, "test")
     wait_for(job, lambda found: found.stage is not None)
     pid = executor.pids[job.id]
     assert pid is not None
     os.kill(pid, signal.SIGSTOP)
+    monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(seconds=5))
+    wait_for(job, lambda found: found.attempts == 2)
+    monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(hours=1))  # the second one may be slow
     done = wait_for(job)
     assert (done.state, done.attempts) == (JobState.DONE, 2)
 

@@ -1,4 +1,4 @@
-"""What a run has already: read from the store before the run goes on, so that nothing is measured twice."""
+"""The points that a run has completed, read from the store before it is resumed, so that none is measured twice."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from store.sine_records import SineRecord, list_sine_records
 
 
 class ResumeError(RequestError):
-    """The run cannot go on with this sequence or these instruments; nothing moved."""
+    """The run cannot be resumed with this sequence or these instruments; nothing moved."""
 
 
 @dataclass(frozen=True)
 class CompletedPoints:
-    """What is stored of a run.
+    """The stored measurements of a run.
 
     Attributes:
-        points: by set number and point, what was struck.
+        points: progress of each point, by set number and point.
         sines: order numbers of the sine points.
         elapsed: s from the start of the run to the latest sine point.
     """
@@ -39,22 +39,22 @@ class CompletedPoints:
 
     @property
     def blows(self) -> int:
-        """Accepted blows."""
+        """Number of accepted blows."""
         return sum(point.accepted for point in self.points.values())
 
     def points_of(self, set_number: int) -> dict[Dof, PointProgress]:
-        """What was struck in a set."""
+        """Progress of the points of a set."""
         return {point: progress for (number, point), progress in self.points.items() if number == set_number}
 
-    def left_of(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
-        """The steps that are not done, each with its set number, or the order number of its first sine point, or 0.
+    def remaining_steps(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
+        """The steps that are not complete, each with its set number, or the order number of its first sine point, or 0.
 
-        A wait, a soak or a prompt serves the step after it, and is done again where that has something left.
+        A wait, a soak or a prompt serves the step after it, and is repeated where that is not complete.
         """
-        left = list[tuple[Step, int]]()
+        remaining = list[tuple[Step, int]]()
         set_number = len(sequence.hammer_steps) + 1
         sine_steps = list(sequence.sine_steps)
-        needed = True  # whether what comes next has something left; at the end, waiting is a wish of its own
+        needed = True  # whether the next step is incomplete; at the end of a sequence a wait is always carried out
         for step in reversed(sequence.steps):
             number = 0
             if isinstance(step, HammerStep):
@@ -65,18 +65,18 @@ class CompletedPoints:
                 _, number = sine_steps.pop()
                 needed = not self.sines.issuperset(range(number, number + step.points))
             if needed:
-                left.append((step, number))
-        return tuple(reversed(left))
+                remaining.append((step, number))
+        return tuple(reversed(remaining))
 
 
 def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> CompletedPoints:
-    """What is stored of `run`, which carries out `sequence`.
+    """The stored measurements of `run`, which carries out `sequence`.
 
-    The accepted blows of a point are judged beside each other once more: what an interrupted session thought of them
-    went with it, and one that the others contradict does not count.
+    The accepted blows of a point are compared once more, because the store has no results of the comparison; an
+    inconsistent blow does not count.
 
     Raises:
-        ResumeError: what is stored is not what the sequence asks for.
+        ResumeError: the stored measurements are not those that the sequence asks for.
         StoreError: the catalogue cannot be read, or a blow's record is damaged.
     """
     with catalogue.reading() as session:
@@ -102,7 +102,7 @@ def _progress(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> Poi
 
 
 def _compared(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
-    """The accepted blows of a point side by side; one without a record, which this rig never stores, does not count."""
+    """The accepted blows of a point for comparison; a blow without a record, which this rig never stores, is left out."""
     records = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
     if not records:
         return None

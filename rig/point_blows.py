@@ -1,4 +1,4 @@
-"""The blows of one point side by side: once there are three, they tell of one that was struck somewhere else."""
+"""Comparing the blows of one point: with three or more, a blow at another point shows as inconsistent."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOWEST_COMPARED = 20.0  # Hz; below, a record of two seconds holds more drift th
 def inconsistent_blows(
     force: Real, acceleration: Real, sample_rate: float, highest: float
 ) -> tuple[BlowReason | None, ...]:
-    """For each blow of a point the reason why the others contradict it, or None.
+    """For each blow of a point the reason why it is inconsistent with the others, or None.
 
     Args:
         force: (blows, samples) in N.
@@ -25,14 +25,14 @@ def inconsistent_blows(
         sample_rate: in Hz.
         highest: frequency in Hz up to which they are compared.
     """
-    if (highest - LOWEST_COMPARED) * force.shape[1] < sample_rate:  # no line of so short a record need lie between
+    if (highest - LOWEST_COMPARED) * force.shape[1] < sample_rate:  # a record so short may have no spectral line between them
         return (None,) * len(force)
     return check_point(force, acceleration, sample_rate, (LOWEST_COMPARED, highest))
 
 
 @dataclass
 class PointBlows:
-    """Blows of one point that count by themselves, and whether the others agree with each of them.
+    """Blows of one point that are good by themselves, and whether the others agree with each of them.
 
     Attributes:
         highest: frequency in Hz up to which they are compared.
@@ -47,7 +47,7 @@ class PointBlows:
 
     @classmethod
     def of(cls, highest: float, blows: Iterable[tuple[int, Real, Real]], sample_rate: float) -> Self:
-        """Blows that counted when they were struck, judged anew beside each other.
+        """Blows that were accepted when they were struck, compared with each other again.
 
         Args:
             highest: see above.
@@ -61,15 +61,15 @@ class PointBlows:
 
     @property
     def accepted(self) -> int:
-        """How many count."""
+        """Number of blows that count."""
         return sum(number not in self._suspects and number not in self._refused for number in self._numbers)
 
     def add(self, number: int, force: Real, acceleration: Real, sample_rate: float) -> dict[int, BlowReason]:
         """Take blow `number`: force (samples,) in N, acceleration (samples,) in m/s^2, `sample_rate` in Hz.
 
         Returns:
-            Which blows are suspected that were not before, and why. One of them may be `number` itself; then it is not
-            to count, whatever later blows say.
+            The newly suspected blows and the reasons. One of them may be `number` itself; it is then refused for good,
+            whatever later blows say.
         """
         self._force.append(force)
         self._acceleration.append(acceleration)

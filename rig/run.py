@@ -1,7 +1,7 @@
 """Running a sequence: its steps one after the other, each on the instruments that it needs, into one run.
 
-A run that was stopped, failed or lost its process goes on as the same run with what is left of its sequence: whatever
-was acknowledged is in the store, and the store says what is left.
+A run that was stopped, failed or lost its process can be resumed with the rest of its sequence: every completed
+measurement is in the store, and the store tells the rest.
 """
 
 from __future__ import annotations
@@ -57,13 +57,13 @@ from store.states import RunState
 
 EXPECTED = (RigError, DaqError, StoreError, AnalysisError)
 KIND = "sequence"
-RESUMED_UNTOLD = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
+RESUMED_WITHOUT_END = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each record has a length of its own
 log = logging.getLogger(__name__)
 
 
 def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who: str | None = None) -> int:
-    """Store a run that `run_sequence` carries out later, and return its number; nothing is connected to.
+    """Store a run that `run_sequence` carries out later, and return its number; no instrument is connected.
 
     Raises:
         PlanError, LimitExceededError: a step asks for something impossible.
@@ -86,27 +86,27 @@ def run_sequence(
     reset: bool = False,
     who: str | None = None,
 ) -> int:
-    """Run every step of `sequence` and return the number of the run that holds what was measured.
+    """Run every step of `sequence`; returns the number of the run that holds the measurements.
 
-    The plan and the instruments are looked at before a run is stored: where a step asks for too much or an instrument
-    is absent, nothing is. A run that fails or is stopped keeps what was measured until then, says why it ended, and can
-    be resumed.
+    The plan and the instruments are checked before a run is stored: where a step exceeds a limit or an instrument is
+    absent, nothing is stored. A run that fails or is stopped keeps what was measured and the reason, and can be
+    resumed.
 
     Args:
-        sequence: what to do.
-        instruments: on which instruments.
-        catalogue: where the run goes.
-        operator: who strikes and mounts.
-        observer: who is told.
-        control: who may pause and stop the run.
+        sequence: the steps.
+        instruments: of the rig.
+        catalogue: stores the run.
+        operator: strikes and mounts.
+        observer: gets events.
+        control: may pause and stop the run.
         planned: number of the run that `plan_run` stored for this sequence; None for a new one.
-        reset: whether to reset the tester first, because the cause of its trip has been seen to; it is in
-            the audit log whether or not the run begins, and in the history of one that does.
-        who: asks for it, for the history of the run; whoever runs this process where nobody is named.
+        reset: whether to reset the tester first, because the cause of its trip is removed; the audit log has it even if
+            the run does not begin, the history of the run if it does.
+        who: for the history of the run; by default the user of this process.
 
     Raises:
         RunStoppedError: `control` asked for it.
-        RigError, DaqError: a step asks for what cannot be, or an instrument is absent, refuses or fails.
+        RigError, DaqError: a step is impossible, or an instrument is absent, refuses or fails.
         StoreError: the measurement cannot be stored.
     """
     control = control or RunControl()
@@ -114,9 +114,9 @@ def run_sequence(
     check_plan(sequence, instruments.limits)
     who = who or who_is_here()
     target = "new run" if planned is None else f"run {planned}"
-    done = _reset(sequence, instruments, catalogue, observer, target, who) if reset else None
+    reset_done = _reset(sequence, instruments, catalogue, observer, target, who) if reset else None
     identities = check_instruments(sequence, instruments, observer)
-    control.carry_out(lambda: None, observer)  # a stop until here leaves nothing behind
+    control.carry_out(lambda: None, observer)  # a stop before this line stores nothing
     with ExitStack() as held:
         with catalogue.writing() as session:
             begun: dict[str, Any] = {
@@ -125,16 +125,16 @@ def run_sequence(
                 ],
                 "instruments": identities,
                 "who": who,
-                "reason": done,
+                "reason": reset_done,
             }
             described = _described(sequence)
             if planned is None:
                 run = start_run(session, **described, **begun)
             else:
                 run = begin_run(session, planned, sequence=described["sequence"], **begun)
-            held.enter_context(holding(catalogue, run))  # before anybody else can see it
+            held.enter_context(holding(catalogue, run))  # before another process can see it
         observer(RunStarted(run.id))
-        steps = CompletedPoints().left_of(sequence)
+        steps = CompletedPoints().remaining_steps(sequence)
         _carry_out(
             _Work(run, CompletedPoints(), instruments, catalogue, operator, observer, control, sequence.hangs_beam),
             steps,
@@ -153,19 +153,14 @@ def resume_run(
     reset: bool = False,
     who: str | None = None,
 ) -> None:
-    """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured.
+    """Continue a run that was stopped, failed or lost its process, at the first point that is not measured.
 
-    Blow and order numbers go on, and so does the time. That it was resumed, when and by whom, is recorded beside how it
-    ended before.
+    Blow and order numbers continue, and so does the time. The history of the run gets an entry.
 
     Args:
         run_id: number of the run.
         instruments: the same that the run began with.
-        catalogue: where the run is.
-        operator: who strikes and mounts; specimens are mounted again.
-        observer: who is told.
-        control: who may pause and stop the run.
-        reset, who: as for `run_sequence`.
+        catalogue, operator, observer, control, reset, who: as for `run_sequence`; specimens are mounted again.
 
     Raises:
         RunBusyError: another living process carries out the run.
@@ -180,27 +175,27 @@ def resume_run(
     with holding(catalogue, run):
         store_kept_end(catalogue, run)
         with catalogue.reading() as session:
-            run = get_run(session, run_id)  # as it is now that nobody else can change it
+            run = get_run(session, run_id)  # again, now that no other process can change it
         if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
             why = f"is {run.state}" if run.kind == KIND else "was not measured from a sequence here"
             raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
         sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
         check_plan(sequence, instruments.limits)
-        measured = completed_points(catalogue, run, sequence)
-        steps = measured.left_of(sequence)
+        completed = completed_points(catalogue, run, sequence)
+        steps = completed.remaining_steps(sequence)
         left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
-        reason = RESUMED_UNTOLD if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
+        reason = RESUMED_WITHOUT_END if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
         who = who or who_is_here()
-        if reset and (done := _reset(left, instruments, catalogue, observer, f"run {run_id}", who)):
-            reason += f", {done}"
+        if reset and (reset_done := _reset(left, instruments, catalogue, observer, f"run {run_id}", who)):
+            reason += f", {reset_done}"
         if steps:
             _check_same(catalogue, run, left, instruments, check_instruments(left, instruments, observer))
         control.carry_out(lambda: None, observer)
         with catalogue.writing() as session:
             run = reopen_run(session, run_id, reason, who)
-        observer(RunContinued(run.id, measured.blows, len(measured.sines)))
+        observer(RunContinued(run.id, completed.blows, len(completed.sines)))
         _carry_out(
-            _Work(run, measured, instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
+            _Work(run, completed, instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
         )
 
 
@@ -209,7 +204,7 @@ class _Work:
     """The steps of one run."""
 
     run: Run
-    measured: CompletedPoints
+    completed: CompletedPoints
     instruments: Instruments
     catalogue: Catalogue
     operator: Operator
@@ -248,7 +243,7 @@ class _Work:
                 recorder,
                 self.observer,
                 self.control,
-                self.measured.points_of(set_number),
+                self.completed.points_of(set_number),
             )
 
     def _sweep(self, step: SineStep, first_number: int) -> None:
@@ -264,15 +259,15 @@ class _Work:
                 recorder,
                 thermometer,
                 self.operator,
-                SineRecorder(self.catalogue, self.run, self.measured.elapsed),
+                SineRecorder(self.catalogue, self.run, self.completed.elapsed),
                 self.observer,
                 self.control,
-                self.measured.sines,
+                self.completed.sines,
             )
 
 
 def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
-    """Do `steps` and store how that ended."""
+    """Carry out `steps` and store how the run ended."""
     try:
         for step, number in steps:
             work.do(step, number)
@@ -295,13 +290,13 @@ def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
         with work.catalogue.writing() as session:
             finish_run(session, work.run.id, state, reason, who=who)
     except StoreError as error:
-        # what stopped the run matters more than that the catalogue cannot say so
-        told = f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
+        # the reason for the end matters more than that the catalogue cannot store it
+        message = f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
         try:
             defer_run_end(work.catalogue, work.run, state, reason, who)
         except StoreError as other:
-            raise StoreError(f"{told}; nor kept: {other}") from error
-        raise StoreError(told) from error
+            raise StoreError(f"{message}; nor kept: {other}") from error
+        raise StoreError(message) from error
 
 
 def _described(sequence: Sequence) -> dict[str, Any]:
@@ -324,7 +319,7 @@ def _setup(sequence: Sequence) -> dict[str, object]:
 def _check_same(
     catalogue: Catalogue, run: Run, left: Sequence, instruments: Instruments, found: tuple[Instrument, ...]
 ) -> None:
-    """Let instruments pass that are those the run began with: what it holds was measured by one setup.
+    """Check that the instruments are those with which the run began.
 
     Raises:
         ResumeError: a channel or an instrument is another.

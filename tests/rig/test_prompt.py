@@ -67,7 +67,7 @@ def test_a_prompt_is_asked_again_where_the_step_after_it_has_something_left(
     measured = CompletedPoints(
         {(1, point): PointProgress(2, 0, 2), (2, point): PointProgress(second_set, 0, second_set)}
     )
-    assert [step.step for step, _ in measured.left_of(sequence_from(prompted))] == left
+    assert [step.step for step, _ in measured.remaining_steps(sequence_from(prompted))] == left
 
 
 def test_a_prompt_that_says_nothing_is_refused(prompted: dict[str, Any]) -> None:

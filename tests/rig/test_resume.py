@@ -20,7 +20,7 @@ from rig.control import RunControl, RunStoppedError
 from rig.events import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
 from rig.hammer import PointProgress
 from rig.instruments import Instruments
-from rig.run import RESUMED_UNTOLD, resume_run, run_sequence
+from rig.run import RESUMED_WITHOUT_END, resume_run, run_sequence
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sweep_plan import Order
 from rig.tester_status import TesterTrippedError
@@ -305,7 +305,7 @@ def test_a_run_that_lost_its_process_after_the_last_point_is_finished_without_in
         session.execute(text("UPDATE runs SET state = 'running', finished_at = NULL"))
     nowhere = replace(instruments, daq_address="grpc://127.0.0.1:1", tester_url="tcp://127.0.0.1:1")
     resume_run(number, nowhere, catalogue, person)
-    assert history(catalogue, number)[-2:] == [("running", RESUMED_UNTOLD), ("finished", None)]
+    assert history(catalogue, number)[-2:] == [("running", RESUMED_WITHOUT_END), ("finished", None)]
 
 
 def test_a_stop_before_the_first_step_leaves_no_run(
@@ -351,7 +351,7 @@ def test_waits_are_done_again_where_the_step_they_serve_has_something_left(
         {(number, Dof.parse(point)): PointProgress(count, 0, count) for (number, point), count in points.items()},
         frozenset(range(1, sines + 1)),
     )
-    found = measured.left_of(sequence_from(document))
+    found = measured.remaining_steps(sequence_from(document))
     assert [f"{step.step} {number}" if number else step.step for step, number in found] == left
 
 
@@ -372,7 +372,7 @@ def test_blanks_and_the_sweep_share_one_row_of_order_numbers(
     sines: set[int], left: list[str], document: dict[str, Any]
 ) -> None:
     document["steps"] = [BLANK, document["steps"][1], BLANK | {"piece": "empty", "stiffness": 0}]
-    found = CompletedPoints(sines=frozenset(sines)).left_of(sequence_from(document))
+    found = CompletedPoints(sines=frozenset(sines)).remaining_steps(sequence_from(document))
     assert [f"{step.step} {number}" for step, number in found] == left
 
 

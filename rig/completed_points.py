@@ -102,7 +102,7 @@ def _progress(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> Poi
 
 
 def _compared(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
-    """The accepted blows of a point for comparison; a blow without a record, which this rig never stores, is left out."""
+    """The accepted blows of a point for comparison; blows without a record (never stored here) are left out."""
     records = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
     if not records:
         return None

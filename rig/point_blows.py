@@ -25,7 +25,7 @@ def inconsistent_blows(
         sample_rate: in Hz.
         highest: frequency in Hz up to which they are compared.
     """
-    if (highest - LOWEST_COMPARED) * force.shape[1] < sample_rate:  # a record so short may have no spectral line between them
+    if (highest - LOWEST_COMPARED) * force.shape[1] < sample_rate:  # no spectral line may lie between them
         return (None,) * len(force)
     return check_point(force, acceleration, sample_rate, (LOWEST_COMPARED, highest))
 

@@ -24,7 +24,7 @@ from enum import Enum, IntEnum, IntFlag, StrEnum
 
 MAP_VERSION = 2
 CYCLES_REPORTED = 16
-"""How many of the latest complete cycles STATUS reports one by one."""
+"""Number of latest complete cycles that STATUS reports one by one."""
 
 Value = int | float | str | tuple[float, ...]
 
@@ -37,7 +37,7 @@ class Units(IntEnum):
 
 
 class State(IntEnum):
-    """What the actuator is doing."""
+    """State of the actuator."""
 
     HYDRAULICS_OFF = 0
     IDLE = 1  # hydraulics on, no preset yet
@@ -64,7 +64,7 @@ NO_INTERLOCK = Interlock(0)
 
 
 class Action(IntEnum):
-    """What the instrument does when a detector fires, from the mildest to the hardest; each includes the one before."""
+    """Action of the instrument when a detector fires, from the mildest to the hardest; each includes the one before."""
 
     INDICATE = 1  # the interlock's bit is set
     HOLD = 2  # cycling and ramping stop; the preset stays in force, and a command goes on from there
@@ -94,7 +94,7 @@ def interlock_names(interlocks: Interlock) -> tuple[str, ...]:
 
 
 class CommandCode(IntEnum):
-    """What a COMMAND block asks for."""
+    """The command of a COMMAND block."""
 
     NONE = 0
     HYDRAULICS_ON = 1
@@ -129,7 +129,7 @@ class Refusal(IntEnum):
 
 
 class Kind(StrEnum):
-    """The Modbus table that holds a register."""
+    """The Modbus table of a register."""
 
     COIL = "coil"
     INPUT = "input register"
@@ -155,10 +155,10 @@ class Register:
     """One quantity of a block; its address follows from its place in the block.
 
     Attributes:
-        name: key of the value in what `Block.pack` takes and `Block.unpack` gives.
+        name: key of the value in the arguments of `Block.pack` and the result of `Block.unpack`.
         datatype: how the value is laid out.
         unit: SI unit, empty where the value is a code, a count or a text.
-        meaning: one sentence for whoever reads the map.
+        meaning: one phrase for readers of the map.
         minimum: smallest value with a meaning, in `unit`.
         maximum: largest value with a meaning, in `unit`.
         count: number of values; a value with more than one is a tuple of floats.
@@ -225,7 +225,7 @@ class Block:
         return [*words, checksum(words)]
 
     def out_of_range(self, values: Mapping[str, Value]) -> list[str]:
-        """What of `values` lies outside the range that the map gives its register, in words; nan lies outside."""
+        """The `values` outside the range that the map gives their register, as texts; nan is outside."""
         found = []
         for register in self.registers:
             value = values[register.name]
@@ -264,7 +264,7 @@ def checksum(words: Sequence[int]) -> int:
 
 
 def float32(value: float) -> float:
-    """The number that a FLOAT32 register holds for `value`: what a read-back has to equal."""
+    """The number that a FLOAT32 register holds for `value`; a read-back has to equal it."""
     return float(struct.unpack(">f", struct.pack(">f", value))[0])
 
 
@@ -386,27 +386,3 @@ COMMAND = Block(
 
 EMERGENCY_STOP_COIL = 0
 BLOCKS = (IDENTITY, DETECTORS, STATUS, HEARTBEAT, COMMAND)
-
-
-def table() -> str:
-    """The map as a Markdown table, for the documentation: one row a register."""
-    rows = [
-        "| block | address | kind | name | type | unit | range | access | meaning |",
-        "|---|---|---|---|---|---|---|---|---|",
-        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {Kind.COIL} | emergency_stop | bit | | 1 | write |"
-        " 1 trips the emergency stop |",
-    ]
-    for block in BLOCKS:
-        access = "write" if block.writable else "read"
-        for register in block.registers:
-            kind = f"{register.datatype.name.lower()}{f' x {register.count}' if register.count > 1 else ''}"
-            span = "" if register.datatype is _TEXT else f"{register.minimum:g} to {register.maximum:g}"
-            rows.append(
-                f"| {block.name} | {block.address_of(register.name)} | {block.kind} | {register.name} | {kind} |"
-                f" {register.unit} | {span} | {access} | {register.meaning} |"
-            )
-        rows.append(
-            f"| {block.name} | {block.address + block.count - 1} | {block.kind} | checksum | uint16 | | |"
-            f" {access} | CRC-16 of the words before it |"
-        )
-    return "\n".join(rows) + "\n"

@@ -57,7 +57,9 @@ from store.states import RunState
 
 EXPECTED = (RigError, DaqError, StoreError, AnalysisError)
 KIND = "sequence"
-RESUMED_WITHOUT_END = "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
+RESUMED_WITHOUT_END = (
+    "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
+)
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each record has a length of its own
 log = logging.getLogger(__name__)
 

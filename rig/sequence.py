@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import secrets
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -28,6 +28,7 @@ _YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeErr
 """What PyYAML lets out: its own errors, and those of Python's constructors for a date such as 2026-13-45."""
 
 Positive = Annotated[float, Field(gt=0)]
+_Sines = TypeVar("_Sines", "SweepStep", "BlankStep")
 
 
 class SequenceError(RequestError):
@@ -129,17 +130,17 @@ class Frequencies(Document):
         return tuple(self.first + index * self.step for index in range(count))
 
 
-def _check_sample_rate(sample_rate: float, frequencies: Frequencies) -> None:
-    if sample_rate < SAMPLES_A_CYCLE * frequencies.last:
+def _check_sines(step: _Sines) -> _Sines:
+    """Check that the sample rate resolves the harmonics, and that the detectors leave room for every cycle."""
+    if step.sample_rate < SAMPLES_A_CYCLE * step.frequencies.last:
         raise ValueError(
-            f"sample_rate {sample_rate:g} Hz is less than {SAMPLES_A_CYCLE} times the highest frequency, "
-            f"{frequencies.last:g} Hz"
+            f"sample_rate {step.sample_rate:g} Hz is less than {SAMPLES_A_CYCLE} times the highest frequency, "
+            f"{step.frequencies.last:g} Hz"
         )
-
-
-def _check_room(detectors: StepDetectors | None, preset_mm: float, amplitude_pp_mm: float) -> None:
-    if detectors is not None:
-        detectors.check_room(preset_mm - amplitude_pp_mm / 2, preset_mm + amplitude_pp_mm / 2)
+    if step.detectors is not None:
+        reach = (step.amplitude_pp_mm if isinstance(step, BlankStep) else max(step.amplitudes_pp_mm)) / 2
+        step.detectors.check_room(step.preset_mm - reach, step.preset_mm + reach)
+    return step
 
 
 TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
@@ -171,15 +172,7 @@ class SweepStep(Document):
             raise ValueError("a seed shuffles nothing in sequential order; leave it out, or name another order")
         return self
 
-    @model_validator(mode="after")
-    def _resolves_harmonics(self) -> SweepStep:
-        _check_sample_rate(self.sample_rate, self.frequencies)
-        return self
-
-    @model_validator(mode="after")
-    def _has_room_to_cycle(self) -> SweepStep:
-        _check_room(self.detectors, self.preset_mm, max(self.amplitudes_pp_mm))
-        return self
+    _checked = model_validator(mode="after")(_check_sines)
 
     @property
     def points(self) -> int:
@@ -205,15 +198,7 @@ class BlankStep(Document):
     sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5000.0
     detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
-    @model_validator(mode="after")
-    def _resolves_harmonics(self) -> BlankStep:
-        _check_sample_rate(self.sample_rate, self.frequencies)
-        return self
-
-    @model_validator(mode="after")
-    def _has_room_to_cycle(self) -> BlankStep:
-        _check_room(self.detectors, self.preset_mm, self.amplitude_pp_mm)
-        return self
+    _checked = model_validator(mode="after")(_check_sines)
 
     @model_validator(mode="after")
     def _knows_the_error_of_something(self) -> BlankStep:

@@ -236,10 +236,6 @@ class Tester:
         """Everything that the instrument reports now, tripped or not."""
         return self._wire.status()
 
-    def state(self) -> State:
-        """The present state of the actuator."""
-        return self.status().state
-
     def measured(self) -> TesterStatus:
         """The status now, where nothing has interfered with the last command.
 

@@ -137,7 +137,7 @@ def test_a_halted_tester_moves_only_after_its_release() -> None:
             driver.preset(5e-4)
             driver.cycle(1e-4, 50.0)
             driver.halt()
-            assert driver.state() is State.HELD
+            assert driver.status().state is State.HELD
             for move in (driver.start, lambda: driver.preset(4e-4), lambda: driver.cycle(1e-4, 40.0)):
                 with pytest.raises(MotionHaltedError, match="halted"):
                     move()

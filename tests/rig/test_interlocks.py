@@ -84,7 +84,7 @@ def test_each_action_stops_the_actuator_as_far_as_it_says(
             with pytest.raises(tester_status.TesterTrippedError, match="error"):
                 driver.preset(PRESET)
         driver.reset()
-        assert driver.state() is {
+        assert driver.status().state is {
             Action.PROGRAM_INTERLOCK: State.IDLE,
             Action.HYDRAULIC_INTERLOCK: State.HYDRAULICS_OFF,
         }.get(action, state)

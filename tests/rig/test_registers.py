@@ -15,6 +15,7 @@ from rig.registers import (
     CYCLES_REPORTED,
     DETECTED,
     DETECTORS,
+    EMERGENCY_STOP_COIL,
     HEARTBEAT,
     IDENTITY,
     STATUS,
@@ -28,7 +29,6 @@ from rig.registers import (
     float32,
     is_newer,
     name_of,
-    table,
 )
 
 LARGEST_REQUEST = 123  # registers that Modbus lets one request write; it lets one read 125
@@ -125,6 +125,30 @@ def test_every_detector_has_a_limit_and_an_action_and_the_two_that_have_none_are
     names = [register.name for register in DETECTORS.registers]
     assert names == [f"{name_of(interlock)}_{what}" for interlock in DETECTED for what in ("limit", "action")]
     assert set(Interlock) - set(DETECTED) == {Interlock.WATCHDOG, Interlock.EMERGENCY_STOP}
+
+
+def table() -> str:
+    """The map as a Markdown table, for the documentation: one row a register."""
+    rows = [
+        "| block | address | kind | name | type | unit | range | access | meaning |",
+        "|---|---|---|---|---|---|---|---|---|",
+        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {Kind.COIL} | emergency_stop | bit | | 1 | write |"
+        " 1 trips the emergency stop |",
+    ]
+    for block in BLOCKS:
+        access = "write" if block.writable else "read"
+        for register in block.registers:
+            kind = f"{register.datatype.name.lower()}{f' x {register.count}' if register.count > 1 else ''}"
+            span = "" if register.datatype is DataType.TEXT16 else f"{register.minimum:g} to {register.maximum:g}"
+            rows.append(
+                f"| {block.name} | {block.address_of(register.name)} | {block.kind} | {register.name} | {kind} |"
+                f" {register.unit} | {span} | {access} | {register.meaning} |"
+            )
+        rows.append(
+            f"| {block.name} | {block.address + block.count - 1} | {block.kind} | checksum | uint16 | | |"
+            f" {access} | CRC-16 of the words before it |"
+        )
+    return "\n".join(rows) + "\n"
 
 
 def test_the_table_has_a_row_for_every_register_with_its_address() -> None:

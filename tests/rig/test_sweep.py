@@ -205,7 +205,7 @@ def test_whatever_breaks_the_actuator_is_at_rest_and_after_repair_the_next_sweep
     laboratory.tester.faults.clear()
     laboratory.tester.release_emergency_stop()
     with tester.connect(laboratory.tester.url) as driver:
-        if driver.state() is State.TRIPPED:
+        if driver.status().state is State.TRIPPED:
             driver.reset()
     again = Sink(laboratory)
     sweep(laboratory, again, replace(SMALL, configurations=("shear",)))

@@ -59,7 +59,7 @@ def at_rest(server: Server) -> bool:
 def test_a_day_at_the_tester_start_preset_cycle_stop(either: Server) -> None:
     with tester.connect(either.url, timeout=TIMEOUT) as driver:
         assert driver.identity.serial == "SIM-ET-0001"
-        assert driver.state() is State.HYDRAULICS_OFF
+        assert driver.status().state is State.HYDRAULICS_OFF
         set_cycling(driver)
         status = driver.wait(lambda status: status.state is State.SETTLED and status.cycles > 20, "settle")
         assert status.displacement_mean == pytest.approx(5e-4)
@@ -68,7 +68,7 @@ def test_a_day_at_the_tester_start_preset_cycle_stop(either: Server) -> None:
         assert status.displacement_pp[0] == pytest.approx(either.actuator.steady_pp(), rel=0.02)
         assert status.force_pp == pytest.approx(2 * 5e-5 * 7e5, rel=0.5)
         driver.stop()
-        assert driver.state() is State.HELD
+        assert driver.status().state is State.HELD
     assert either.device.status()["state"] == State.HYDRAULICS_OFF
     assert either.device.applied == [
         CommandCode.HYDRAULICS_ON,
@@ -120,14 +120,14 @@ def test_a_dropped_connection_is_made_again(server: Server) -> None:
         for _ in range(5):
             server.faults.set("drop", 1)
             driver.preset(4e-4)
-        assert driver.state() is State.HELD
+        assert driver.status().state is State.HELD
 
 
 def test_a_busy_tester_is_asked_again(server: Server) -> None:
     with tester.connect(server.url, timeout=TIMEOUT) as driver:
         server.faults.set("busy", 2)
         driver.start()
-        assert driver.state() is State.IDLE
+        assert driver.status().state is State.IDLE
 
 
 def test_a_tester_that_stays_busy_is_refused_with_its_words(server: Server) -> None:
@@ -270,7 +270,7 @@ def test_a_cycle_beyond_the_rigs_limits_is_not_sent(
         driver.preset(5e-4)
         with pytest.raises(tester_limits.LimitExceededError, match=words):
             driver.cycle(amplitude_pp, frequency)
-        assert driver.state() is State.HELD
+        assert driver.status().state is State.HELD
     assert CommandCode.CYCLE not in server.device.applied
 
 
@@ -315,7 +315,7 @@ def test_the_emergency_stop_interrupts_and_only_a_reset_clears_it(server: Server
         server.release_emergency_stop()
         driver.reset()
         driver.start()
-        assert driver.state() is State.IDLE
+        assert driver.status().state is State.IDLE
 
 
 def test_the_emergency_stop_of_the_driver_stops_the_actuator_at_once(server: Server) -> None:
@@ -360,7 +360,7 @@ def test_a_new_client_goes_on_from_the_sequence_of_the_one_before(server: Server
     for _ in range(3):
         with tester.connect(server.url, timeout=TIMEOUT) as driver:
             driver.start()
-            assert driver.state() is State.IDLE
+            assert driver.status().state is State.IDLE
     assert server.device.applied.count(CommandCode.HYDRAULICS_ON) == 3
 
 
@@ -368,7 +368,7 @@ def test_the_heart_beats_while_the_owner_computes(server: Server) -> None:
     with tester.connect(server.url, timeout=TIMEOUT) as driver:
         driver.start()
         time.sleep(1.5 * WATCHDOG_TIME)
-        assert driver.state() is State.IDLE
+        assert driver.status().state is State.IDLE
 
 
 def test_the_watchdog_stops_the_actuator_when_the_thread_that_owns_it_dies(server: Server) -> None:

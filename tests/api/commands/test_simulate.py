@@ -50,7 +50,7 @@ def test_its_file_leads_to_three_instruments_until_ctrl_c(
         chassis.verify(instruments.channels)
         assert 15 < thermometer.celsius() < 35
     with instruments.tester() as tester:
-        assert tester.state() is State.HYDRAULICS_OFF
+        assert tester.status().state is State.HYDRAULICS_OFF
     os.kill(simulating.pid, signal.SIGINT)
     out, err = simulating.communicate(timeout=30)
     assert (simulating.returncode, out, err) == (0, "stopped\n", "")

@@ -80,7 +80,7 @@ def test_the_tester_stops_by_itself_and_the_run_goes_on_with_nothing_lost(
 
     time.sleep(2 * DeviceLimits().watchdog_time)  # whoever connects keeps the watchdog quiet
     with tester.connect(laboratory.addresses.tester) as found:
-        assert found.state() is State.TRIPPED
+        assert found.status().state is State.TRIPPED
         assert found.status().interlocks == Interlock.WATCHDOG
 
     with serving_process(tmp_path) as (address, _), Client(address) as lab:

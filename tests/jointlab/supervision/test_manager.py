@@ -121,7 +121,7 @@ def test_a_stop_halts_a_tester_that_somebody_else_moves(rig: RunManager, laborat
         other.start()
         other.preset(5e-4)
         other.cycle(1e-4, 50.0)
-        assert other.state() in (State.CYCLING, State.SETTLED)
+        assert other.status().state in (State.CYCLING, State.SETTLED)
         assert rig.stop() is None
         assert laboratory.tester.actuator.steady_pp() == 0.0
 

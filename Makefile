@@ -8,13 +8,14 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help install install-test demo test bench lint clean
+.PHONY: help install install-test demo test bench docs lint clean
 
 help:
 	@echo "make demo     run the whole job on simulated instruments; results in demo/"
 	@echo "make test     run every test"
 	@echo "make install  make $(VENV) with the command jointlab"
 	@echo "make bench    measure accuracy and speed; figures worth keeping are in docs/"
+	@echo "make docs     build the documentation site; open site/index.html"
 	@echo "make lint     ruff and mypy"
 	@echo "make clean    remove $(VENV), demo/ and caches"
 
@@ -36,6 +37,10 @@ $(VENV)/.installed-test: requirements-test.lock $(VENV)/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-test.lock
 	@touch $@
 
+$(VENV)/.installed-docs: requirements-docs.lock $(VENV)/.installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-docs.lock
+	@touch $@
+
 demo: install
 	$(BIN)/jointlab demo
 
@@ -46,10 +51,13 @@ test: install-test
 bench: install-test
 	$(BIN)/python -m tests.bench
 
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
 lint: install-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
 clean:
-	rm -rf $(VENV) .venv-peers demo build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .venv-peers demo build site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

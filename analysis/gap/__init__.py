@@ -4,7 +4,7 @@ Read in this order:
 
 - What was measured: `measurement`. What is unknown: `parameter`.
 - One simulation of both rigs: `bench` says what parameters make of the drawing, `baseline` is the paper's model of it,
-  `bar` and `beam_rig` answer a hammer; `simulation` answers a sine too, and puts all together with derivatives.
+  `beam` and `beam_rig` answer a hammer; `simulation` answers a sine too, and puts all together with derivatives.
 - The catalogue: `effect` is what an effect is, `effects` holds one file for each, `catalogue` lists them.
 - What is wrong with the measurement itself comes first: `faults`, by rows (`row_faults`, `rough_fit`, `row_faults`)
   and in records of blows (`faults`, `mains`, `mains_detection`; a `record_effect` with its `parameter`).

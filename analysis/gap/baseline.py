@@ -23,11 +23,11 @@ TYPICAL_LOSS, LOSS_SPREAD = 0.1, 0.7
 """Loss factors of filled rubber lie between 0.03 and 0.3 (D. I. G. Jones, Viscoelastic Vibration Damping, 2001)."""
 TYPICAL_ROTATION = 20.0
 MESH_TOLERANCE = 5e-5
-"""Of the square of the third free frequency: eighty elements come within this of a converged bar."""
+"""Of the square of the third free frequency: eighty elements come within this of a converged beam."""
 STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
 """Shear and compression that the tester sees, by configuration; of an angled pair see `Baseline.weights`."""
 LOCAL_COMPLIANCE = 1e-11
-"""m/N, of the bar between a blow and an accelerometer a millimetre beside it: a beam theory cannot know it, and the
+"""m/N, of the beam between a blow and an accelerometer a millimetre beside it: a beam theory cannot know it, and the
 shear in that millimetre alone makes half of it."""
 
 

@@ -1,7 +1,7 @@
 """What the accelerometer reads for a blow at each point, and how that changes with everything in the bench.
 
-The bar is never solved for: joints and accelerometer are attached to its free modes through their receptance, a small
-system a line. With y_q the bar's motion under a unit force at the accelerometer and y_r that under a blow, a change dD
+The beam is never solved for: joints and accelerometer are attached to its free modes through their receptance, a small
+system a line. With y_q the beam's motion under a unit force at the accelerometer and y_r that under a blow, a change dD
 of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, and cheap for any number of changes.
 """
 
@@ -16,10 +16,10 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench
-from analysis.gap.free_beam_modes import Bar
+from analysis.gap.free_beam_modes import BeamModes
 
-JOINT_WAYS = (Direction.X, Direction.Y, Direction.ROTATION)
-BAR = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
+JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
+MODE_FIELDS = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
 """Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
 Changes = Mapping[str, Complex | Real]
 """By name of a field of `BeamBench`, derivatives in one parameter."""
@@ -27,10 +27,10 @@ Changes = Mapping[str, Complex | Real]
 
 @dataclass(frozen=True, eq=False)
 class BeamRig:
-    """A hammer set's points on a bar.
+    """A hammer set's points on a beam.
 
     Attributes:
-        bar: without joints.
+        modes: without joints.
         inputs: (rows,) the points struck.
         node_positions: (nodes,) m.
         sensor: which way the accelerometer looks.
@@ -38,7 +38,7 @@ class BeamRig:
         joint_mass: (joints,) known, kg.
     """
 
-    bar: Bar
+    modes: BeamModes
     inputs: tuple[Dof, ...]
     node_positions: Real
     sensor: Direction
@@ -67,17 +67,17 @@ class Answer:
     @cached_property
     def _sensor(self) -> tuple[Real, Real, Real]:
         """(N,) the modes as the accelerometer sees them; their derivatives in its place and in its cross-axis share."""
-        bar, place, share = (
-            self.rig.bar,
+        modes, place, share = (
+            self.rig.modes,
             self.bench.sensor_position,
             self.bench.cross_axis,
         )
         way = self.rig.sensor
         across = Direction.X if way is Direction.Y else Direction.Y
-        other = bar.motion(across, place)
+        other = modes.motion(across, place)
         return (
-            bar.motion(way, place) + share * other,
-            bar.slope(way, place) + share * bar.slope(across, place),
+            modes.motion(way, place) + share * other,
+            modes.slope(way, place) + share * modes.slope(across, place),
             other,
         )
 
@@ -87,11 +87,11 @@ class Answer:
 
         A leaning blow that strikes above the axis turns the section as well.
         """
-        rig, bar, half = self.rig, self.rig.bar, self.bench.strike_height
+        rig, modes, half = self.rig, self.rig.modes, self.bench.strike_height
         transverse = np.array([dof.direction is Direction.Y for dof in rig.inputs])
         marks = rig.node_positions[[dof.node - 1 for dof in rig.inputs]]
         x = marks + np.where(transverse, self.blow_offset, 0.0)
-        along, up, turn = (bar.motion(way, x) for way in JOINT_WAYS)
+        along, up, turn = (modes.motion(way, x) for way in JOINT_DIRECTIONS)
         transverse, cosine, sine = (
             transverse[:, None],
             np.cos(self.bench.lean)[:, None],
@@ -99,24 +99,24 @@ class Answer:
         )
         straight = np.where(transverse, up, along)
         across = np.where(transverse, along - half * turn, up)
-        slope = np.where(transverse, bar.slope(Direction.Y, x), 0.0)
+        slope = np.where(transverse, modes.slope(Direction.Y, x), 0.0)
         return cosine * straight + sine * across, cosine * slope, cosine * across - sine * straight
 
     @cached_property
     def _attached(self) -> tuple[Real, Real]:
         """(attached, N) the modes at joints (x, y, rotation each) and accelerometer (x, y), and at joints' slopes."""
-        bar, sensor = self.rig.bar, self.bench.sensor_position
+        modes, sensor = self.rig.modes, self.bench.sensor_position
 
         def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
-            at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_WAYS], axis=1)
-            at_sensor = [modes(way, sensor) for way in JOINT_WAYS[:2]]
+            at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_DIRECTIONS], axis=1)
+            at_sensor = [modes(way, sensor) for way in JOINT_DIRECTIONS[:2]]
             return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(at_sensor)])
 
-        return at_all(bar.motion), at_all(bar.slope)
+        return at_all(modes.motion), at_all(modes.slope)
 
     @cached_property
     def _stiffness(self) -> Complex:
-        """(lines, attached, attached) what is attached to the bar."""
+        """(lines, attached, attached) what is attached to the beam."""
         bench, rig = self.bench, self.rig
         joints = bench.joints.shape[1]
         size = 3 * joints + 2
@@ -133,12 +133,12 @@ class Answer:
     @cached_property
     def _compliance(self) -> Complex:
         """(N, lines) of the free modes."""
-        bench, bar = self.bench, self.rig.bar
-        rate = bench.damping * bar.damping_rate + 2 * bench.ratio * bar.angular_frequency
-        return 1 / bar.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss, rate)
+        bench, modes = self.bench, self.rig.modes
+        rate = bench.damping * modes.damping_rate + 2 * bench.ratio * modes.angular_frequency
+        return 1 / modes.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss, rate)
 
     def _free(self, rows: Real, columns: Real) -> Complex:
-        """(lines, rows, columns) receptance of the bar without joints."""
+        """(lines, rows, columns) receptance of the beam without joints."""
         products = (rows[:, None, :] * columns).reshape(-1, rows.shape[-1])
         return np.ascontiguousarray(_times(products, self._compliance).T).reshape(-1, len(rows), len(columns))
 
@@ -185,7 +185,7 @@ class Answer:
 
     @cached_property
     def _field(self) -> Complex:
-        """(N, lines) the bar's motion under a unit force at the accelerometer, in free modes."""
+        """(N, lines) the beam's motion under a unit force at the accelerometer, in free modes."""
         attached, _ = self._attached
         return np.asarray(self._compliance * (self._ends[0][:, None] - _times(attached.T, self._force[:, :, 0].T)))
 
@@ -206,13 +206,13 @@ class Answer:
 
     @cached_property
     def _slopes_under_forces(self) -> Complex:
-        """(lines, attached, 1 + rows) slope of the bar at the attached, under unit forces at sensor and blows."""
+        """(lines, attached, 1 + rows) slope of the beam at the attached, under unit forces at sensor and blows."""
         attached, slopes = self._attached
         at = [0, *range(3, len(self._ends))]
         return self._free(slopes, self._ends[at]) - self._free(slopes, attached) @ self._force[:, :, at]
 
     def _moved(self, which: range) -> Complex:
-        """(lines, rows) derivative of the receptance when what is attached at `which` moves along the bar."""
+        """(lines, rows) derivative of the receptance when what is attached at `which` moves along the beam."""
         at, slope = list(which), self._slopes_under_forces
         of_sensor = np.einsum("la,lar->lr", slope[:, at, 0], self._force[:, at, 3:])
         of_blows = np.einsum("la,lar->lr", self._force[:, at, 0], slope[:, at, 1:])
@@ -233,14 +233,14 @@ class Answer:
         return np.asarray(self._to_read * found)
 
     @cached_property
-    def _by_bar(self) -> dict[str, Complex]:
+    def _by_modes(self) -> dict[str, Complex]:
         """(rows, lines) derivative of minus the accelerance, for fields that change the free modes' stiffness."""
-        bench, bar = self.bench, self.rig.bar
+        bench, modes = self.bench, self.rig.modes
         elastic, viscous = bench.modulus * (1 + 1j * bench.loss), np.sqrt(bench.modulus * bench.density)
-        free = bar.free.squared_frequency
-        mass, meshed = self._along(np.ones_like(free)), self._along(bar.mesh_share * free)
+        free = modes.free.squared_frequency
+        mass, meshed = self._along(np.ones_like(free)), self._along(modes.mesh_share * free)
         stiffness = self._along(free) + bench.mesh * meshed
-        drawn, alike = self._along(bar.damping_rate), 2 * self._along(bar.angular_frequency)
+        drawn, alike = self._along(modes.damping_rate), 2 * self._along(modes.angular_frequency)
         rate = bench.damping * drawn + bench.ratio * alike
         return {
             "modulus": elastic / bench.modulus * stiffness + viscous / (2 * bench.modulus) * bench.pole * rate,
@@ -275,9 +275,9 @@ class Answer:
         if "sensor_mass" in changes:
             both = np.einsum("lp,lpr->rl", self._motion[:, -2:, 0], self._motion[:, -2:, 3:])
             total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * both
-        for name in BAR:
+        for name in MODE_FIELDS:
             if name in changes:
-                total -= changes[name] * self._by_bar[name]
+                total -= changes[name] * self._by_modes[name]
         if "pole" in changes:
             total += changes["pole"] * (2 / bench.pole * self.accelerance + self._by_pole)
         if "sensor_position" in changes:

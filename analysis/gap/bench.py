@@ -122,14 +122,14 @@ class BeamBench:
         joints: (lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
         modulus, density: over the drawing's.
         mesh: share by which the mesh stiffens the third free mode, and others by their frequency squared.
-        loss: (lines or 1,) structural loss factor of the bar beyond its free damping.
-        damping: damping ratios of the free bar over the drawing's.
+        loss: (lines or 1,) structural loss factor of the beam beyond its free damping.
+        damping: damping ratios of the free beam over the drawing's.
         ratio: damping ratio of every elastic mode beyond that.
         joint_position: (joints,) m.
         sensor_position: m.
         sensor_mass: kg, beyond the known one.
         cross_axis: share of the axial acceleration that the sensor reads.
-        blow_offset: (rows,) of the blows along the bar beyond what each set's tolerance says, m.
+        blow_offset: (rows,) of the blows along the beam beyond what each set's tolerance says, m.
         lean: (rows,) of the blows, rad; leaning to the right.
         strike_height: of the struck surface over the axis, m: the lever of a leaning blow.
         chain: (rows or 1, lines or 1) what is read over the acceleration per force.

@@ -16,19 +16,19 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import RecordEffect
 from analysis.gap.evidence import PATTERNS, tempered
-from analysis.gap.faults import examined
+from analysis.gap.faults import examine
 from analysis.gap.fit import Fit
-from analysis.gap.gaps import measured_gaps, where_asked
+from analysis.gap.gaps import gaps_where_asked, measured_gaps
 from analysis.gap.held_out import HeldOut
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
-from analysis.gap.missing_evidence import lost
-from analysis.gap.model import Model, best_by_id, on, refined
+from analysis.gap.missing_evidence import missing_evidence
+from analysis.gap.model import Model, best_by_id, evaluate_on, refined
 from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parameter import Estimate
-from analysis.gap.search import HOPELESS, ParallelMap, one_by_one, search_of
+from analysis.gap.search import HOPELESS, ParallelMap, search_of, serial_map
 from analysis.gap.two_effect_search import pairs
-from analysis.gap.verdict import UNKNOWN, Status, Weighed, listed, standing_for, twins, weigh
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, listed, model_of_verdict, weigh
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +74,13 @@ class Diagnosis:
         where: places of the gap, the largest first.
         maps: for pictures.
         ranking: explanations, the most probable first.
-        twins: groups of effects that these data cannot tell apart from the verdict's.
+        confounded: groups of effects that these data cannot tell apart from the verdict's.
         next_experiment: what would tell them apart.
         faults: what is wrong with the measurement itself, in sentences; these come before any physics.
         predicted: what was asked for; None where nothing was.
         seconds: that it took.
         readings: (points,) N/m that the tester would read, of the paper's model and of the verdict's; None without it.
-        lost: what cannot be told for want of measurements, in sentences.
+        missing_evidence: what these measurements cannot tell, in sentences.
     """
 
     status: Status
@@ -91,13 +91,13 @@ class Diagnosis:
     where: tuple[Place, ...]
     maps: tuple[GapMap, ...]
     ranking: tuple[Ranked, ...]
-    twins: tuple[tuple[str, ...], ...]
+    confounded: tuple[tuple[str, ...], ...]
     next_experiment: NextExperiment
     faults: tuple[str, ...]
     predicted: Predicted | None
     seconds: float
     readings: tuple[Complex, Complex] | None = None
-    lost: tuple[str, ...] = ()
+    missing_evidence: tuple[str, ...] = ()
 
 
 Progress = Callable[[str, float], None]
@@ -122,7 +122,7 @@ def diagnose(
     measurement: Measurement,
     without: frozenset[str] = frozenset(),
     progress: Progress | None = None,
-    parallel_map: ParallelMap = one_by_one,
+    parallel_map: ParallelMap = serial_map,
 ) -> Diagnosis:
     """Diagnose the gap of a measurement.
 
@@ -138,7 +138,7 @@ def diagnose(
     started = time.perf_counter()
     tell = progress or _silent
     tell("looking for faults of the measurement", 0.0)
-    given, sound = measurement, examined(measurement)
+    given, sound = measurement, examine(measurement)
     measurement = sound.measurement
     search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map)
     tell("fitting the paper's model", 0.05)
@@ -157,12 +157,12 @@ def diagnose(
     contest = list(parallel_map(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     tell("measuring the gap on held-out data", 0.85)
-    verdict, after = weighed[0], standing_for(weighed[0], none)
-    gaps = where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
+    verdict, after = weighed[0], model_of_verdict(weighed[0], none)
+    gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
     ranking = tuple(_ranked(each, none, gaps.of(each.model)) for each in listed(weighed))
-    alike = twins(weighed)
+    confounded = confounded_effects(weighed)
     result = Diagnosis(
         status=status,
         effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
@@ -172,13 +172,13 @@ def diagnose(
         where=places(found_maps),
         maps=found_maps,
         ranking=_normalised(ranking),
-        twins=alike,
-        next_experiment=next_experiment(status, weighed, alike),
+        confounded=confounded,
+        next_experiment=next_experiment(status, weighed, confounded),
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
-        lost=lost(measurement),
+        missing_evidence=missing_evidence(measurement),
     )
     tell("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])
@@ -190,7 +190,7 @@ def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, .
     Raises:
         AnalysisError: the measurement cannot be simulated.
     """
-    sound = examined(measurement)
+    sound = examine(measurement)
     search = search_of(sound.measurement, ())
     found = maps(refined(search.without_effects(), sound.measurement.thinned(FINE_LINES)).fit)
     return places(found), found, sound.faults
@@ -245,7 +245,7 @@ def _readings(found: Fit) -> Complex:
 
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
-    asked = measurement.sets[0].elsewhere(inputs, frequency)
+    asked = measurement.sets[0].struck_at(inputs, frequency)
     shared = len(simulation.shared)
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
     whole = simulation.of(replace(measurement, sets=(asked,)))
@@ -270,7 +270,7 @@ def _explained(model: Model, none: Model) -> float:
 def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:
     """A model on the lines of the contest, fitted to them unless it is hopeless."""
     model, hopeless = chosen
-    return on(model, fine) if hopeless else refined(model, fine)
+    return evaluate_on(model, fine) if hopeless else refined(model, fine)
 
 
 def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:

@@ -91,9 +91,10 @@ class EffectOfEachJoint(Effect):
         return np.array([given[f"{prefix}_{name}"] for name in self.names])
 
 
-def acts_on(effect: Effect, part: str) -> bool:
-    """Whether an effect has something to say to a part of the bench: the name of one of its methods."""
-    return getattr(type(effect), part) is not getattr(Effect, part)
+def acts_on(effect: Effect | type[Effect], part: str) -> bool:
+    """Whether an effect overrides the method named `part`, and so changes that part of the bench."""
+    law = effect if isinstance(effect, type) else type(effect)
+    return getattr(law, part) is not getattr(Effect, part)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from analysis.gap.effect import RecordEffect
 from analysis.gap.mains_detection import found_hum, mains_hum, without_tones
 from analysis.gap.measurement import Measurement, RawBlow
 from analysis.gap.parameter import Estimate
-from analysis.gap.row_faults import rows_put_right
+from analysis.gap.row_faults import correct_rows
 from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow
 
 DOUBLE_HIT = "double_hit"
@@ -59,7 +59,7 @@ def _double_hit(bouncing: Sequence[tuple[RawBlow, BlowVerdict]], struck: int) ->
 
 
 @dataclass(frozen=True, eq=False)
-class Examined:
+class ExaminedMeasurement:
     """A measurement that can be believed.
 
     Attributes:
@@ -73,7 +73,7 @@ class Examined:
     effects: tuple[RecordEffect, ...]
 
 
-def examined(measurement: Measurement) -> Examined:
+def examine(measurement: Measurement) -> ExaminedMeasurement:
     """Look for faults and take them out.
 
     Lines at which the mains hums and dead rows are left out; sets in another unit, rows of wrong polarity and rows that
@@ -89,6 +89,6 @@ def examined(measurement: Measurement) -> Examined:
         effects.append(found_hum(hum))
         measurement = without_tones(measurement, hum)
     if measurement.sets:
-        measurement, of_rows = rows_put_right(measurement)
+        measurement, of_rows = correct_rows(measurement)
         faults += of_rows
-    return Examined(measurement, (*faults, *(each.fault for each in effects)), tuple(effects))
+    return ExaminedMeasurement(measurement, (*faults, *(each.fault for each in effects)), tuple(effects))

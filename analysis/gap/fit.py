@@ -78,7 +78,7 @@ class Block:
 
 
 @dataclass(eq=False)
-class Latest:
+class LastState:
     """The state in which a simulation was looked at last: where one stage of a fit ends, the next begins.
 
     Attributes:
@@ -103,7 +103,7 @@ class Likelihood:
     simulation: Simulation
     inflation: float = 0.0
     tester: float = 0.0
-    latest: Latest | None = None
+    last_state: LastState | None = None
 
     @property
     def measurement(self) -> Measurement:
@@ -139,13 +139,13 @@ class Likelihood:
 
     def _state(self, scores: Real) -> State:
         """Of both rigs for `scores` (unknowns,)."""
-        if self.latest is None:
-            return self._worked_out(scores)
-        if self.latest.state is None or not np.array_equal(scores, self.latest.scores):
-            self.latest.scores, self.latest.state = scores, self._worked_out(scores)
-        return self.latest.state
+        if self.last_state is None:
+            return self._computed_state(scores)
+        if self.last_state.state is None or not np.array_equal(scores, self.last_state.scores):
+            self.last_state.scores, self.last_state.state = scores, self._computed_state(scores)
+        return self.last_state.state
 
-    def _worked_out(self, scores: Real) -> State:
+    def _computed_state(self, scores: Real) -> State:
         shared, sets = len(self.simulation.shared), self.measurement.sets
         tolerances = self.measurement.tolerances
         gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
@@ -183,7 +183,7 @@ class Likelihood:
 
     def _linearised(self, values: Real, state: State) -> Linearised:
         with np.errstate(all="ignore"):
-            return together(self._blocks(values, state.prediction()), values)
+            return normal_equations(self._blocks(values, state.prediction()), values)
 
     def blocks(self, values: Real) -> tuple[Block, ...]:
         """What each row and the tester say, about `values`."""
@@ -243,7 +243,7 @@ class Likelihood:
         return found
 
 
-def together(blocks: Sequence[Block], values: Real) -> Linearised:
+def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
     """The normal equations of some blocks and of the prior."""
     normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
     for block in blocks:
@@ -349,17 +349,19 @@ def fit(
         hopeless: cost at the end of a stage from which a model is not worth to be searched for any further.
     """
     found: Minimum | None = None
-    scores, latest = start, Latest(start)
+    scores, last_state = start, LastState(start)
     for stage in schedule:
         whole = stage.highest == np.inf
         seen = simulation if whole else _below(simulation, stage.highest)
-        likelihood = Likelihood(seen, stage.inflation, stage.tester, latest if whole else None)
+        likelihood = Likelihood(seen, stage.inflation, stage.tester, last_state if whole else None)
         found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
         scores = found.values
         if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
-            return replace(evaluated(Likelihood(simulation, latest=latest), scores), likelihood=Likelihood(simulation))
+            return replace(
+                evaluated(Likelihood(simulation, last_state=last_state), scores), likelihood=Likelihood(simulation)
+            )
     assert found is not None
-    return Fit(replace(likelihood, latest=None), found.values, found.at, found.converged)
+    return Fit(replace(likelihood, last_state=None), found.values, found.at, found.converged)
 
 
 def _below(simulation: Simulation, highest: float) -> Simulation:

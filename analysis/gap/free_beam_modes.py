@@ -1,4 +1,4 @@
-"""The free bar: how its modes move at any place, and how stiff they are for any E, density and damping."""
+"""The free beam: how its modes move at any place, and how stiff they are for any E, density and damping."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ DEGREE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Bar:
-    """Modes of the bar without joints.
+class BeamModes:
+    """Modes of the beam without joints.
 
     Attributes:
-        free: the bar as drawn, on its mesh.
+        free: the beam as drawn, on its mesh.
         damping_rate: (N,) 2 zeta w of each mode, 1/s.
     """
 
@@ -68,7 +68,7 @@ class Bar:
 
         Args:
             pole: (lines,).
-            modulus, density: over the drawing's. They scale the bar's stiffness and mass exactly, with the modal
+            modulus, density: over the drawing's. They scale the beam's stiffness and mass exactly, with the modal
                 damping ratios kept.
             mesh: by what the mesh stiffens the third free mode, relative.
             loss: structural loss factor, (lines,) or one for all.
@@ -79,8 +79,8 @@ class Bar:
         return np.asarray(density * pole**2 + viscous + elastic[:, None] * (1 + 1j * np.asarray(loss)))
 
 
-def bar_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> Bar:
-    """The bar of a drawing.
+def beam_modes_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> BeamModes:
+    """The beam of a drawing.
 
     Raises:
         AnalysisError: the node positions do not span the beam, or a damping ratio is negative.
@@ -94,4 +94,4 @@ def bar_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> 
     if given.size:
         ratios[RIGID_MODES:] = given[-1]
         ratios[RIGID_MODES : RIGID_MODES + given.size] = given[: ratios.size - RIGID_MODES]
-    return Bar(free, 2 * ratios * np.sqrt(free.squared_frequency))
+    return BeamModes(free, 2 * ratios * np.sqrt(free.squared_frequency))

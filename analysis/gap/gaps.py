@@ -11,10 +11,10 @@ from analysis.dof import Dof
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.held_out import HOLDS, HeldOut, held_out
 from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
-from analysis.gap.model import Model, on
+from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
 from analysis.gap.simulation import Prediction
-from analysis.gap.verdict import UNKNOWN, Weighed, listed, standing_for
+from analysis.gap.verdict import UNKNOWN, Weighed, listed, model_of_verdict
 
 
 def floor_percent(found: Fit) -> float:
@@ -35,7 +35,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
     """The same for a set struck at points that were not measured, with the noise that the reference set has."""
     likelihood = found.likelihood
     reference = likelihood.measurement.sets[0]
-    there = reference.elsewhere(tuple(unseen), reference.frequency)
+    there = reference.struck_at(tuple(unseen), reference.frequency)
     other = Likelihood(likelihood.simulation.of(replace(likelihood.measurement, sets=(there,))))
     scores = np.zeros(other.unknowns)
     shared = len(other.simulation.shared)
@@ -54,7 +54,7 @@ def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: Sta
     return 100 * float(np.sqrt(differing / measured))
 
 
-def carried_over(found: HeldOut, unseen_floor: float) -> HeldOut:
+def gap_on_unseen_rows(found: HeldOut, unseen_floor: float) -> HeldOut:
     """Gaps to expect on rows that were not measured: the model is as wrong there, and the floor is theirs.
 
     Args:
@@ -109,12 +109,12 @@ def measured_gaps(
 ) -> dict[int, HeldOut]:
     """Gaps of the explanations that are listed on rows and points that are left out in turn, by identity of model."""
     coarse = measurement.thinned(COARSE_LINES)
-    models = {id(each.model): on(each.model, coarse) for each in listed(weighed) if each.effects != UNKNOWN}
-    models |= {id(each): _held(each, coarse) for each in (none, standing_for(weighed[0], none))}
+    models = {id(each.model): evaluate_on(each.model, coarse) for each in listed(weighed) if each.effects != UNKNOWN}
+    models |= {id(each): _held(each, coarse) for each in (none, model_of_verdict(weighed[0], none))}
     return dict(zip(models, parallel_map(_held_out, list(models.values())), strict=True))
 
 
-def where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
+def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
     """Gaps and their floor: for rows of which a prediction is asked and none was measured, else as they are.
 
     Args:
@@ -127,12 +127,12 @@ def where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
     if not (unseen and measurement.sets):
         return Gaps(gaps, floor_percent(after.fit))
     unseen_floor = floor_percent_of(after.fit, unseen)
-    return Gaps({model: carried_over(gap, unseen_floor) for model, gap in gaps.items()}, unseen_floor)
+    return Gaps({model: gap_on_unseen_rows(gap, unseen_floor) for model, gap in gaps.items()}, unseen_floor)
 
 
 def _held(model: Model, coarse: Measurement) -> Model:
     """On all lines of the contest, or on fewer where the model does not hold and every fold is a fit of its own."""
-    return model if model.fit.per_datum < HOLDS else on(model, coarse)
+    return model if model.fit.per_datum < HOLDS else evaluate_on(model, coarse)
 
 
 def _held_out(model: Model) -> HeldOut:

@@ -28,7 +28,7 @@ ASTRAY = 2.0
 """Standard deviations that blows may fall beside their mark; what asks for more is the model's error."""
 HOLDS = 1.5
 """Chi-square per datum up to which a step of the linearised fit does for leaving out."""
-ANEW_GAIN, ANEW_STEPS = 3.0, 4
+REFIT_GAIN, REFIT_STEPS = 3.0, 4
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _rows(found: Fit) -> list[_Sums]:
     """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
     only = sum(len(each.inputs) for each in sets) == 1  # nothing of the beam would be left to be fitted anew
-    predicted_without = _by_a_step(found) if only or found.per_datum < HOLDS else _fitted_anew
+    predicted_without = _by_a_step(found) if only or found.per_datum < HOLDS else _refitted_without
     sums = []
     for fold in _folds(sets):
         for number, (accelerance, by_blow) in predicted_without(found, fold).items():
@@ -149,7 +149,7 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
     return without
 
 
-def _fitted_anew(found: Fit, fold: Fold) -> LeftOut:
+def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     """Each set's row, predicted by a fit to all the others."""
     likelihood = found.likelihood
     simulation, measurement = likelihood.simulation, likelihood.measurement
@@ -159,7 +159,7 @@ def _fitted_anew(found: Fit, fold: Fold) -> LeftOut:
     rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
     known = [*range(shared), *(shared + number for number in left)]
     start = np.concatenate([found.scores[known], found.scores[shared + sets :][np.concatenate(keep)]])
-    again = fit(simulation.of(rest), start, (FINAL,), ANEW_GAIN, ANEW_STEPS)
+    again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]
     predicted = likelihood.predict_some(scores, (0,))

@@ -1,7 +1,7 @@
 """Where the gap lies: misfit beyond noise by row and band, and by configuration, amplitude and band.
 
 A map shows where a model fails, not why: a mass at the accelerometer shows in every row, and joints get the blame for
-what the bar does. It is evidence for people, and no cause is read from it.
+what the beam does. It is evidence for people, and no cause is read from it.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def map_of(
 def places(found: Sequence[GapMap]) -> tuple[Place, ...]:
     """The places with most of the misfit, neighbouring bands of a row together, the largest first."""
     whole = sum(float(np.sum(np.maximum(each.energy, 0.0))) for each in found)
-    result = [place for each in found for row in range(len(each.rows)) for place in _of_row(each, row, whole)]
+    result = [place for each in found for row in range(len(each.rows)) for place in _places_of_row(each, row, whole)]
     return tuple(sorted(result, key=lambda place: -place.share)[:NAMED])
 
 
@@ -153,7 +153,7 @@ def band_edges(frequency: Real, lines: int) -> Real:
     return np.concatenate([[low], above]) if low < start else above
 
 
-def _of_row(each: GapMap, row: int, whole: float) -> list[Place]:
+def _places_of_row(each: GapMap, row: int, whole: float) -> list[Place]:
     result, started = [], None
     strong = (each.significance[row] > SIGNIFICANT) & (each.energy[row] > 0.01 * np.max(each.energy, initial=0.0))
     for band in range(strong.size + 1):

@@ -30,7 +30,7 @@ MULTIPLES = 10
 SHARED = 300.0
 """Hz, and its multiples, belong to both mains, and prove neither."""
 SILENCE = 0.5
-"""Share of a record, at its end, in which the bar is taken to be silent."""
+"""Share of a record, at its end, in which the beam is taken to be silent."""
 COMMON = 10.0
 """Hz, of which both mains are multiples."""
 SHORTEST = 0.4
@@ -41,7 +41,7 @@ FALSE_ALARM = 1e-7
 LEAST = 6.0
 """Power of a tone over that of its neighbours, however many records there are."""
 LASTING = 0.5
-"""Power of a tone in the later half of the silence over that in the earlier, which a bar that rings does not have."""
+"""Power of a tone in the later half of the silence over that in the earlier, which a beam that rings does not have."""
 DIP = 5.0
 """Noise at a line over that at its neighbours, as coherence has it, in all rows together."""
 ALONE = 30.0

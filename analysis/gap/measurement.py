@@ -51,9 +51,9 @@ class Drawing:
     """The bench as drawn, SI.
 
     Attributes:
-        beam: the bar.
+        beam: the beam.
         node_positions: (nodes,) m from the left end.
-        damping_ratios: of the free bar's elastic modes; the last holds for those above.
+        damping_ratios: of the free beam's elastic modes; the last holds for those above.
         joints: at least one.
         accelerometer: where it sits and which way it looks.
         accelerometer_mass: known, kg.
@@ -116,7 +116,7 @@ class HammerSet:
         """The same at `lines` of its lines or somewhat more, evenly spread."""
         return self.lines(np.arange(0, self.frequency.size, max(1, self.frequency.size // lines)))
 
-    def elsewhere(self, inputs: tuple[Dof, ...], frequency: Real) -> HammerSet:
+    def struck_at(self, inputs: tuple[Dof, ...], frequency: Real) -> HammerSet:
         """The same struck elsewhere, where nothing is known but the noise that its rows have on average."""
         noise = np.interp(frequency, self.frequency, np.sqrt(np.mean(self.deviation**2, axis=0)))
         shape = len(inputs), frequency.size

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from analysis.gap.catalogue import effect_ids, laws
-from analysis.gap.effect import Effect
+from analysis.gap.effect import acts_on
 from analysis.gap.measurement import Configuration, Measurement
-from analysis.gap.simulation import TOUCHES
+from analysis.gap.simulation import AFFECTED_PARTS
 
 BY_AMPLITUDE = "amplitude_dependence, cubic_stiffness and coulomb_friction"
 
 
-def lost(measurement: Measurement) -> tuple[str, ...]:
+def missing_evidence(measurement: Measurement) -> tuple[str, ...]:
     """Sentences; none where both rigs were measured with several rows, levels, amplitudes and temperatures."""
     return (*_rigs(measurement), *_beam(measurement), *_tester(measurement), *_temperatures(measurement))
 
@@ -33,7 +33,7 @@ def _rigs(measurement: Measurement) -> Iterator[str]:
 def _of_one_rig(rig: str) -> frozenset[str]:
     """Ids of effects that show in this rig alone."""
     hooks = {"tester": {"tester"}, "beam": {"joints", "beam"}}
-    changed = {law.id: {hook for hook in TOUCHES if getattr(law, hook) is not getattr(Effect, hook)} for law in laws()}
+    changed = {law.id: {hook for hook in AFFECTED_PARTS if acts_on(law, hook)} for law in laws()}
     return frozenset(name for name, own in changed.items() if own and own <= hooks[rig])
 
 

@@ -53,7 +53,7 @@ class Model:
         return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
 
 
-def on(model: Model, measurement: Measurement) -> Model:
+def evaluate_on(model: Model, measurement: Measurement) -> Model:
     """A model looked at with other lines of the same sets, at the parameters that it has."""
     other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))

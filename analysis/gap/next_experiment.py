@@ -111,7 +111,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Further:
+class FurtherMeasurement:
     """A further measurement of a kind that can be simulated.
 
     Attributes:
@@ -225,7 +225,7 @@ def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
     return replace(first, points=halved)
 
 
-EXPERIMENTS: tuple[Check | Further, ...] = (
+EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
     Check(Experiment.READ_THERMOMETERS, ("temperature_shift",), 0.05),
     Check(Experiment.MEASURE_PLACES, ("support_position", "impact_position"), 0.1),
     Check(Experiment.WEIGH_PARTS, ("accelerometer_mass", "joint_mass", "density"), 0.05),
@@ -233,14 +233,14 @@ EXPERIMENTS: tuple[Check | Further, ...] = (
     Check(Experiment.STRIKE_KNOWN_MASS, ("sensor_gain", "channel_delay", "highpass_corner"), 0.05),
     Check(Experiment.BLANK_TEST, ("frame_compliance", "frame_resonance", "fixture_inertia"), 0.05),
     Check(Experiment.MASS_IN_TESTER, ("transducer_lag", "fixture_inertia"), 0.05),
-    Further(Experiment.HALF_FORCE, "inverse", _at_half_the_force, other_amplitude=True),
-    Further(Experiment.HEAVIER_ACCELEROMETER, "inverse", _heavier_accelerometer),
-    Further(Experiment.ACCELEROMETER_LEFT, "inverse", partial(_accelerometer_at, 0.0)),
-    Further(Experiment.ACCELEROMETER_MIDDLE, "inverse", partial(_accelerometer_at, 0.5)),
-    Further(Experiment.ACCELEROMETER_RIGHT, "inverse", partial(_accelerometer_at, 1.0)),
+    FurtherMeasurement(Experiment.HALF_FORCE, "inverse", _at_half_the_force, other_amplitude=True),
+    FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, "inverse", _heavier_accelerometer),
+    FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, "inverse", partial(_accelerometer_at, 0.0)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, "inverse", partial(_accelerometer_at, 0.5)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, "inverse", partial(_accelerometer_at, 1.0)),
     Check(Experiment.LONG_RECORDS, ("exponential_window", "beam_damping"), 0.1),
-    Further(Experiment.RANDOM_ORDER, "direct", _in_random_order),
-    Further(Experiment.HALF_AMPLITUDE, "direct", _at_half_the_amplitude, True),
+    FurtherMeasurement(Experiment.RANDOM_ORDER, "direct", _in_random_order),
+    FurtherMeasurement(Experiment.HALF_AMPLITUDE, "direct", _at_half_the_amplitude, True),
     Check(Experiment.ANOTHER_PRESET, ("preload_stiffening",), 0.1),
     Check(Experiment.TURN_ACCELEROMETER, ("cross_axis_sensitivity",), 0.1),
     Check(Experiment.OUT_OF_PLANE, ("out_of_plane_bending",), 0.1),
@@ -278,10 +278,10 @@ def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence
 
 
 def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list[Weighed]:
-    """The most probable explanation with each twin; without twins, the most probable that lacks part of the verdict."""
+    """The best explanation with each confounded effect; without these, the best that lacks part of the verdict."""
     verdict, others = weighed[0], [each for each in weighed[1:] if each.effects != UNKNOWN]
-    twins = {name for group in groups for name in group} - set(verdict.effects)
-    found = [next(each for each in others if name in each.effects) for name in sorted(twins)]
+    others_of_group = {name for group in groups for name in group} - set(verdict.effects)
+    found = [next(each for each in others if name in each.effects) for name in sorted(others_of_group)]
     return found or [each for each in others if not set(verdict.effects) <= set(each.effects)][:1]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import Likelihood, Stage, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Simulation
 
@@ -65,7 +65,7 @@ class RoughFit:
 def rough_fit(measurement: Measurement) -> RoughFit:
     """A fit in which relative errors count, and no row much."""
     thin = measurement.thinned(LINES)
-    simulation = Simulation(baseline_of(thin), bar_of(measurement.drawing))
+    simulation = Simulation(baseline_of(thin), beam_modes_of(measurement.drawing))
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
     return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=False).accelerances)
 

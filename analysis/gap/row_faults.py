@@ -42,7 +42,7 @@ UNITS = (
 )
 
 
-def in_right_units(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
+def with_units_corrected(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
     """A rough fit to accelerances in (m/s^2)/N, and a sentence about sets that were none.
 
     The same fit where all sets look as expected, or where no other unit makes them.
@@ -87,7 +87,7 @@ MOST_TRIED = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Exchange:
+class RowExchange:
     """Two rows that may be swapped, in one set or in several.
 
     Attributes:
@@ -99,9 +99,9 @@ class Exchange:
     believed: float
 
 
-def exchanged(rough: RoughFit) -> tuple[RoughFit, Exchange] | None:
+def with_rows_exchanged(rough: RoughFit) -> tuple[RoughFit, RowExchange] | None:
     """A rough fit in which the two rows are exchanged that were swapped beyond doubt; None where there are none."""
-    found = list[tuple[float, RoughFit, Exchange]]()
+    found = list[tuple[float, RoughFit, RowExchange]]()
     for exchange in sorted(_possible(rough), key=lambda each: _gain(_block(rough, each.places)))[:MOST_TRIED]:
         sets = list(rough.measurement.sets)
         for number, rows in exchange.places.items():
@@ -117,7 +117,7 @@ def exchanged(rough: RoughFit) -> tuple[RoughFit, Exchange] | None:
     return again, exchange
 
 
-def _possible(rough: RoughFit) -> Iterator[Exchange]:
+def _possible(rough: RoughFit) -> Iterator[RowExchange]:
     sets = rough.measurement.sets
     for pair in dict.fromkeys(frozenset(two) for each in sets for two in combinations(each.inputs, 2)):
         places = {number: _places(each, pair) for number, each in enumerate(sets) if pair <= set(each.inputs)}
@@ -130,11 +130,11 @@ def _possible(rough: RoughFit) -> Iterator[Exchange]:
         accused = [number for number, sets_against in inconsistent_blows.items() if 2 * sets_against > len(places) - 1]
         told = any(dof.direction is Direction.Y for dof in pair)
         if len(accused) == 1:
-            yield Exchange({accused[0]: places[accused[0]]}, np.inf)
+            yield RowExchange({accused[0]: places[accused[0]]}, np.inf)
         elif accused and told:
-            yield from (Exchange({number: places[number]}, OF_TWO_SETS) for number in accused)
+            yield from (RowExchange({number: places[number]}, OF_TWO_SETS) for number in accused)
         elif not accused and told and _gain(_block(rough, places)) < TRIED:
-            yield Exchange(places, BELIEVED)
+            yield RowExchange(places, BELIEVED)
 
 
 def _places(each: HammerSet, pair: frozenset[Dof]) -> list[int]:
@@ -174,7 +174,7 @@ MOST = 8
 """Faults that are put right, of one measurement; what has more needs a look at its cables."""
 
 
-def rows_put_right(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
+def correct_rows(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
     """Without dead rows, with others put right, and a sentence for each fault; the same object where there is none.
 
     Raises:
@@ -184,7 +184,7 @@ def rows_put_right(measurement: Measurement) -> tuple[Measurement, tuple[str, ..
     measurement, silent = _without_dead(
         measurement, [_share(size_of(each.accelerance)) for each in measurement.sets], SILENT
     )
-    rough, units = in_right_units(rough_fit(measurement))
+    rough, units = with_units_corrected(rough_fit(measurement))
     measurement, dead = _without_dead(
         rough.measurement, [_share(rough.size(number)) for number in range(len(rough.thin))], DEAD
     )
@@ -192,7 +192,7 @@ def rows_put_right(measurement: Measurement) -> tuple[Measurement, tuple[str, ..
         rough = rough_fit(measurement)
     faults = [*silent, *units, *dead]
     for _ in range(MOST):
-        found = _exchanged(rough) or _turned(rough)
+        found = _with_swap_corrected(rough) or _with_polarity_corrected(rough)
         if found is None:
             break
         rough, fault = found
@@ -222,7 +222,7 @@ def _without_dead(measurement: Measurement, sizes: Sequence[Real], least: float)
     return replace(measurement, sets=tuple(kept)), faults
 
 
-def _turned(rough: RoughFit) -> tuple[RoughFit, str] | None:
+def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
     """With the rows turned that have the wrong polarity in the first set that has any."""
     for number, each in enumerate(rough.measurement.sets):
         wrong = rough.correlation(number) < REVERSED
@@ -236,9 +236,9 @@ def _turned(rough: RoughFit) -> tuple[RoughFit, str] | None:
     return None
 
 
-def _exchanged(rough: RoughFit) -> tuple[RoughFit, str] | None:
+def _with_swap_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
     """With two rows exchanged that were swapped."""
-    found = exchanged(rough)
+    found = with_rows_exchanged(rough)
     if found is None:
         return None
     again, exchange = found

@@ -23,13 +23,13 @@ from analysis.gap.fit import (
     FROM_AFAR,
     FROM_TESTER,
     Fit,
-    Latest,
+    LastState,
     Likelihood,
     Stage,
     evaluated,
     fit,
 )
-from analysis.gap.free_beam_modes import Bar, bar_of
+from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.model import ENOUGH, Model, best_by_id
 from analysis.gap.screening import (
@@ -58,7 +58,7 @@ class ParallelMap(Protocol):
         """The results."""
 
 
-def one_by_one(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+def serial_map(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
     """Without any help."""
     return [work(each) for each in items]
 
@@ -99,14 +99,14 @@ class Search:
     Attributes:
         measurement: at the lines that the search looks at.
         candidates: variants of laws that are tried.
-        bar: of the drawing.
+        modes: of the drawing.
         parallel_map: that does what can be done side by side.
     """
 
     measurement: Measurement
     candidates: tuple[Effect, ...]
-    bar: Bar
-    parallel_map: ParallelMap = one_by_one
+    modes: BeamModes
+    parallel_map: ParallelMap = serial_map
     baseline: Baseline = field(init=False)
 
     def __post_init__(self) -> None:
@@ -114,7 +114,7 @@ class Search:
 
     def simulation(self, effects: Sequence[Effect] = ()) -> Simulation:
         """Of the baseline with some effects."""
-        return Simulation(self.baseline, self.bar, tuple(effects))
+        return Simulation(self.baseline, self.modes, tuple(effects))
 
     def without_effects(self) -> Model:
         """The paper's model, fitted from nothing."""
@@ -205,12 +205,14 @@ class Search:
 
     def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
         """The tasks that are worth it, with what came of them."""
-        begun = sorted(zip(tasks, self.parallel_map(_begun, tasks), strict=True), key=lambda each: each[1].at.cost)
+        begun = sorted(
+            zip(tasks, self.parallel_map(_early_stages, tasks), strict=True), key=lambda each: each[1].at.cost
+        )
         closest = dict[tuple[str, str], tuple[_Task, Fit]]()
         for task, found in begun:
             closest.setdefault((task.promise.effect.id, task.promise.effect.law), (task, found))
         chosen = [task for task, _ in closest.values()]
-        return list(zip(chosen, self.parallel_map(_ended, list(closest.values())), strict=True))
+        return list(zip(chosen, self.parallel_map(_last_stage, list(closest.values())), strict=True))
 
     def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: Hopeless) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
@@ -236,12 +238,12 @@ class _Task:
     hopeless: Hopeless
 
 
-def _begun(task: _Task) -> Fit:
+def _early_stages(task: _Task) -> Fit:
     """All stages but the last; the cost of what is hopeless is that of the whole."""
     return fit(task.simulation, task.start, task.schedule[:-1], EARLY_GAIN, MOST_STEPS, task.hopeless)
 
 
-def _ended(begun: tuple[_Task, Fit]) -> Fit:
+def _last_stage(begun: tuple[_Task, Fit]) -> Fit:
     """The last stage, unless it is hopeless."""
     task, found = begun
     if found.likelihood.inflation == FINAL.inflation:
@@ -270,22 +272,24 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
     """
     best = min(found, key=lambda model: model.fit.at.cost)
     likelihood, scores = best.fit.likelihood, best.fit.scores
-    latest = Latest(scores)
+    last_state = LastState(scores)
 
     def bound(stage: Stage) -> float:
-        seen = replace(likelihood, inflation=stage.inflation, tester=stage.tester, latest=latest).at(scores).cost
+        seen = (
+            replace(likelihood, inflation=stage.inflation, tester=stage.tester, last_state=last_state).at(scores).cost
+        )
         return seen + HOPELESS if best.clean else FAR_BEHIND * max(seen, likelihood.data)
 
     return {stage: bound(stage) for stage in (*CLOSE, *FROM_TESTER)}
 
 
 def search_of(
-    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, parallel_map: ParallelMap = one_by_one
+    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, parallel_map: ParallelMap = serial_map
 ) -> Search:
     """A search that looks at some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
-    return Search(replace(measurement, sets=sets), candidates, bar_of(measurement.drawing), parallel_map)
+    return Search(replace(measurement, sets=sets), candidates, beam_modes_of(measurement.drawing), parallel_map)
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

@@ -19,13 +19,13 @@ from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import Answer, BeamRig
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.free_beam_modes import Bar
+from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
 STEP = 1e-7
 """In standard deviations of the prior: truncation and rounding are then both below 1e-5 of a derivative."""
-TOUCHES = {
+AFFECTED_PARTS = {
     "cylinders": ("joints", "tester"),
     "mounting": ("joints", "surroundings", "tester"),
     "joints": ("joints",),
@@ -69,12 +69,12 @@ class Simulation:
 
     Attributes:
         baseline: the paper's model.
-        bar: of the drawing.
+        modes: of the drawing.
         effects: that are in the model, in the order in which they act.
     """
 
     baseline: Baseline
-    bar: Bar
+    modes: BeamModes
     effects: tuple[Effect, ...] = ()
 
     def of(self, measurement: Measurement) -> Simulation:
@@ -103,7 +103,7 @@ class Simulation:
         inputs = tuple(dof for each in sets for dof in each.inputs)
         ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
         rig = BeamRig(
-            bar=self.bar,
+            modes=self.modes,
             inputs=inputs,
             node_positions=drawing.node_positions,
             sensor=drawing.accelerometer.direction,
@@ -129,11 +129,11 @@ class Simulation:
     # --- what parameters make of the bench ---
 
     @cached_property
-    def touched(self) -> tuple[frozenset[str], ...]:
+    def affected(self) -> tuple[frozenset[str], ...]:
         """For each shared parameter, which parts of the bench it changes: joints, surroundings, tester."""
         found = [changed_by(name) for name in self._names[0]]
         for effect in self.effects:
-            parts = frozenset(part for hook, parts in TOUCHES.items() if acts_on(effect, hook) for part in parts)
+            parts = frozenset(part for hook, parts in AFFECTED_PARTS.items() if acts_on(effect, hook) for part in parts)
             found += [parts] * len(effect.parameters)
         return tuple(found)
 
@@ -223,14 +223,14 @@ class Simulation:
             at: the bench.
         """
         change, pole = dict[str, Complex | Real](), at.pole
-        if "surroundings" in self.touched[place]:
+        if "surroundings" in self.affected[place]:
             bench = self.surroundings(moved, setting)
             pole = bench.pole
             for field in SURROUNDINGS:
                 difference = np.asarray(getattr(bench, field) - getattr(at, field))
                 if difference.any():
                     change[field] = difference / STEP
-        if "joints" in self.touched[place] or "pole" in change:
+        if "joints" in self.affected[place] or "pole" in change:
             difference = self.joints(moved, setting, pole) - at.joints
             if difference.any():
                 change["joints"] = difference / STEP
@@ -305,7 +305,7 @@ class State:
     def _tester_slope(self, place: int, moved: Values) -> Complex:
         """(points,) derivative in one parameter."""
         simulation, points = self.simulation, self.simulation.baseline.measurement.points
-        if points is None or "tester" not in simulation.touched[place]:
+        if points is None or "tester" not in simulation.affected[place]:
             return np.zeros_like(self.stiffness)
         return np.asarray((simulation.tester(moved, points) - self.stiffness) / STEP)
 

@@ -118,7 +118,7 @@ def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
     return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
 
 
-def standing_for(verdict: Weighed, none: Model) -> Model:
+def model_of_verdict(verdict: Weighed, none: Model) -> Model:
     """The model that a verdict stands for; of an unknown effect the paper's."""
     return none if verdict.effects == UNKNOWN else verdict.model
 
@@ -160,7 +160,7 @@ INSEPARABLE = 1 / 20
 """Of the verdict's probability, above which another explanation is its twin."""
 
 
-def twins(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
+def confounded_effects(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
     """Groups of effects that could each stand in the verdict's place, one group for each effect of the verdict."""
     verdict = weighed[0]
     if not verdict.effects or verdict.effects == UNKNOWN:

@@ -208,7 +208,7 @@ def show(document: Mapping[str, Any]) -> None:
     out.print(wording.probability_sentence(document))
     for effect, name, value, interval in wording.parameter_lines(document):
         out.print(f"  {effect}: {name} = {value}, 90 % {interval}")
-    for sentence in (wording.twins_sentence(document), document["verdict"]["next_experiment"]):
+    for sentence in (wording.confounded_sentence(document), document["verdict"]["next_experiment"]):
         if sentence:
             out.print(sentence)
     out.print(places(document, SHOWN_PLACES))

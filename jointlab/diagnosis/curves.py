@@ -24,7 +24,7 @@ Readings = tuple[Complex, Complex]
 """What the tester would read, (points,) each, N/m: before the effects are in the model, and with them."""
 
 
-def asking_for_rows(measurement: Measurement) -> Measurement:
+def with_rows_predicted(measurement: Measurement) -> Measurement:
     """The same, with predictions asked for the rows of its reference set after those that are asked for already."""
     if not measurement.sets:
         return measurement
@@ -32,7 +32,7 @@ def asking_for_rows(measurement: Measurement) -> Measurement:
     return replace(measurement, predict=(*measurement.predict, *((own, point) for point in measurement.sets[0].inputs)))
 
 
-def divided(predicted: Predicted, asked: int) -> tuple[Predicted | None, Predicted]:
+def split_predictions(predicted: Predicted, asked: int) -> tuple[Predicted | None, Predicted]:
     """Predictions that somebody asked for, None where nobody did, and those of the rows that come after them."""
     parts = [
         Predicted(predicted.frequency, predicted.before[which], predicted.after[which])

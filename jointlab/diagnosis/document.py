@@ -49,14 +49,14 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
             "verdict": {
                 "status": found.status.value,
                 "effects": found.effects,
-                "twins": found.twins,
+                "twins": found.confounded,
                 "next_experiment": sentence(found.next_experiment),
                 "experiment": asdict(found.next_experiment),
             },
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
             "faults": found.faults,
-            "lost": found.lost,
+            "lost": found.missing_evidence,
             "seconds": round(found.seconds, 3),
         }
     )
@@ -139,5 +139,5 @@ def _map(drawn: GapMap) -> dict[str, Any]:
 
 def _titles(found: Diagnosis) -> dict[str, str]:
     named = {effect for ranked in found.ranking for effect in ranked.effects}
-    named |= {effect for group in found.twins for effect in group} | set(found.effects)
+    named |= {effect for group in found.confounded for effect in group} | set(found.effects)
     return {effect: title_of(effect) for effect in sorted(named - {UNKNOWN})}

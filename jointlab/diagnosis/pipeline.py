@@ -9,7 +9,7 @@ from typing import Any
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import Diagnosis, diagnose
-from jointlab.diagnosis.curves import asking_for_rows, curves_of, divided
+from jointlab.diagnosis.curves import curves_of, split_predictions, with_rows_predicted
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.process_pool import processes
@@ -58,12 +58,12 @@ def diagnosed(
             raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
         show = _by_share(advance)
-        found = diagnose(asking_for_rows(subject.measurement), left_out, show, parallel_map)
+        found = diagnose(with_rows_predicted(subject.measurement), left_out, show, parallel_map)
         show("done", 1.0)
-    found = replace(found, lost=(*found.lost, *subject.left_out))
+    found = replace(found, missing_evidence=(*found.missing_evidence, *subject.left_out))
     rows = None
     if found.predicted is not None:
-        asked, rows = divided(found.predicted, len(subject.measurement.predict))
+        asked, rows = split_predictions(found.predicted, len(subject.measurement.predict))
         found = replace(found, predicted=asked)
     document = diagnosis_document(found) | {"curves": curves_of(subject.measurement, rows, found.readings)}
     return Diagnosed(subject, found, {"title": subject.title} | document)

@@ -11,7 +11,7 @@ from multiprocessing import forkserver
 from typing import TypeVar
 
 from analysis.gap import diagnosis
-from analysis.gap.search import ParallelMap, one_by_one
+from analysis.gap.search import ParallelMap, serial_map
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -29,7 +29,7 @@ def processes(count: int | None = None) -> Iterator[ParallelMap]:
     """
     wanted = count or os.cpu_count() or 1
     if wanted == 1 or multiprocessing.current_process().daemon:
-        yield one_by_one
+        yield serial_map
         return
     one_thread_each()
     context = multiprocessing.get_context("forkserver")

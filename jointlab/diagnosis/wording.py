@@ -76,7 +76,7 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
     return f"{sure}; {whole}, this verdict at a {trial['strength']} gap {right}; {claims}"
 
 
-def twins_sentence(document: Mapping[str, Any]) -> str:
+def confounded_sentence(document: Mapping[str, Any]) -> str:
     """What these data cannot tell apart; empty where there is no such thing."""
     groups = [", ".join(group) for group in document["verdict"]["twins"]]
     return f"these data cannot tell apart: {'; '.join(groups)}" if groups else ""

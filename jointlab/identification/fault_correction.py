@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.gap.measurement import HammerSet
-from analysis.gap.row_faults import rows_put_right
+from analysis.gap.row_faults import correct_rows
 from jointlab.diagnosis.load import gap_measurement
 from jointlab.errors import JointlabError
 from jointlab.identification.measurement import Measurement, dof
@@ -33,7 +33,7 @@ def correct_faults(measurement: Measurement) -> Measurement:
     if not struck:
         return as_it_is
     before = gap_measurement(replace(measurement, sets=struck))
-    after, faults = rows_put_right(before)
+    after, faults = correct_rows(before)
     if not faults:
         return as_it_is
     if len(after.sets) < len(before.sets):

@@ -60,7 +60,7 @@ def _verdict(document: Mapping[str, Any]) -> Section:
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
     content += _most_telling(document.get("curves", ()))
     if verdict["twins"]:
-        content.append(f"{_capital(wording.twins_sentence(document))}.")
+        content.append(f"{_capital(wording.confounded_sentence(document))}.")
     if verdict["next_experiment"]:
         content.append(f"Next experiment: {verdict['next_experiment'].rstrip('.')}.")
     return Section("The gap between simulation and measurement", tuple(content))

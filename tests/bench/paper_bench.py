@@ -13,7 +13,7 @@ from analysis.gap.effects.beam import AccelerometerMass, Density, MeshError, You
 from analysis.gap.effects.joint_frequency import SpringPot
 from analysis.gap.effects.joint_geometry import CylinderAngle, SupportPosition, VerticalOffset
 from analysis.gap.effects.joint_state import SOFTENING, PreloadStiffening, TemperatureShift
-from analysis.gap.free_beam_modes import Bar
+from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.parameter import Parameter
 from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble
 
@@ -81,7 +81,7 @@ class PaperBench:
         mesh = Mesh.through([0.0, *np.linspace(left, right, 9), BEAM.length], self.elements_between)
         free = assemble(beam, mesh, point_masses=masses)
         stiffened = free.squared_frequency * (
-            1 + given.get("third_mode", 0.0) * Bar(free, free.damping_rate).mesh_share
+            1 + given.get("third_mode", 0.0) * BeamModes(free, free.damping_rate).mesh_share
         )
         return replace(free, squared_frequency=stiffened)
 

@@ -11,7 +11,7 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given
-from analysis.gap.free_beam_modes import Bar, bar_of
+from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
 
@@ -142,7 +142,7 @@ class OutOfPlaneBending(Effect):
     or less than blows across.
 
     Attributes:
-        frequencies: of the free bar on edge, Hz.
+        frequencies: of the free beam on edge, Hz.
         at_sensor: shapes at the accelerometer, kg^-1/2.
         at_nodes: (nodes) of shapes at each node.
     """
@@ -157,12 +157,12 @@ class OutOfPlaneBending(Effect):
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         drawing = measurement.drawing
-        bar, shapes = on_edge(drawing)
+        modes, shapes = modes_on_edge(drawing)
         bending = np.flatnonzero(np.max(np.abs(shapes), axis=0) > 1e-6)
-        lower = bending[cls._chosen(bar.free.frequency[bending])]
+        lower = bending[cls._chosen(modes.free.frequency[bending])]
         return (
             cls(
-                frequencies=_floats(bar.free.frequency[lower]),
+                frequencies=_floats(modes.free.frequency[lower]),
                 at_sensor=_floats(shapes[drawing.accelerometer.node - 1, lower]),
                 at_nodes=tuple(_floats(row) for row in shapes[:, lower]),
             ),
@@ -170,7 +170,7 @@ class OutOfPlaneBending(Effect):
 
     @classmethod
     def _chosen(cls, frequency: Real) -> slice:
-        """Which of the bending modes of the bar on edge, the two rigid ones first."""
+        """Which of the bending modes of the beam on edge, the two rigid ones first."""
         return slice(RIGID_ON_EDGE, RIGID_ON_EDGE + MODES)
 
     @property
@@ -203,8 +203,8 @@ class OutOfPlaneBending(Effect):
 
 
 @dataclass(frozen=True)
-class RowsOfTheirOwn(OutOfPlaneBending):
-    """Two modes that each row shows in a measure of its own: a bar on joints has not the shapes of a free one.
+class BendingByRow(OutOfPlaneBending):
+    """Two modes that each row shows in a measure of its own: a beam on joints has not the shapes of a free one.
 
     Attributes:
         rows: points struck.
@@ -234,7 +234,7 @@ class RowsOfTheirOwn(OutOfPlaneBending):
 
 @dataclass(frozen=True)
 class LowerModes(OutOfPlaneBending):
-    """All lower modes of the bar on edge: it moves as a rigid body on its joints too, and bends higher up."""
+    """All lower modes of the beam on edge: it moves as a rigid body on its joints too, and bends higher up."""
 
     law = "lower modes"
 
@@ -264,11 +264,11 @@ class LowerModes(OutOfPlaneBending):
         return [*rigid, *super()._resonances(given, pole), *higher]
 
 
-def on_edge(drawing: Drawing) -> tuple[Bar, Real]:
-    """The bar turned by 90 degrees, and (nodes, N) its shapes across the plane of the paper's model."""
+def modes_on_edge(drawing: Drawing) -> tuple[BeamModes, Real]:
+    """The beam turned by 90 degrees, and (nodes, N) its shapes across the plane of the paper's model."""
     turned = replace(drawing.beam, height=drawing.beam.width, width=drawing.beam.height)
-    bar = bar_of(replace(drawing, beam=turned))
-    return bar, np.array([bar.motion(Direction.Y, float(x)) for x in drawing.node_positions])
+    modes = beam_modes_of(replace(drawing, beam=turned))
+    return modes, np.array([modes.motion(Direction.Y, float(x)) for x in drawing.node_positions])
 
 
 def _own(row: Dof, place: int) -> str:

@@ -100,7 +100,7 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
 
 def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
     """Twins, and the next experiment as a way to the sequence for it."""
-    if twins := wording.twins_sentence(document):
+    if twins := wording.confounded_sentence(document):
         paragraph(f"{_sentence(twins)}", "notice")
     experiment = document["verdict"].get("next_experiment")
     if not experiment:

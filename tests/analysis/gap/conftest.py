@@ -13,7 +13,7 @@ from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect
 from analysis.gap.fit import Likelihood
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search import Search
 from analysis.gap.simulation import Simulation
@@ -26,7 +26,7 @@ Made = Callable[..., Measurement]
 
 @pytest.fixture(scope="session")
 def drawing() -> Drawing:
-    """The paper's bar, its joints a little inside the ends."""
+    """The paper's beam, its joints a little inside the ends."""
     quarter = float(np.pi / 4)
     return Drawing(
         beam=Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0),
@@ -85,7 +85,7 @@ def made(empty: Measurement) -> Made:
 
     def measure(effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1) -> Measurement:
         random = np.random.default_rng(seed)
-        simulation = Simulation(baseline_of(empty), bar_of(empty.drawing), effects)
+        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), effects)
         likelihood = Likelihood(simulation)
         scores = 0.5 * random.standard_normal(likelihood.unknowns)
         own_places = len(simulation.baseline.parameters) + np.arange(len(own))
@@ -109,7 +109,7 @@ def made(empty: Measurement) -> Made:
 def search_among(measurement: Measurement, ids: Collection[str]) -> Search:
     """A search that tries a part of the catalogue at all lines of a measurement."""
     tried = tuple(each for each in candidates(measurement) if each.id in ids)
-    return Search(measurement, tried, bar_of(measurement.drawing))
+    return Search(measurement, tried, beam_modes_of(measurement.drawing))
 
 
 def _noise(random: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:

@@ -13,7 +13,7 @@ from analysis.gap.catalogue import candidates
 from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates, predictions
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.fit import Likelihood, evaluated, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.search import search_of
@@ -42,11 +42,11 @@ UNSEEN = (Dof(5, Direction.Y), Dof(8, Direction.Y), Dof(11, Direction.X))
 
 def test_points_that_nobody_struck_are_predicted_under_every_effect(empty: Measurement) -> None:
     asked = replace(empty, predict=tuple((empty.drawing.accelerometer, point) for point in UNSEEN))
-    baseline, bar = baseline_of(asked), bar_of(asked.drawing)
-    plain = Likelihood(Simulation(baseline, bar))
+    baseline, modes = baseline_of(asked), beam_modes_of(asked.drawing)
+    plain = Likelihood(Simulation(baseline, modes))
     before = evaluated(plain, np.zeros(plain.unknowns))
     for effect in candidates(asked):
-        likelihood = Likelihood(Simulation(baseline, bar, (effect,)))
+        likelihood = Likelihood(Simulation(baseline, modes, (effect,)))
         found = predictions(asked, before, evaluated(likelihood, np.zeros(likelihood.unknowns)))
         assert found is not None
         assert found.after.shape == (len(UNSEEN), found.frequency.size), effect.id

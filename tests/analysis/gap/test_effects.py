@@ -1,4 +1,4 @@
-"""Effects of joints, bar, measuring chain and blows by their laws, in numbers; of the tester: `test_tester_effects`."""
+"""Effects of joints, beam, measuring chain and blows by their laws, in numbers."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from analysis.gap.effects.beam import (
     REFERENCE,
     AccelerometerMass,
     BeamDamping,
+    BendingByRow,
     DampingFollowingFrequency,
     DampingOfModes,
     Density,
     MeshError,
     MoreFreeDamping,
     OutOfPlaneBending,
-    RowsOfTheirOwn,
     YoungsModulus,
 )
 from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle, ImpactPosition, SurfaceBlows
@@ -38,7 +38,7 @@ from analysis.gap.effects.measuring_chain import (
     SensorGain,
 )
 from analysis.gap.fit import Likelihood
-from analysis.gap.free_beam_modes import Bar, bar_of
+from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.simulation import Simulation
 
@@ -51,8 +51,8 @@ def baseline(empty: Measurement) -> Baseline:
 
 
 @pytest.fixture(scope="session")
-def bar(empty: Measurement) -> Bar:
-    return bar_of(empty.drawing)
+def modes(empty: Measurement) -> BeamModes:
+    return beam_modes_of(empty.drawing)
 
 
 @pytest.fixture
@@ -83,9 +83,9 @@ def bench(baseline: Baseline, setting: Setting, mounting: Mounting) -> BeamBench
     return baseline.beam(values(baseline), setting, mounting)
 
 
-def read(effect: Effect, empty: Measurement, bar: Bar, **own: float) -> Complex:
+def read(effect: Effect, empty: Measurement, modes: BeamModes, **own: float) -> Complex:
     """(rows, lines) of the first hammer set with one effect on top of the baseline at its centre."""
-    simulation = Simulation(baseline_of(empty), bar, (effect,))
+    simulation = Simulation(baseline_of(empty), modes, (effect,))
     scores = np.zeros(Likelihood(simulation).unknowns)
     for place, parameter in enumerate(effect.parameters, start=len(simulation.baseline.parameters)):
         if parameter.name in own:
@@ -212,7 +212,7 @@ def test_a_support_moves_along_the_bar_alone(empty: Measurement, mounting: Mount
     assert moved.eccentricity is mounting.eccentricity
 
 
-# --- the bar ---
+# --- the beam ---
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_an_effect_of_bar_or_sensor_adds_to_one_property(
 
 
 def test_rival_dampings_of_the_bar_agree_where_they_are_told_to(
-    empty: Measurement, bench: BeamBench, setting: Setting, bar: Bar
+    empty: Measurement, bench: BeamBench, setting: Setting, modes: BeamModes
 ) -> None:
     given = {"eta": 0.004, "power": 1.0}
     following = DampingFollowingFrequency().beam(given, bench, setting)
@@ -248,19 +248,19 @@ def test_rival_dampings_of_the_bar_agree_where_they_are_told_to(
     assert MoreFreeDamping.variants(undamped) == ()
 
 
-def test_every_rival_damping_lowers_a_peak_alike(empty: Measurement, bar: Bar) -> None:
+def test_every_rival_damping_lowers_a_peak_alike(empty: Measurement, modes: BeamModes) -> None:
     (more,) = MoreFreeDamping.variants(empty)
     laws = (BeamDamping(), DampingFollowingFrequency(), DampingOfModes(), more)
-    before = read(BeamDamping(), empty, bar, eta=0.0)
+    before = read(BeamDamping(), empty, modes, eta=0.0)
     lowered = [
-        np.max(np.abs(read(law, empty, bar, eta=0.005)), axis=1) / np.max(np.abs(before), axis=1) for law in laws
+        np.max(np.abs(read(law, empty, modes, eta=0.005)), axis=1) / np.max(np.abs(before), axis=1) for law in laws
     ]
     for each in lowered:
         assert np.all(each < 1)
         assert each == pytest.approx(lowered[0], abs=0.1)
 
 
-def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement, bar: Bar) -> None:
+def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement, modes: BeamModes) -> None:
     """The mass pulls with -m a: H' = (1 + m H)^-1 H, with H (x and y at its point) before."""
     inputs = Dof(3, Direction.X), Dof(3, Direction.Y)
     struck = replace(empty.sets[0].rows(np.arange(len(empty.sets[0].inputs)) < 2), inputs=inputs)
@@ -269,51 +269,55 @@ def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement
         for accelerometer in inputs
     ]
     without, loaded = (
-        np.moveaxis(np.array([read(AccelerometerMass(), way, bar, m=m) for way in ways]), 2, 0) for m in (0.0, 0.03)
+        np.moveaxis(np.array([read(AccelerometerMass(), way, modes, m=m) for way in ways]), 2, 0) for m in (0.0, 0.03)
     )
     assert np.max(np.abs(loaded - without)) > 0.05 * np.max(np.abs(without))
     assert np.allclose(loaded, np.linalg.solve(np.eye(2) + 0.03 * without, without), rtol=1e-7)
 
 
-def test_bending_out_of_plane_has_the_modes_of_the_bar_on_edge(empty: Measurement, bar: Bar) -> None:
+def test_bending_out_of_plane_has_the_modes_of_the_bar_on_edge(empty: Measurement, modes: BeamModes) -> None:
     (effect,) = OutOfPlaneBending.variants(empty)
     assert effect.frequencies == pytest.approx((321.0, 867.0), rel=0.02)
-    flat, bent = (read(effect, empty, bar, coupling=coupling) for coupling in (0.0, 0.05))
+    flat, bent = (read(effect, empty, modes, coupling=coupling) for coupling in (0.0, 0.05))
     added = np.abs(bent - flat)
     along = [dof.direction for dof in empty.sets[0].inputs].index(Direction.X)
     peak = empty.sets[0].frequency[np.argmax(added[along])]
     assert peak == pytest.approx(effect.parameters[2].centre, abs=5.0)
-    assert np.allclose(bent, flat + 0.5 * (read(effect, empty, bar, coupling=0.1) - flat), rtol=1e-9)
+    assert np.allclose(bent, flat + 0.5 * (read(effect, empty, modes, coupling=0.1) - flat), rtol=1e-9)
 
 
 # --- the measuring chain of the beam rig ---
 
 
-def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(empty: Measurement, bar: Bar) -> None:
-    (effect,) = RowsOfTheirOwn.variants(empty)
+def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(
+    empty: Measurement, modes: BeamModes
+) -> None:
+    (effect,) = BendingByRow.variants(empty)
     row = empty.sets[0].inputs.index(Dof(11, Direction.Y))
-    change = read(effect, empty, bar, row_11y_1=0.05) - read(effect, empty, bar)
+    change = read(effect, empty, modes, row_11y_1=0.05) - read(effect, empty, modes)
     assert np.all(np.delete(change, row, axis=0) == 0)
     peak = empty.sets[0].frequency[np.argmax(np.abs(change[row]))]
     assert peak == pytest.approx(effect.parameters[2].centre, abs=4)
 
 
-def test_every_law_answers_for_points_that_were_not_struck(empty: Measurement, bar: Bar, baseline: Baseline) -> None:
+def test_every_law_answers_for_points_that_were_not_struck(
+    empty: Measurement, modes: BeamModes, baseline: Baseline
+) -> None:
     unseen = tuple(Dof(node, Direction.Y) for node in (5, 8))
-    elsewhere = Setting(unseen, empty.sets[0].frequency, 100.0, 23.0)
+    struck_at = Setting(unseen, empty.sets[0].frequency, 100.0, 23.0)
     mounting = baseline.mounting(values(baseline))
     for effect in candidates(empty):
-        found = effect.beam(values(effect), baseline.beam(values(baseline), elsewhere, mounting), elsewhere)
+        found = effect.beam(values(effect), baseline.beam(values(baseline), struck_at, mounting), struck_at)
         assert found.blow_offset.shape == found.lean.shape == (2,), effect.law
 
 
-def test_a_gain_is_one_factor_on_all_rows(empty: Measurement, bar: Bar) -> None:
-    once, more = (read(SensorGain(), empty, bar, gain=gain) for gain in (0.0, 0.04))
+def test_a_gain_is_one_factor_on_all_rows(empty: Measurement, modes: BeamModes) -> None:
+    once, more = (read(SensorGain(), empty, modes, gain=gain) for gain in (0.0, 0.04))
     assert np.allclose(more, 1.04 * once, rtol=1e-12)
 
 
-def test_a_delay_turns_the_phase_back_in_proportion_to_frequency(empty: Measurement, bar: Bar) -> None:
-    prompt, late = (read(ChannelDelay(), empty, bar, tau=tau) for tau in (0.0, 4e-5))
+def test_a_delay_turns_the_phase_back_in_proportion_to_frequency(empty: Measurement, modes: BeamModes) -> None:
+    prompt, late = (read(ChannelDelay(), empty, modes, tau=tau) for tau in (0.0, 4e-5))
     expected = np.exp(-2j * np.pi * empty.sets[0].frequency * 4e-5)
     assert np.allclose(late / prompt, expected, rtol=1e-9)
 
@@ -330,7 +334,7 @@ def test_a_highpass_corner_halves_the_power_at_its_corner(bench: BeamBench, sett
     assert np.abs([first[1], second[1]]) == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_window_looks_beside_the_axis_of_frequency(empty: Measurement, bar: Bar) -> None:
+def test_a_window_looks_beside_the_axis_of_frequency(empty: Measurement, modes: BeamModes) -> None:
     """H is analytic, so a shift of the pole by s is one of i s in frequency: every mode gains s of half-width."""
     near = np.arange(70.0, 80.0, 0.05)
     shape = len(empty.sets[0].inputs), near.size
@@ -338,24 +342,27 @@ def test_a_window_looks_beside_the_axis_of_frequency(empty: Measurement, bar: Ba
         empty.sets[0], frequency=near, accelerance=np.ones(shape, dtype=complex), deviation=np.full(shape, 1.0)
     )
     measurement = replace(empty, sets=(fine,))
-    once, shifted = (read(ExponentialWindow(), measurement, bar, s=s) for s in (0.0, 0.02))
+    once, shifted = (read(ExponentialWindow(), measurement, modes, s=s) for s in (0.0, 0.02))
     by_pole = -1j * np.gradient(once, 2 * np.pi * near, axis=1)[:, 1:-1]
     assert np.allclose((shifted - once)[:, 1:-1] / 0.02, by_pole, rtol=0, atol=2e-3 * np.max(np.abs(by_pole)))
 
 
-def test_a_window_that_is_stated_is_no_effect(empty: Measurement, bar: Bar) -> None:
+def test_a_window_that_is_stated_is_no_effect(empty: Measurement, modes: BeamModes) -> None:
     """What a window of 2 1/s does is explained by stating it, and by nothing else beside."""
     stated = replace(empty, sets=tuple(replace(each, decay=2.0) for each in empty.sets))
-    with_effect, as_stated = read(ExponentialWindow(), empty, bar, s=2.0), read(ExponentialWindow(), stated, bar, s=0.0)
+    with_effect, as_stated = (
+        read(ExponentialWindow(), empty, modes, s=2.0),
+        read(ExponentialWindow(), stated, modes, s=0.0),
+    )
     np.testing.assert_allclose(as_stated, with_effect, rtol=1e-9)
 
 
 # --- the blows ---
 
 
-def test_leaning_blows_add_the_response_to_a_blow_along_the_bar(empty: Measurement, bar: Bar) -> None:
+def test_leaning_blows_add_the_response_to_a_blow_along_the_bar(empty: Measurement, modes: BeamModes) -> None:
     upright, leaning, of_all = (
-        read(effect, empty, bar, angle_deg=angle)
+        read(effect, empty, modes, angle_deg=angle)
         for effect, angle in ((ImpactAngle(), 0.0), (ImpactAngle(), 3.0), (AllBlows(), 3.0))
     )
     rows = {str(dof): row for row, dof in enumerate(empty.sets[0].inputs)}
@@ -367,29 +374,31 @@ def test_leaning_blows_add_the_response_to_a_blow_along_the_bar(empty: Measureme
     assert np.array_equal(of_all[across], leaning[across])
 
 
-def test_leaning_blows_on_the_surface_turn_the_section_too(empty: Measurement, bar: Bar, bench: BeamBench) -> None:
+def test_leaning_blows_on_the_surface_turn_the_section_too(
+    empty: Measurement, modes: BeamModes, bench: BeamBench
+) -> None:
     (surface,) = SurfaceBlows.variants(empty)
     assert surface.height == pytest.approx(empty.drawing.beam.height / 2)
-    at_axis, above = (read(effect, empty, bar, angle_deg=3.0) for effect in (ImpactAngle(), surface))
+    at_axis, above = (read(effect, empty, modes, angle_deg=3.0) for effect in (ImpactAngle(), surface))
     across = [dof.direction is Direction.Y for dof in empty.sets[0].inputs]
     changed = np.max(np.abs(above - at_axis), axis=1) / np.max(np.abs(at_axis), axis=1)
     assert np.all((changed > 1e-4) == across)
 
 
-def test_a_point_that_is_hard_to_reach_leans_alone(empty: Measurement, bar: Bar) -> None:
+def test_a_point_that_is_hard_to_reach_leans_alone(empty: Measurement, modes: BeamModes) -> None:
     variants = {effect.point: effect for effect in BlowsAtOnePoint.variants(empty)}
     assert set(variants) == set(empty.sets[0].inputs)
     for row, dof in enumerate(empty.sets[0].inputs):
-        leaning = read(variants[dof], empty, bar, angle_deg=3.0)
-        own = read(AllBlows(), empty, bar, angle_deg=3.0)[row]
+        leaning = read(variants[dof], empty, modes, angle_deg=3.0)
+        own = read(AllBlows(), empty, modes, angle_deg=3.0)[row]
         assert leaning[row] == pytest.approx(own)
-        others = np.delete(leaning, row, axis=0), np.delete(read(AllBlows(), empty, bar), row, axis=0)
+        others = np.delete(leaning, row, axis=0), np.delete(read(AllBlows(), empty, modes), row, axis=0)
         assert others[0] == pytest.approx(others[1])
 
 
-def test_blows_beside_their_mark_change_their_own_row_by_its_slope(empty: Measurement, bar: Bar) -> None:
+def test_blows_beside_their_mark_change_their_own_row_by_its_slope(empty: Measurement, modes: BeamModes) -> None:
     (effect,) = ImpactPosition.variants(empty)
-    on, right, left = (read(effect, empty, bar, shift_7=shift) for shift in (0.0, 1e-3, -1e-3))
+    on, right, left = (read(effect, empty, modes, shift_7=shift) for shift in (0.0, 1e-3, -1e-3))
     row = [str(dof) for dof in empty.sets[0].inputs].index("7y")
     others = np.arange(len(on)) != row
     assert np.array_equal(right[others], on[others])
@@ -398,6 +407,6 @@ def test_blows_beside_their_mark_change_their_own_row_by_its_slope(empty: Measur
     assert np.max(np.abs(right[row] - on[row] - slope)) < 0.02 * np.max(np.abs(slope))
     marks = empty.drawing.node_positions
     # as far as the next mark it is the blow there
-    there = read(effect, empty, bar, shift_3=float(marks[3] - marks[2]))
+    there = read(effect, empty, modes, shift_3=float(marks[3] - marks[2]))
     names = [str(dof) for dof in empty.sets[0].inputs]
     assert np.allclose(there[names.index("3y")], on[names.index("4y")], rtol=1e-7)

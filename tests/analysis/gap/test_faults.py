@@ -11,7 +11,7 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
-from analysis.gap.faults import examined, record_faults
+from analysis.gap.faults import examine, record_faults
 from analysis.gap.measurement import Measurement, RawBlow
 from tests.analysis.gap.conftest import Made
 
@@ -33,13 +33,13 @@ def spoilt(clean: Measurement, change: Callable[[Complex], None]) -> Measurement
     return replace(clean, sets=tuple(sets))
 
 
-def looked_at(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
-    found = examined(measurement)
+def examined_rows(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
+    found = examine(measurement)
     return found.measurement, found.faults
 
 
 def test_a_clean_measurement_has_no_fault_and_is_left_as_it_is(clean: Measurement) -> None:
-    found = examined(clean)
+    found = examine(clean)
     assert found.faults == ()
     assert found.effects == ()
     assert found.measurement is clean
@@ -47,7 +47,7 @@ def test_a_clean_measurement_has_no_fault_and_is_left_as_it_is(clean: Measuremen
 
 def test_a_measurement_without_hammer_sets_is_left_as_it_is(clean: Measurement) -> None:
     alone = replace(clean, sets=())
-    found = examined(alone)
+    found = examine(alone)
     assert found.measurement is alone
     assert found.faults == ()
 
@@ -56,13 +56,13 @@ def test_a_row_of_wrong_polarity_is_turned(clean: Measurement) -> None:
     def turn(rows: Complex) -> None:
         rows[3] *= -1
 
-    found, faults = looked_at(spoilt(clean, turn))
+    found, faults = examined_rows(spoilt(clean, turn))
     assert faults == ("hammer set 2: row 7y has the wrong polarity; put right",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
 
-# rows apart, rows of opposite ends, neighbours that are alike, a row and one along the bar
+# rows apart, rows of opposite ends, neighbours that are alike, a row and one along the beam
 PAIRS = ((2, 4), (0, 3), (1, 2), (0, 5))
 
 
@@ -71,7 +71,7 @@ def test_rows_swapped_in_one_set_are_put_back(clean: Measurement, first: int, se
     def swap(rows: Complex) -> None:
         rows[[first, second]] = rows[[second, first]]
 
-    found, faults = looked_at(spoilt(clean, swap))
+    found, faults = examined_rows(spoilt(clean, swap))
     inputs = clean.sets[SPOILT].inputs
     assert faults == (f"hammer set 2: rows {inputs[first]} and {inputs[second]} are swapped; put right",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
@@ -86,7 +86,7 @@ def test_rows_swapped_in_every_set_are_put_back(clean: Measurement, first: int, 
         accelerance = each.accelerance.copy()
         accelerance[places] = accelerance[places[::-1]]
         sets.append(replace(each, accelerance=accelerance))
-    found, (fault,) = looked_at(replace(clean, sets=tuple(sets)))
+    found, (fault,) = examined_rows(replace(clean, sets=tuple(sets)))
     inputs = clean.sets[0].inputs
     assert fault == f"hammer sets 1 and 2: rows {inputs[first]} and {inputs[second]} are swapped; put right"
     for each, of in zip(found.sets, clean.sets, strict=True):
@@ -97,14 +97,14 @@ def test_two_rows_of_wrong_polarity_are_turned_and_not_swapped(clean: Measuremen
     def turn(rows: Complex) -> None:
         rows[[1, 3]] *= -1
 
-    found, faults = looked_at(spoilt(clean, turn))
+    found, faults = examined_rows(spoilt(clean, turn))
     assert faults == ("hammer set 2: rows 3y and 7y have the wrong polarity; put right",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
 
 
 def test_an_accelerometer_upside_down_is_turned(clean: Measurement) -> None:
     sets = tuple(replace(each, accelerance=-each.accelerance) for each in clean.sets)
-    found, faults = looked_at(replace(clean, sets=sets))
+    found, faults = examined_rows(replace(clean, sets=sets))
     assert len(faults) == len(clean.sets)
     assert all("have the wrong polarity" in fault for fault in faults)
     assert all(np.array_equal(a.accelerance, b.accelerance) for a, b in zip(found.sets, clean.sets, strict=True))
@@ -113,14 +113,14 @@ def test_an_accelerometer_upside_down_is_turned(clean: Measurement) -> None:
 def test_an_accelerometer_that_says_nothing_is_refused(clean: Measurement) -> None:
     sets = tuple(replace(each, accelerance=0 * each.accelerance) for each in clean.sets)
     with pytest.raises(AnalysisError, match="check the accelerometer"):
-        examined(replace(clean, sets=sets))
+        examine(replace(clean, sets=sets))
 
 
 def test_a_dead_row_is_left_out_of_its_set_alone(clean: Measurement) -> None:
     def die(rows: Complex) -> None:
         rows[2] *= 1e-3
 
-    found, (fault,) = looked_at(spoilt(clean, die))
+    found, (fault,) = examined_rows(spoilt(clean, die))
     assert fault.startswith("hammer set 2: row 4y is dead (it has 0.")
     assert fault.endswith("left out")
     kept = [place for place in range(len(clean.sets[SPOILT].inputs)) if place != 2]
@@ -134,7 +134,7 @@ def test_faults_of_different_kinds_are_all_found(clean: Measurement) -> None:
         rows[1] *= -1
         rows[2] *= 1e-4
 
-    found, faults = looked_at(spoilt(clean, spoil))
+    found, faults = examined_rows(spoilt(clean, spoil))
     assert len(faults) == 2
     assert np.array_equal(found.sets[SPOILT].accelerance[1], clean.sets[SPOILT].accelerance[1])
     assert len(found.sets[SPOILT].inputs) == len(clean.sets[SPOILT].inputs) - 1
@@ -144,7 +144,7 @@ def test_a_row_of_zeros_is_dead(clean: Measurement) -> None:
     def silence(rows: Complex) -> None:
         rows[2] = 0
 
-    _, (fault,) = looked_at(spoilt(clean, silence))
+    _, (fault,) = examined_rows(spoilt(clean, silence))
     assert "row 4y is dead" in fault
 
 

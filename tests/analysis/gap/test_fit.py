@@ -9,8 +9,8 @@ import pytest
 
 from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fit import CLOSE, FINAL, Latest, Likelihood, Stage, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.fit import CLOSE, FINAL, LastState, Likelihood, Stage, fit
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.simulation import Simulation, State
 from tests.analysis.gap.conftest import Made
 
@@ -18,7 +18,7 @@ from tests.analysis.gap.conftest import Made
 @pytest.fixture(scope="module")
 def simulation(made: Made) -> Simulation:
     measurement = made((FrameCompliance(),), (0.5,))
-    return Simulation(baseline_of(measurement), bar_of(measurement.drawing), (FrameCompliance(),))
+    return Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), (FrameCompliance(),))
 
 
 def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
@@ -40,7 +40,7 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
 
 def test_what_is_shared_is_worked_out_anew_for_other_scores(simulation: Simulation) -> None:
     zero = np.zeros(Likelihood(simulation).unknowns)
-    sharing = Likelihood(simulation, latest=Latest(zero))
+    sharing = Likelihood(simulation, last_state=LastState(zero))
     for scores in (zero, zero + 0.1, zero):
         assert sharing.at(scores).cost == Likelihood(simulation).at(scores).cost
 

@@ -13,20 +13,20 @@ from analysis.dof import Direction, Dof
 from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.gaps import (
     AT_THE_FLOOR,
     Gaps,
-    carried_over,
     floor_percent,
     floor_percent_of,
+    gap_on_unseen_rows,
+    gaps_where_asked,
     measured_gaps,
-    where_asked,
 )
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model import Model, refined
-from analysis.gap.search import one_by_one
+from analysis.gap.search import serial_map
 from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import weigh
 from tests.analysis.gap.conftest import Made, search_among
@@ -45,7 +45,7 @@ def test_the_right_model_reaches_the_floor_and_the_paper_s_does_not(models: tupl
     weighed = weigh(none, [right])
     assert weighed[0].model is right
     measurement = right.fit.likelihood.measurement
-    gaps = where_asked(measured_gaps(none, weighed, measurement, one_by_one), right)
+    gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, serial_map), right)
     assert gaps.floor_percent == floor_percent(right.fit)
     assert not gaps.above_the_floor(right)
     assert gaps.above_the_floor(none)
@@ -73,7 +73,7 @@ def test_a_thinned_set_has_at_least_as_many_lines_as_asked_for_and_fewer_than_tw
 
 
 def fitted(measurement: Measurement) -> Fit:
-    simulation = Simulation(baseline_of(measurement), bar_of(measurement.drawing))
+    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing))
     return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
 
 
@@ -129,7 +129,7 @@ def test_the_floor_elsewhere_is_that_of_the_rows_there(found: Fit) -> None:
 
 def test_what_the_model_is_wrong_by_is_carried_over() -> None:
     held = HeldOut(Gap(5.0, 9.0, 4.0), Gap(2.0, 1.0, 2.0), (3.0, 6.0))
-    there = carried_over(held, 4.0)
+    there = gap_on_unseen_rows(held, 4.0)
     assert there.overall.percent == pytest.approx(np.hypot(4.0, 4.0))
     assert there.overall.sigma == 9.0
     assert there.direct == held.direct
@@ -139,6 +139,6 @@ def test_what_the_model_is_wrong_by_is_carried_over() -> None:
 def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> None:
     for percent in (1.0, 3.0):
         held = HeldOut(Gap(percent, 1.0, 0.0), None, (percent, percent))
-        assert carried_over(held, 4.0).overall.percent == pytest.approx(4.0)
+        assert gap_on_unseen_rows(held, 4.0).overall.percent == pytest.approx(4.0)
     tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0), (1.0, 3.0))
-    assert carried_over(tester_alone, 4.0) is tester_alone
+    assert gap_on_unseen_rows(tester_alone, 4.0) is tester_alone

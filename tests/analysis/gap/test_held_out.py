@@ -9,16 +9,16 @@ import pytest
 
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.gaps import floor_percent
-from analysis.gap.held_out import _by_a_step, _fitted_anew, _folds, held_out
+from analysis.gap.held_out import _by_a_step, _folds, _refitted_without, held_out
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
 
 
 def fitted(measurement: Measurement) -> Fit:
-    simulation = Simulation(baseline_of(measurement), bar_of(measurement.drawing))
+    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing))
     return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
 
 
@@ -34,10 +34,10 @@ def test_leaving_a_row_out_by_a_step_is_fitting_without_it(found: Fit, monkeypat
     sets = found.likelihood.measurement.sets
     stepped = _by_a_step(found)
     for fold in _folds(sets)[::2]:
-        step, anew = stepped(found, fold), _fitted_anew(found, fold)
-        assert step.keys() == anew.keys() == fold.keys()
+        step, again = stepped(found, fold), _refitted_without(found, fold)
+        assert step.keys() == again.keys() == fold.keys()
         for number, row in fold.items():
-            (stepped_to, _), (fitted_to, _) = step[number], anew[number]
+            (stepped_to, _), (fitted_to, _) = step[number], again[number]
             left = sets[number].accelerance[row]
             assert 0 < np.linalg.norm(stepped_to - fitted_to) < 0.05 * np.linalg.norm(left - fitted_to)
 

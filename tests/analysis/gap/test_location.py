@@ -10,7 +10,7 @@ import pytest
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import Likelihood, evaluated
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.location import BANDS, LOWEST_BAND, band_edges, map_of, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
@@ -111,7 +111,7 @@ def test_misfit_in_the_tester_is_found_in_its_band(band: tuple[float, float]) ->
 
 
 def test_every_set_and_the_tester_have_a_map_and_misfit_shows_in_that_of_its_set(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
     predicted = Likelihood(simulation).predict(scores, derivatives=False)
     sets = []

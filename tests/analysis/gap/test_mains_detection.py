@@ -17,7 +17,7 @@ POINTS = (Dof(1, Direction.Y), Dof(6, Direction.Y))
 
 
 def ringing(frequency: float, decay: float, tones: dict[float, float], seed: int) -> RawBlow:
-    """A bar that rings down under noise, beside tones (amplitude by frequency) of any phase."""
+    """A beam that rings down under noise, beside tones (amplitude by frequency) of any phase."""
     random, time = np.random.default_rng(seed), np.arange(round(RATE * SECONDS)) / RATE
     acceleration = 20 * np.exp(-decay * time) * np.sin(2 * np.pi * frequency * time)
     acceleration += NOISE * random.standard_normal(time.size)

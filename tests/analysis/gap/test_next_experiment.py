@@ -14,7 +14,7 @@ from analysis.gap.effects.joint_amplitude import AmplitudeTable
 from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, Likelihood, fit
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.next_experiment import (
@@ -22,7 +22,7 @@ from analysis.gap.next_experiment import (
     EXPERIMENTS,
     Check,
     Experiment,
-    Further,
+    FurtherMeasurement,
     NextExperiment,
     _expected,
     next_experiment,
@@ -32,7 +32,7 @@ from analysis.gap.search import search_of
 from analysis.gap.verdict import UNKNOWN, Status, Weighed
 from tests.analysis.gap.conftest import Made
 
-FURTHER = {each.id: each for each in EXPERIMENTS if isinstance(each, Further)}
+FURTHER = {each.id: each for each in EXPERIMENTS if isinstance(each, FurtherMeasurement)}
 HEAVIER = FURTHER[Experiment.HEAVIER_ACCELEROMETER]
 SHUFFLED = FURTHER[Experiment.RANDOM_ORDER]
 SOFTER = FURTHER[Experiment.HALF_FORCE]
@@ -40,7 +40,7 @@ SOFTER = FURTHER[Experiment.HALF_FORCE]
 
 def fitted(measurement: Measurement, *effects: Effect) -> Model:
     search = search_of(measurement, ())
-    simulation = replace(search.simulation(), bar=bar_of(measurement.drawing), effects=effects)
+    simulation = replace(search.simulation(), modes=beam_modes_of(measurement.drawing), effects=effects)
     return Model(effects, fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
 
 

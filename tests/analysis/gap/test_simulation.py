@@ -8,7 +8,7 @@ import pytest
 from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.fit import Likelihood
-from analysis.gap.free_beam_modes import bar_of
+from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from analysis.structure.forward import accelerance
@@ -34,7 +34,7 @@ def analytic(likelihood: Likelihood, scores: np.ndarray, place: int) -> np.ndarr
 
 
 def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     likelihood = Likelihood(simulation)
     scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
     for place, parameter in enumerate(simulation.shared):
@@ -45,10 +45,10 @@ def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
 
 
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
-    baseline, bar = baseline_of(empty), bar_of(empty.drawing)
+    baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
     own = len(baseline.parameters)
     for effect in candidates(empty):
-        simulation = Simulation(baseline, bar, (effect,))
+        simulation = Simulation(baseline, modes, (effect,))
         likelihood = Likelihood(simulation)
         scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
         for place in range(own, len(simulation.shared)):
@@ -61,13 +61,13 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
 
 
 def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
     values = simulation.values(scores[: len(simulation.shared)].tolist())
     bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex))
     joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
-    free = simulation.bar.free
-    undamped = Simulation(simulation.baseline, type(simulation.bar)(free, np.zeros_like(free.squared_frequency)))
+    free = simulation.modes.free
+    undamped = Simulation(simulation.baseline, type(simulation.modes)(free, np.zeros_like(free.squared_frequency)))
     predicted = Likelihood(undamped).predict(scores, derivatives=False).accelerances[0]
     each = empty.sets[0]
     expected = accelerance(free, joints, each.frequency, empty.drawing.accelerometer, each.inputs).accelerance
@@ -77,7 +77,7 @@ def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> No
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: float) -> None:
     """All stiffness, E and density times one factor divide accelerances by it: absolute scale is not observable."""
-    simulation = Simulation(baseline_of(empty), bar_of(empty.drawing))
+    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     names = [parameter.name for parameter in simulation.shared]
     once, scaled = np.zeros((2, Likelihood(simulation).unknowns))
     for place, parameter in enumerate(simulation.shared):
@@ -93,13 +93,13 @@ def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: 
 
 
 def test_an_effect_without_size_changes_nothing(empty: Measurement) -> None:
-    baseline, bar = baseline_of(empty), bar_of(empty.drawing)
-    plain = Simulation(baseline, bar)
+    baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
+    plain = Simulation(baseline, modes)
     reference = Likelihood(plain).predict(np.zeros(Likelihood(plain).unknowns), derivatives=False)
     for effect in candidates(empty):
         if any(parameter.positive or parameter.centre for parameter in effect.parameters):
             continue
-        simulation = Simulation(baseline, bar, (effect,))
+        simulation = Simulation(baseline, modes, (effect,))
         same = Likelihood(simulation).predict(np.zeros(Likelihood(simulation).unknowns), derivatives=False)
         assert np.allclose(same.stiffness, reference.stiffness, rtol=1e-12, atol=0), effect.id
         for own, plain_one in zip(same.accelerances, reference.accelerances, strict=True):

@@ -21,7 +21,7 @@ from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.model import Model
 from analysis.gap.residual_structure import Misfit
-from analysis.gap.verdict import FREEDOM, UNKNOWN, Weighed, twins, weigh
+from analysis.gap.verdict import FREEDOM, UNKNOWN, Weighed, confounded_effects, weigh
 from analysis.inverse.levenberg_marquardt import Linearised
 
 DATA = 1000
@@ -184,18 +184,18 @@ def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed
 
 def test_an_explanation_nearly_as_probable_is_a_twin() -> None:
     found = [weighed(0.6, YoungsModulus()), weighed(0.3, Density()), weighed(0.01, FrameCompliance())]
-    assert twins(found) == (("youngs_modulus", "density"),)
+    assert confounded_effects(found) == (("youngs_modulus", "density"),)
 
 
 def test_a_clear_verdict_has_no_twin_and_neither_has_none() -> None:
-    assert twins([weighed(0.98, YoungsModulus()), weighed(0.01, Density())]) == ()
-    assert twins([weighed(0.6), weighed(0.4, Density())]) == ()
+    assert confounded_effects([weighed(0.98, YoungsModulus()), weighed(0.01, Density())]) == ()
+    assert confounded_effects([weighed(0.6), weighed(0.4, Density())]) == ()
 
 
 def test_the_unknown_is_nobody_s_twin() -> None:
     unknown = Weighed(UNKNOWN, weighed(0.4, Density()).model, -1.0, 0.4)
-    assert twins([weighed(0.6, YoungsModulus()), unknown]) == ()
-    assert twins([unknown, weighed(0.3, YoungsModulus())]) == ()
+    assert confounded_effects([weighed(0.6, YoungsModulus()), unknown]) == ()
+    assert confounded_effects([unknown, weighed(0.3, YoungsModulus())]) == ()
 
 
 def test_twins_in_a_pair_stand_beside_what_both_explanations_share() -> None:
@@ -204,4 +204,4 @@ def test_twins_in_a_pair_stand_beside_what_both_explanations_share() -> None:
         weighed(0.3, FrameCompliance(), Density()),
         weighed(0.2, SensorGain(), TemperatureShift()),
     ]
-    assert twins(found) == (("youngs_modulus", "density"),)
+    assert confounded_effects(found) == (("youngs_modulus", "density"),)

@@ -62,7 +62,7 @@ def handmade(**others: Any) -> Diagnosis:
             Ranked((), (), 0.04, held_out(12.3, 41.0), {}, 0.0),
             Ranked(("unknown",), (), 0.03, None, {}, 0.0),
         ),
-        "twins": (("impact_angle", "cross_axis_sensitivity"),),
+        "confounded": (("impact_angle", "cross_axis_sensitivity"),),
         "next_experiment": NextExperiment(Experiment.TURN_ACCELEROMETER, (EFFECT,), separation=9.0),
         "faults": (),
         "predicted": Predicted(np.array([5.0, 5.5, 6.0]), np.full((1, 3), 1 + 2j), np.full((1, 3), 1 - 2j)),

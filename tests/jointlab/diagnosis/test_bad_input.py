@@ -16,8 +16,8 @@ import pytest
 
 from analysis.errors import AnalysisError
 from analysis.gap.diagnosis import diagnose
-from analysis.gap.faults import examined
-from analysis.gap.missing_evidence import lost
+from analysis.gap.faults import examine
+from analysis.gap.missing_evidence import missing_evidence
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case
@@ -70,11 +70,11 @@ def changed(bundle: Path, change: Callable[[Setup], None]) -> None:
 
 
 def said(bundle: Path) -> list[str]:
-    """What is told to be lost, by its first words; nothing else is wrong with the measurement."""
+    """The first words of each sentence on missing evidence; nothing else is wrong with the measurement."""
     measurement = subject_of_bundle(read_bundle(bundle)).measurement
-    found = examined(measurement)
+    found = examine(measurement)
     assert found.faults == ()
-    return [sentence.partition(":")[0] for sentence in lost(found.measurement)]
+    return [sentence.partition(":")[0] for sentence in missing_evidence(found.measurement)]
 
 
 def test_nothing_is_lost_of_a_whole_bundle(bundle: Path) -> None:
@@ -204,4 +204,4 @@ def test_an_accelerometer_without_signal_is_refused(bundle: Path) -> None:
         write_uff(file, accelerance_functions(read.response, read.inputs, read.frequency, silent))
     measurement = subject_of_bundle(read_bundle(bundle)).measurement
     with pytest.raises(AnalysisError, match="check the accelerometer"):
-        examined(measurement)
+        examine(measurement)

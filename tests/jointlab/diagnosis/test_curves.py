@@ -13,7 +13,15 @@ from analysis.dof import Dof
 from analysis.gap.diagnosis import Predicted
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
 from jointlab.diagnosis.catalogue import blank_measurement
-from jointlab.diagnosis.curves import CLOSE_UP, LINES, asking_for_rows, curves_of, divided, kept_lines, widest_gap
+from jointlab.diagnosis.curves import (
+    CLOSE_UP,
+    LINES,
+    curves_of,
+    kept_lines,
+    split_predictions,
+    widest_gap,
+    with_rows_predicted,
+)
 from rig.sequence import load_sequence
 from tests.jointlab.diagnosis.test_next_sequence import paper_file
 
@@ -55,17 +63,17 @@ def predicted(measurement: Measurement) -> Predicted:
 def test_rows_are_asked_for_after_what_was_asked_for_already(measurement: Measurement) -> None:
     asked = ((Dof.parse("3y"), Dof.parse("5y")),)
     own = measurement.drawing.accelerometer
-    found = asking_for_rows(Measurement(measurement.drawing, measurement.sets, None, predict=asked)).predict
+    found = with_rows_predicted(Measurement(measurement.drawing, measurement.sets, None, predict=asked)).predict
     assert found == (*asked, *((own, point) for point in STRUCK))
 
 
 def test_what_was_asked_for_and_the_rows_are_told_apart() -> None:
     both = np.arange(8).reshape(4, 2).astype(np.complex128)
-    asked, rows = divided(Predicted(np.arange(2.0), both, -both), 1)
+    asked, rows = split_predictions(Predicted(np.arange(2.0), both, -both), 1)
     assert asked is not None
     assert (asked.before.tolist(), asked.after.tolist()) == ([[0, 1]], [[0, -1]])
     assert rows.before.tolist() == [[2, 3], [4, 5], [6, 7]]
-    assert divided(Predicted(np.arange(2.0), both, both), 0)[0] is None
+    assert split_predictions(Predicted(np.arange(2.0), both, both), 0)[0] is None
 
 
 def test_the_largest_gap_comes_first_and_a_dead_row_not_at_all(measurement: Measurement) -> None:

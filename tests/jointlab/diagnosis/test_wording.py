@@ -57,6 +57,6 @@ def test_parameters_are_those_of_the_verdict(document: Make) -> None:
 
 
 def test_twins_are_listed(document: Make) -> None:
-    said = wording.twins_sentence(document())
+    said = wording.confounded_sentence(document())
     assert said == "these data cannot tell apart: impact_angle, cross_axis_sensitivity"
-    assert wording.twins_sentence(document(twins=())) == ""
+    assert wording.confounded_sentence(document(confounded=())) == ""

@@ -7,7 +7,7 @@ import json
 import sys
 from dataclasses import asdict
 
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from simlab.laboratory import Laboratory
 
 
@@ -16,7 +16,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m simlab", description="simulated laboratory")
     parser.add_argument("--seed", type=int, default=1, help="which bench is drawn")
     parser.add_argument("--speed", type=float, default=1.0, help="bench time over wall time")
-    parser.add_argument("--case", type=Kind, help="put the instruments in front of a case: none, single, pair, novel")
+    parser.add_argument("--case", type=CaseKind, help="stand in for the ordinary bench: none, single, pair, novel")
     parser.add_argument("--effect", action="append", default=[], help="effect of the case, in place of a drawn one")
     arguments = parser.parse_args()
     case = draw_case(arguments.seed, arguments.case, arguments.effect) if arguments.case else None

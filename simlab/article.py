@@ -1,119 +1,123 @@
-"""The test article as it was built: bar, joints and accelerometer, each a little off the drawing.
-
-What a lab does not know better than its tolerances is drawn by seed: half a tolerance is one standard deviation, and
-nothing is off by more than one tolerance.
-"""
+"""The test article as it was built: the beam, its two joints of two cylinders each, and the accelerometer."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from simlab.beam import Bar, Real
-from simlab.elastomer import REFERENCE_TEMPERATURE, Complex, Cylinder, Elastomer, scattered
+from simlab.beam import Real, SimulatedBeam
+from simlab.coupling import Complex
+from simlab.elastomer import REFERENCE_TEMPERATURE, SimulatedCylinder
 
 NODE_POSITIONS = (0.0, *(0.0595 + 0.099375 * i for i in range(9)), 0.914)
-"""The drawing's nodes 1 to 11, m from the left end; the joints are at 2 and 10."""
+"""Nodes 1 to 11 of the paper's drawing, m from the left end."""
 JOINT_NODES = {"I": 2, "II": 10}
+JOINT_NAMES = tuple(JOINT_NODES)
 SENSOR_NODE = 3
 INCLINATIONS_DEG = {"I": (-45.0, 135.0), "II": (45.0, -135.0)}
-ECCENTRICITY = 0.006
-TERMS_BETWEEN_KINKS = 24
-"""Of the bar's series from each joint, and from the accelerometer, to the next: exact to 8 kHz, to 1e-4 (m/s^2)/N."""
-CYLINDERS = {
-    "I": Cylinder(shear=0.36e6, compression=2.30e6, rotation=18.0),
-    "II": Cylinder(shear=0.49e6, compression=2.70e6, rotation=22.0),
-}
+"""Theta of Eq. (10) of the lower and the upper cylinder on the drawing."""
+ECCENTRICITIES = (-0.006, 0.006)
+"""Where the lower and the upper cylinder hold the beam on the drawing, m above its axis."""
 
 TOLERANCES = {
+    "node_position": 0.001,
+    "sensor_gain": 0.005,
     "youngs_modulus": 0.005,
     "density": 0.003,
-    "node_position": 0.001,
+    "impact_position": 0.0015,
     "inclination_deg": 0.5,
+    "tester_gain": 0.003,
 }
+"""What the laboratory does not know better, one standard deviation; nothing is off by more than two."""
 
 
 @dataclass(frozen=True)
-class Joint:
-    """Two cylinders, lower and upper, that hold the bar at one place.
+class SimulatedJoint:
+    """Two cylinders, lower and upper, that hold the beam at one place.
 
     Attributes:
         position: m from the left end.
+        cylinders: the lower and the upper one.
         inclinations_deg: theta of Eq. (10) of each cylinder.
-        eccentricities: where each takes hold, m above the neutral axis.
+        lean_deg: how far both cylinders stand off that, towards the vertical, in the stand and in the tester.
+        shift: m by which both hold the beam above the drawing.
     """
 
     position: float
+    cylinders: tuple[SimulatedCylinder, SimulatedCylinder]
     inclinations_deg: tuple[float, float]
-    eccentricities: tuple[float, float]
-    cylinders: tuple[Cylinder, Cylinder]
+    lean_deg: float = 0.0
+    shift: float = 0.0
+
+    def matrix(self, cylinders: Complex) -> Complex:
+        """(n, 3, 3) dynamic stiffness at the beam's axis in x, y and rotation, N/m, N, N m.
+
+        `cylinders` (2, n, 3) are those of both cylinders in shear, compression and rotation.
+        """
+        total = np.zeros((cylinders.shape[1], 9), dtype=np.complex128)
+        lean = -math.copysign(1.0, self.inclinations_deg[0]) * self.lean_deg
+        for own, inclination, arm in zip(cylinders, self.inclinations_deg, ECCENTRICITIES, strict=True):
+            angle, height = np.radians(inclination + lean), arm + self.shift
+            cos, sin = np.cos(angle), np.sin(angle)
+            # deformation across (shear), along (compression) and about the cylinder for a unit x, y, rotation of the
+            # section: the point at `height` moves by -height times the rotation in x
+            local = np.array([[cos, sin, -height * cos], [-sin, cos, height * sin], [0.0, 0.0, 1.0]])
+            total += own @ (local[:, :, None] * local[:, None, :]).reshape(3, 9)
+        return total.reshape(-1, 3, 3)
 
     def dynamic_stiffness(
-        self, amplitude: float, frequency: ArrayLike, temperature: float = REFERENCE_TEMPERATURE
+        self, amplitude: ArrayLike, frequency: ArrayLike, temperature: float = REFERENCE_TEMPERATURE
     ) -> Complex:
-        """(..., 3, 3) k + ih at the bar's axis in x, y and rotation (N/m, N, N m) for frequencies (...) in Hz."""
-        total = np.zeros((*np.shape(frequency), 3, 3), dtype=np.complex128)
-        for cylinder, angle, arm in zip(self.cylinders, self.inclinations_deg, self.eccentricities, strict=True):
-            cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-            # deformation across (shear), along (compression) and about the cylinder for a unit x, y, rotation of the
-            # section: the point at height `arm` moves by -arm times the rotation in x
-            local = np.array([[cos, sin, -arm * cos], [-sin, cos, arm * sin], [0.0, 0.0, 1.0]])
-            outer = (local[:, :, None] * local[:, None, :]).reshape(3, 9)
-            total += (cylinder.dynamic_stiffness(amplitude, frequency, temperature) @ outer).reshape(total.shape)
-        return total
+        """(n, 3, 3) k + ih as `matrix`, the cylinders deformed by `amplitude` () or (n,) m at `frequency` (n,) Hz."""
+        lines = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
+        return self.matrix(np.array([each.dynamic_stiffness(amplitude, lines, temperature) for each in self.cylinders]))
 
-    def lateral_stiffness(
-        self, amplitude: float, frequency: ArrayLike, temperature: float = REFERENCE_TEMPERATURE
-    ) -> Complex:
-        """(..., 2, 2) k + ih out of plane, sideways and in rotation: both cylinders in shear, and turning."""
-        total = np.zeros((*np.shape(frequency), 2, 2), dtype=np.complex128)
-        for cylinder in self.cylinders:
-            local = cylinder.dynamic_stiffness(amplitude, frequency, temperature)
-            total[..., 0, 0] += local[..., 0]
-            total[..., 1, 1] += local[..., 2]
-        return total
+
+def lateral_stiffness(cylinders: Complex) -> Complex:
+    """(n, 2, 2) k + ih out of plane, sideways and in rotation: both `cylinders` (2, n, 3) in shear, and turning."""
+    total = np.zeros((cylinders.shape[1], 2, 2), dtype=np.complex128)
+    total[:, 0, 0], total[:, 1, 1] = cylinders[:, :, 0].sum(axis=0), cylinders[:, :, 2].sum(axis=0)
+    return total
 
 
 @dataclass(frozen=True)
-class Article:
-    """Bar, joints I and II, and where the accelerometer really is (m from the left end)."""
+class SimulatedArticle:
+    """The beam as it is, its joints by name, and the accelerometer.
 
-    bar: Bar
-    joints: dict[str, Joint]
+    Attributes:
+        sensor_position: m from the left end.
+        loss_factor: structural loss of the beam beside its damping ratios.
+        damping_scale: factor on the beam's damping ratios.
+        cross_axis: share of the motion out of plane that the accelerometer takes for motion in y.
+    """
+
+    beam: SimulatedBeam
+    joints: dict[str, SimulatedJoint]
     sensor_position: float
-
-    @property
-    def elastomer(self) -> Elastomer:
-        """The same cylinders, for the tester."""
-        return Elastomer({name: joint.cylinders for name, joint in self.joints.items()})
+    loss_factor: float = 0.0
+    damping_scale: float = 1.0
+    cross_axis: float = 0.0
 
 
-def draw_article(seed: int, tolerances: float = 1.0) -> Article:
-    """Build the article of `seed`; `tolerances` scales everything drawn, 0 gives the drawing itself."""
-    rng = np.random.default_rng([seed, 1])
+def clipped_normal(rng: np.random.Generator, deviation: float, count: int | None = None) -> Real:
+    """Normal numbers of a standard deviation, none beyond two of them."""
+    return np.asarray(deviation * np.clip(rng.standard_normal(count), -2.0, 2.0))
 
-    def off(name: str, count: int = 1) -> Real:
-        return tolerances * TOLERANCES[name] * np.clip(0.5 * rng.standard_normal(count), -1, 1)
 
-    nominal = Bar()
-    youngs_modulus = nominal.youngs_modulus * (1 + float(off("youngs_modulus")[0]))
-    density = nominal.density * (1 + float(off("density")[0]))
-    joints = {}
-    for name, node in JOINT_NODES.items():
-        lower, upper = np.array(INCLINATIONS_DEG[name]) + off("inclination_deg", 2)
-        joints[name] = Joint(
-            position=NODE_POSITIONS[node - 1] + float(off("node_position")[0]),
-            inclinations_deg=(float(lower), float(upper)),
-            eccentricities=(-ECCENTRICITY, ECCENTRICITY),
-            cylinders=(scattered(CYLINDERS[name], rng, tolerances), scattered(CYLINDERS[name], rng, tolerances)),
-        )
-    sensor = NODE_POSITIONS[SENSOR_NODE - 1] + float(off("node_position")[0])
-    bar = Bar(
-        youngs_modulus=youngs_modulus,
-        density=density,
-        terms=TERMS_BETWEEN_KINKS,
-        kinks=tuple(sorted([sensor, *(joint.position for joint in joints.values())])),
+def clipped_variance(deviation: float) -> float:
+    """Variance of the numbers of `clipped_normal`."""
+    within, density = math.erf(math.sqrt(2.0)), math.exp(-2.0) / math.sqrt(2.0 * math.pi)
+    return deviation**2 * (within - 4.0 * density + 4.0 * (1.0 - within))
+
+
+def off_nominal(rng: np.random.Generator, scale: float = 1.0) -> SimulatedBeam:
+    """The beam of the drawing, its modulus and density off by `scale` times the tolerances."""
+    nominal = SimulatedBeam()
+    modulus, density = (scale * TOLERANCES[name] for name in ("youngs_modulus", "density"))
+    return SimulatedBeam(
+        youngs_modulus=nominal.youngs_modulus * (1 + float(clipped_normal(rng, modulus))),
+        density=nominal.density * (1 + float(clipped_normal(rng, density))),
     )
-    return Article(bar, joints, sensor)

@@ -1,63 +1,60 @@
-"""The bench: everything physical that the simulated instruments are wired to, on one clock."""
+"""The bench: everything physical that the simulated instruments are wired to, on one clock.
+
+A bench is that of a case: of one drawn with its effects, or of the ordinary case, which has none.
+"""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from threading import RLock
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from simlab.article import JOINT_NODES, NODE_POSITIONS, SENSOR_NODE, draw_article
-from simlab.assembly import Complex
+from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
+from simlab.case.blows import UNIT_NOISE
+from simlab.case.bundle import stated_setup, truth
+from simlab.case.campaign import CONFIGURATIONS, Points, Row
+from simlab.case.draw import Case
+from simlab.case.effects.record import MainsHum
+from simlab.case.seal import commitment, sealed
+from simlab.case.simulate import as_tested, specimen_stiffness
 from simlab.clock import Clock
-from simlab.elastomer import REFERENCE_TEMPERATURE
-from simlab.hammer_operator import Blow, BlowKind, HammerOperator
-from simlab.sampling import Sampler, blow_amplitude, white_noise
-from simlab.supported_beam import Load, SupportedBeam
-from simlab.suspension import cords_for
-from simlab.tester_frame import BLANK, PIECES, TesterFrame
-from simlab.truth import direct_truth, inverse_truth, modal_truth
+from simlab.coupling import Complex
+from simlab.elastomer import REFERENCE_TEMPERATURE, ElastomerCylinder, SimulatedCylinder
+from simlab.hammer_operator import BlowKind, CampaignOperator, HammerOperator, SimulatedBlow
+from simlab.ordinary import BenchConditions, ordinary_case
+from simlab.sampling import MEMORY, Sampler, white_noise
+from simlab.stand import BuiltCase, Stand
+from simlab.tester_frame import BLANK, PIECES
+from simlab.truth import direct_truth, free_truth, joint_truth, modal_truth
 
 REACTION = 0.3
 HAMMER_CHANNELS = ("hammer", "accelerometer")
-BEAM, BEAM_CONFIGURATIONS = "beam", ("suspended", "supported")
+BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 SUSPENDED_MEMORY = 6.0
-"""Seconds that a blow is heard on the hanging bar: its sharpest mode has died out to 1e-7 by then."""
+"""Seconds that a blow is heard on the hanging beam: its sharpest mode has died out to 1e-7 by then."""
+WHOLE_TEST = 720
+"""Sine points after which a drift that follows the order of the test is complete."""
 
 
-class Actuator(Protocol):
+class TesterActuator(Protocol):
     """What moves the specimen in the tester."""
 
     def signals(self, times: Real) -> tuple[Real, Real]:
         """Displacement in m and force in N at bench `times` (samples,) in s, as the sensors put them out."""
 
 
-@dataclass(frozen=True)
-class Conditions:
-    """How the bench behaves, apart from its seed.
+@runtime_checkable
+class LoggingActuator(Protocol):
+    """An actuator that keeps a log of every stretch of cycling."""
 
-    Attributes:
-        peak_force: mean peak force of a blow, N; a harder hammer level softens the joints.
-        double_hits: probability that an ordinary blow bounces.
-        tolerances: scale of what is drawn off its nominal value (bar, positions, cylinders); 0 is the drawing itself.
-        scatter: scale of the hand's scatter in place, angle, force and width; 0 is a hammer in a guide.
-        gain_error: largest relative error of a sensor's gain; 0 is exact.
-        force_noise, acceleration_noise: white noise of the two sensors, N and m/s^2 rms a sample.
-        cross_axis: cross-axis sensitivity of the accelerometer, through which it sees the bar bend out of plane.
-        frame: what the tester adds to the specimen in it; nothing by default.
-    """
-
-    peak_force: float = 100.0
-    double_hits: float = 0.03
-    tolerances: float = 1.0
-    scatter: float = 1.0
-    gain_error: float = 0.005
-    force_noise: float = 0.02
-    acceleration_noise: float = 0.008
-    cross_axis: float = 0.01
-    frame: TesterFrame = field(default_factory=TesterFrame)
+    @property
+    def log(self) -> Sequence[object]:
+        """Every stretch so far."""
 
 
 @dataclass(frozen=True)
@@ -68,33 +65,47 @@ class Mounted:
     configuration: str
 
 
-class Bench:
+class SimulatedBench:
     """Beam on two joints, hammer and accelerometer, and the cylinders in the tester; safe to share between threads.
 
-    For one seed, one set of conditions and one sequence of strikes at given times every signal is the same again.
+    For one case, one set of conditions and one sequence of strikes at given times every signal is the same again.
+    `ordinary_bench` and `case_bench` make one.
     """
 
-    def __init__(self, seed: int, clock: Clock, conditions: Conditions | None = None) -> None:
-        self.seed = seed
+    def __init__(self, case: Case, clock: Clock, conditions: BenchConditions, operator: HammerOperator) -> None:
+        self.case = case
+        self.seed = case.seed
         self.clock = clock
-        self.conditions = conditions or Conditions()
-        self.article = draw_article(seed, self.conditions.tolerances)
-        self.elastomer = self.article.elastomer
-        self.hand = HammerOperator(seed, self.conditions.scatter, self.conditions.double_hits)
+        self.conditions = conditions
+        self.operator = operator
+        self.built = BuiltCase.of(case)
         self.gains = self._draw_gains()
         self._weather = self._random(5).uniform([-0.2, 0, 0], [0.2, 2 * np.pi, 2 * np.pi])
-        self._beam = SupportedBeam(self.article, self.conditions.cross_axis)
-        self._sampler = Sampler(self._beam, self.temperature)
-        self._silent_before = 0  # blows on the beam as it hung or stood before
-        self._blows: list[Blow] = []
+        self._hum = [effect for effect in case.effects if isinstance(effect, MainsHum)]
+        self._setup = 0
+        self._blows: list[SimulatedBlow] = []
         self._mounted: Mounted | None = None
-        self._actuator: Actuator | None = None
+        self._actuator: TesterActuator | None = None
         self._lock = RLock()
+        self._hang(suspended=False)
 
     # --- the beam and the hammer ---
 
+    def set_up(self, number: int) -> None:
+        """Begin hammer set `number` of the case, from 0: its gain, marks and peak force.
+
+        Raises:
+            ValueError: the case has no such set.
+        """
+        setups = self.built.campaign.setups
+        if not 0 <= number < len(setups):
+            raise ValueError(f"no set {number}; the case has sets 0 to {len(setups) - 1}")
+        with self._lock:
+            self._setup = number
+            self.conditions = replace(self.conditions, peak_force=setups[number].peak_force)
+
     @property
-    def blows(self) -> tuple[Blow, ...]:
+    def blows(self) -> tuple[SimulatedBlow, ...]:
         """Every blow so far, as it really happened."""
         with self._lock:
             return tuple(self._blows)
@@ -107,7 +118,7 @@ class Bench:
         what: str | None = None,
         peak_force: float | None = None,
     ) -> None:
-        """Let the hand strike `node` (1, 3 to 9, 11 in y; 1, 11 in x), with its peak at bench time `at` or soon.
+        """Strike `node` (1, 3 to 9, 11 in y; 1, 11 in x), with its peak at bench time `at` or soon.
 
         `what` is clean, double, weak, overload, soft or late; None is an ordinary blow, now and then a double hit.
         A positive force acts in the positive direction, at both ends.
@@ -123,7 +134,8 @@ class Bench:
             number = len(self._blows)
             if at is None:
                 at = self.clock.now() + REACTION * (1 + self._random(4, number).uniform(-0.3, 0.3))
-            blow = self.hand.strike(number, node, direction, at, mean, kind)
+            blow = self.operator.strike(number, node, direction, at, mean, kind)
+            blow = replace(blow, setup=self._setup)
             self._blows.append(blow)
             self._sampler.prepare(blow)
 
@@ -133,10 +145,15 @@ class Bench:
             clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
         first = round(start * rate)
         noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
-        return {
+        signals = {
             name: self.gains[name] * signal + rms * white_noise(self.seed, channel, first, samples)
             for channel, (name, signal, rms) in enumerate(zip(HAMMER_CHANNELS, clean, noise, strict=True))
         }
+        times = start + np.arange(samples) / rate
+        for effect in self._hum:
+            for tone, amplitude in effect.tones.items():
+                signals["accelerometer"] += amplitude * np.sin(2 * np.pi * tone * times)
+        return signals
 
     def next_crossing(self, channel: str, level: float, after: float) -> float | None:
         """Bench time later than `after` when ``hammer`` first rises through `level` N; None if no known blow does.
@@ -165,22 +182,22 @@ class Bench:
         peak_force: float | None = None,
         temperature: float = REFERENCE_TEMPERATURE,
     ) -> Complex:
-        """(lines,) exact accelerance of 3y in (m/s^2)/N for a straight force at the drawing's `node`.
+        """(lines,) exact accelerance of 3y in (m/s^2)/N for a straight force on the mark of `node` in the present set.
 
         `frequency` (lines,) in Hz, above zero; the joints are those of a blow of `peak_force` N at `temperature` C.
         """
-        load = Load(NODE_POSITIONS[node - 1], **{direction: 1.0})
-        amplitude = blow_amplitude(peak_force or self.conditions.peak_force)
-        return self._beam.accelerance(self._beam.lines(frequency), load, amplitude, temperature)
+        stand = Stand(self.built, frequency)
+        force = peak_force or self.conditions.peak_force
+        return stand.blow(Row(node, direction), self._setup, force, temperature=temperature)
 
-    def hang(self, suspended: bool) -> None:
+    def _hang(self, *, suspended: bool) -> None:
         """Take the beam off its joints and hang it in two soft cords, or put it back; it comes to rest first."""
+
+        def stand_at(frequency: Real) -> Stand:
+            return Stand(self.built, frequency, suspended=suspended)
+
         with self._lock:
-            if suspended:
-                hanging = SupportedBeam(self.article, self.conditions.cross_axis, cords_for(self.article))
-                self._sampler = Sampler(hanging, self.temperature, SUSPENDED_MEMORY)
-            else:
-                self._sampler = Sampler(self._beam, self.temperature)
+            self._sampler = Sampler(stand_at, self.temperature, SUSPENDED_MEMORY if suspended else MEMORY)
             self._silent_before = len(self._blows)
 
     # --- the tester ---
@@ -194,13 +211,16 @@ class Bench:
         Raises:
             ValueError: no such specimen, piece or configuration.
         """
-        if specimen == BEAM and configuration in BEAM_CONFIGURATIONS:
-            self.hang(configuration == BEAM_CONFIGURATIONS[0])
+        if specimen == BEAM and configuration in (SUSPENDED, SUPPORTED):
+            self._hang(suspended=configuration == SUSPENDED)
             return
-        if configuration != BLANK:
-            self.elastomer.require(specimen, configuration)
-        elif specimen not in PIECES:
-            raise ValueError(f"no piece {specimen!r} to calibrate by; there are {', '.join(PIECES)}")
+        if configuration == BLANK:
+            if specimen not in PIECES:
+                raise ValueError(f"no piece {specimen!r} to calibrate by; there are {', '.join(PIECES)}")
+        elif specimen not in self.built.article.joints:
+            raise ValueError(f"no specimen {specimen!r}; there are {', '.join(self.built.article.joints)}")
+        elif configuration not in CONFIGURATIONS:
+            raise ValueError(f"no configuration {configuration!r}; there are {', '.join(CONFIGURATIONS)}")
         with self._lock:
             self._mounted = Mounted(specimen, configuration)
 
@@ -216,7 +236,8 @@ class Bench:
         Raises:
             ValueError: the tester is empty.
         """
-        return self.conditions.frame.in_series(self.own_stiffness(amplitude, frequency), frequency)
+        found = self.conditions.frame.in_series(self.own_stiffness(amplitude, frequency), frequency)
+        return complex(as_tested(self.built, np.array([found]), self._point(amplitude, frequency))[0])
 
     def own_stiffness(self, amplitude: float, frequency: float) -> complex:
         """k + ih in N/m of what is mounted itself, at what it sees of the machine's `amplitude`, as warm as today.
@@ -227,12 +248,9 @@ class Bench:
         mounted, temperature = self._require_mounted(), self.temperature(self.clock.now())
         if mounted.configuration == BLANK:
             return PIECES[mounted.specimen].dynamic_stiffness(frequency)
-
-        def own(seen: float) -> complex:
-            where = (mounted.specimen, mounted.configuration)
-            return complex(self.elastomer.dynamic_stiffness(*where, seen, frequency, temperature))
-
-        return self.conditions.frame.specimen_share(own, amplitude, frequency)[1]
+        return self.conditions.frame.specimen_share(
+            lambda seen: self._specimen(seen, frequency, temperature), amplitude, frequency
+        )[1]
 
     def static_force(self, preset: float) -> float:
         """Force in N that holds what is mounted at `preset` m.
@@ -245,12 +263,19 @@ class Bench:
         def own(position: float) -> float:
             if mounted.configuration == BLANK:
                 return PIECES[mounted.specimen].stiffness * position
-            return self.elastomer.static_force(mounted.specimen, mounted.configuration, position)
+            if position == 0.0:
+                return 0.0
+            cylinder = self._cylinder(mounted)
+            static = self._specimen(abs(position), cylinder.static_frequency, REFERENCE_TEMPERATURE).real
+            return static * position * (1 + cylinder.locking * abs(position))
 
         return self.conditions.frame.static_force(own, preset)
 
     def third_harmonic(self, amplitude: float) -> float:
         """Third harmonic of the force over its first, in phase with it, at zero-to-peak `amplitude` m.
+
+        Filled rubber has its own law; of linear cylinders it is as in the files of a case: 0.15 % of the tester, and
+        more where an effect lets the stiffness change with amplitude.
 
         Raises:
             ValueError: the tester is empty.
@@ -258,9 +283,36 @@ class Bench:
         mounted = self._require_mounted()
         if mounted.configuration == BLANK:
             return 0.0
-        return self.elastomer.third_harmonic(mounted.specimen, mounted.configuration, amplitude)
+        cylinder = self._cylinder(mounted)
+        if isinstance(cylinder, ElastomerCylinder):
+            return cylinder.third_harmonic(mounted.configuration, amplitude)
+        stiffness, step = self.own_stiffness(amplitude, 50.0), 0.05
+        change = abs(self.own_stiffness(amplitude * (1 + step), 50.0) / stiffness - 1) / step
+        return 0.0015 + 0.05 * change
 
-    def attach_actuator(self, actuator: Actuator) -> None:
+    def _cylinder(self, mounted: Mounted) -> SimulatedCylinder:
+        return self.built.article.joints[mounted.specimen].cylinders[0]
+
+    def _specimen(self, amplitude: float, frequency: float, temperature: float) -> complex:
+        """k + ih in N/m of the mounted cylinders at their own `amplitude`."""
+        return complex(specimen_stiffness(self.built, self._point(amplitude, frequency, temperature))[0])
+
+    def _point(self, amplitude: float, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
+        """One sine point of what is mounted, after as much of the test as the actuator has done."""
+        mounted = self._require_mounted()
+        if mounted.configuration == BLANK:
+            mounted = Mounted(JOINT_NAMES[0], CONFIGURATIONS[0])
+        done = len(self._actuator.log) if isinstance(self._actuator, LoggingActuator) else 0
+        return Points.alike(
+            JOINT_NAMES.index(mounted.specimen),
+            CONFIGURATIONS.index(mounted.configuration),
+            2e3 * amplitude,
+            np.array([frequency]),
+            temperature,
+            order=min(done / (WHOLE_TEST - 1), 1.0),
+        )
+
+    def attach_actuator(self, actuator: TesterActuator) -> None:
         """Connect the tester's actuator, whose signals `tester_signals` passes on."""
         with self._lock:
             self._actuator = actuator
@@ -279,41 +331,63 @@ class Bench:
     # --- the room, and what is true ---
 
     def temperature(self, time: float) -> float:
-        """Temperature in degrees Celsius at bench `time`: 23 within half a degree, drifting over hours."""
+        """Temperature in degrees Celsius at bench `time`: that of the day within half a degree, drifting over hours.
+
+        The day is that of the hammer set, and that of the tester's points once the tester is used.
+        """
+        campaign = self.built.campaign
+        used = self.mounted is not None
+        day = np.mean(campaign.points.temperature) if used else campaign.setups[self._setup].temperature
         offset, slow, fast = self._weather
         return float(
-            23.0
+            day
             + offset
             + 0.2 * np.sin(2 * np.pi * time / 5400.0 + slow)
             + 0.08 * np.sin(2 * np.pi * time / 1300.0 + fast)
         )
 
     def truth(self) -> dict[str, Any]:
-        """What the bench really is, ready for JSON; SI units, and the shape of the results that should equal it.
+        """The truth about the bench, ready for JSON; SI units, and the shape of the results that should equal it.
 
-        ``modes``, ``inverse`` (joints at the mean blow's amplitude) and ``direct`` (every sine point at 23 C) are what
-        identification should find; ``free``, ``drawn`` and ``conditions`` are why.
+        ``inverse`` (joints at the mean blow's amplitude) and, of the ordinary bench, ``modes`` and ``direct`` (every
+        sine point at 23 C) are what identification should find. The rest is why: what was put into the case, or
+        ``free``, ``drawn`` and ``conditions``.
         """
-        amplitude = blow_amplitude(self.conditions.peak_force)
+        inverse = {"inverse": joint_truth(self.built)}
+        if self.case.kind is not None:
+            return truth(self.case) | inverse
+        campaign = self.built.campaign
         return {
-            "modes": modal_truth(self._beam, amplitude),
-            "inverse": inverse_truth(self.article, amplitude),
-            "direct": direct_truth(self.elastomer),
-            "free": {
-                "frequency_hz": self._beam.free.frequency[3:6].tolist(),
-                "damping_ratio": self._beam.free.damping_ratio[3:6].tolist(),
-                "out_of_plane_hz": self._beam.free_across.frequency[3:5].tolist(),
-            },
+            "modes": modal_truth(self.built),
+            **inverse,
+            "direct": direct_truth(self.built),
+            "free": free_truth(self.built),
             "drawn": {
-                "node_positions": list(NODE_POSITIONS),
+                "node_positions": list(campaign.node_positions),
                 "joint_nodes": dict(JOINT_NODES),
                 "sensor_node": SENSOR_NODE,
-                "article": asdict(self.article),
+                "article": asdict(self.built.article),
                 "gains": dict(self.gains),
-                "blow_amplitude": amplitude,
+                "blow_amplitude": campaign.joint_amplitude * self.conditions.peak_force / 100.0,
             },
             "conditions": asdict(self.conditions),
         }
+
+    @cached_property
+    def _seal(self) -> dict[str, Any]:
+        return sealed(self.truth() if self.case.kind is None else truth(self.case))
+
+    def commitment(self) -> str:
+        """SHA-256 of the sealed truth: asked for before anything is measured, it holds the bench to that truth."""
+        return commitment(self._seal)
+
+    def open_seal(self) -> dict[str, Any]:
+        """Nonce and truth, of which the commitment is the hash."""
+        return self._seal
+
+    def drawing(self) -> dict[str, Any]:
+        """What the laboratory says that it built and measured, as in the setup.json of the case's bundle."""
+        return stated_setup(self.built.campaign)
 
     def _require_mounted(self) -> Mounted:
         mounted = self.mounted
@@ -327,3 +401,23 @@ class Bench:
 
     def _random(self, *stream: int) -> np.random.Generator:
         return np.random.default_rng([self.seed, *stream])
+
+
+def ordinary_bench(seed: int, clock: Clock, conditions: BenchConditions | None = None) -> SimulatedBench:
+    """The bench of the paper as drawn by `seed`, without effects."""
+    conditions = conditions or BenchConditions()
+    operator = HammerOperator(seed, conditions.scatter, conditions.double_hits)
+    return SimulatedBench(ordinary_case(seed, conditions), clock, conditions, operator)
+
+
+def case_bench(case: Case, clock: Clock) -> SimulatedBench:
+    """The bench of a drawn case: blows and sweeps of it are of the same case that `write_case` puts into a folder."""
+    campaign = BuiltCase.of(case).campaign
+    conditions = BenchConditions(
+        peak_force=case.campaign.setups[0].peak_force,
+        gain_error=0.0,
+        force_noise=case.campaign.force_noise / UNIT_NOISE,
+        acceleration_noise=case.campaign.acceleration_noise / UNIT_NOISE,
+        cross_axis=0.0,
+    )
+    return SimulatedBench(case, clock, conditions, CampaignOperator(case, campaign))

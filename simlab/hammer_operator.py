@@ -1,4 +1,4 @@
-"""The hand with the hammer: blows as they come, with scatter in place, angle, force and width."""
+"""The operator with the hammer: blows as they come, with scatter in place, angle, force and width."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from enum import StrEnum
 import numpy as np
 
 from simlab.article import JOINT_NODES, NODE_POSITIONS
-from simlab.assembly import Complex
-from simlab.beam import Real
-from simlab.supported_beam import Load
+from simlab.beam import Load, Real
+from simlab.case.campaign import Campaign, Row
+from simlab.case.draw import Case
+from simlab.case.effects.record import DoubleHit
+from simlab.coupling import Complex
 
 PULSE_WIDTH = 0.6e-3
 PLACE_SCATTER = 1e-3
@@ -21,7 +23,7 @@ WIDTH_SCATTER = 0.05
 
 
 class BlowKind(StrEnum):
-    """What the hand does: a good blow, or one of the ways in which blows go wrong."""
+    """A good blow, or one of the ways in which blows go wrong."""
 
     CLEAN = "clean"
     DOUBLE = "double"
@@ -33,7 +35,7 @@ class BlowKind(StrEnum):
     SOFT = "soft"
     """A soft tip, or a mitt in between: four to six times as long, so no force at high frequency."""
     LATE = "late"
-    """The hammer first leans on the bar with a fifth of the peak force, and strikes 40 to 80 ms later."""
+    """The hammer first leans on the beam with a fifth of the peak force, and strikes 40 to 80 ms later."""
 
 
 @dataclass(frozen=True)
@@ -74,23 +76,24 @@ class Pulse:
 
 
 @dataclass(frozen=True)
-class Blow:
+class SimulatedBlow:
     """One blow as it happened.
 
     Attributes:
         number: how many blows came before it.
-        node, direction: where the hand aimed; a positive force acts in the positive direction.
-        kind: what the hand did.
-        pulses: contacts of the hammer in order of time.
-        load: where and how the force really met the bar.
+        row: where the operator aimed; a positive force acts in the positive direction.
+        kind: how the operator struck.
+        pulses: contacts of the hammer.
+        load: where and how the force met the beam, as far as that is due to the operator.
+        setup: number of the hammer set, from 0.
     """
 
     number: int
-    node: int
-    direction: str
+    row: Row
     kind: BlowKind
     pulses: tuple[Pulse, ...]
     load: Load
+    setup: int = 0
 
     @property
     def peak_force(self) -> float:
@@ -115,7 +118,7 @@ class HammerOperator:
     """Strikes the article; every blow is drawn from the seed, its number and what is asked, and from nothing else.
 
     Args:
-        seed: of the hand.
+        seed: of the operator.
         scatter: scale of all scatter; 0 is a hammer in a guide.
         double_hits: probability that an ordinary blow bounces.
     """
@@ -127,20 +130,20 @@ class HammerOperator:
 
     def strike(
         self, number: int, node: int, direction: str, time: float, peak_force: float, kind: BlowKind | None = None
-    ) -> Blow:
+    ) -> SimulatedBlow:
         """A blow whose main peak, of about `peak_force` N, is at `time`; `kind` None is an ordinary blow.
 
         Raises:
             ValueError: no hammer reaches that point.
         """
-        require_reachable(node, direction)
+        _require_reachable(node, direction)
         rng = np.random.default_rng([self.seed, 2, number])
         if kind is None:
             kind = BlowKind.DOUBLE if rng.random() < self.double_hits else BlowKind.CLEAN
         load = self._load(rng, node, direction)
         width = PULSE_WIDTH * (1 + self.scatter * WIDTH_SCATTER * _bounded(rng))
         main = Pulse(time, peak_force * (1 + self.scatter * FORCE_SCATTER * _bounded(rng)), width)
-        return Blow(number, node, direction, kind, _pulses(kind, main, rng), load)
+        return SimulatedBlow(number, Row(node, direction), kind, _pulses(kind, main, rng), load)
 
     def place_bias(self, node: int, direction: str) -> tuple[float, float]:
         """How far off, m, the mark at a point is for all of its blows: along and across for y, up and across for x."""
@@ -149,7 +152,7 @@ class HammerOperator:
         return float(first), float(second)
 
     def _load(self, rng: np.random.Generator, node: int, direction: str) -> Load:
-        """The place and the lean of this blow.  A transverse blow off the middle line would twist the bar: left out."""
+        """Place and lean of this blow. That a transverse blow off the middle line twists the beam is left out."""
         place = NODE_POSITIONS[node - 1]
         first, across = (
             bias + self.scatter * PLACE_SCATTER * _bounded(rng) for bias in self.place_bias(node, direction)
@@ -164,7 +167,42 @@ class HammerOperator:
         return replace(load, position=position, y=straight, x=float(np.sin(lean)))
 
 
-def require_reachable(node: int, direction: str) -> None:
+class CampaignOperator(HammerOperator):
+    """Strikes as the campaign of a drawn case says: on its marks, with its pulse width and the bounces of the case."""
+
+    def __init__(self, case: Case, campaign: Campaign) -> None:
+        super().__init__(case.seed, double_hits=0.0)
+        self._campaign = campaign
+        self._bouncing = [effect for effect in case.effects if isinstance(effect, DoubleHit)]
+
+    def strike(
+        self, number: int, node: int, direction: str, time: float, peak_force: float, kind: BlowKind | None = None
+    ) -> SimulatedBlow:
+        """A blow as `HammerOperator` makes it, with what the campaign and the effects change.
+
+        Raises:
+            ValueError: no hammer reaches that point.
+        """
+        blow = super().strike(number, node, direction, time, peak_force, kind)
+        rng = np.random.default_rng([self.seed, 8, number])
+        beside = self._campaign.place_scatter * _bounded(rng)
+        load = self._campaign.straight(blow.row)
+        if direction == "y":
+            load = replace(load, position=load.position + beside)
+        # a half-sine is above half its height for two thirds of its width, a sine-squared for half of it
+        widened = self._campaign.pulse_width * 4 / 3 / PULSE_WIDTH
+        pulses = [replace(pulse, width=pulse.width * widened) for pulse in blow.pulses]
+        if blow.kind is BlowKind.CLEAN and kind is None:
+            bounces = [effect.bounce(rng) for effect in self._bouncing]
+            pulses += [
+                replace(pulses[0], time=time + bounce[0], peak=pulses[0].peak * bounce[1])
+                for bounce in bounces
+                if bounce is not None
+            ]
+        return replace(blow, load=load, pulses=tuple(pulses))
+
+
+def _require_reachable(node: int, direction: str) -> None:
     """Raise ValueError unless a hammer reaches `node` in `direction`: 1, 3 to 9, 11 in y, and the end faces in x."""
     if direction == "y" and 1 <= node <= len(NODE_POSITIONS) and node not in JOINT_NODES.values():
         return

@@ -15,12 +15,12 @@ from dataclasses import asdict, dataclass
 from types import TracebackType
 from typing import Any, Self
 
-from simlab.bench import Bench, Conditions
-from simlab.case.bench import CaseBench
+from simlab.bench import case_bench, ordinary_bench
 from simlab.case.draw import Case
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.operator_server import OperatorClient, OperatorServer
+from simlab.ordinary import BenchConditions
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
 
@@ -45,7 +45,7 @@ class Addresses:
 
 
 class Laboratory:
-    """Bench, instruments and hand, running until the context is left.
+    """SimulatedBench, instruments and hand, running until the context is left.
 
     Args:
         seed, conditions: of the bench; a case brings its own.
@@ -63,14 +63,15 @@ class Laboratory:
         self,
         seed: int = 1,
         speed: float = 1.0,
-        conditions: Conditions | None = None,
+        conditions: BenchConditions | None = None,
         *,
         ports: dict[str, int] | None = None,
         case: Case | None = None,
     ) -> None:
         ports = ports or {}
         self._stack = ExitStack()
-        self.bench = Bench(seed, Clock(speed), conditions) if case is None else CaseBench(case, Clock(speed))
+        clock = Clock(speed)
+        self.bench = ordinary_bench(seed, clock, conditions) if case is None else case_bench(case, clock)
         try:
             self.daq = start_daq_server(self.bench, f"127.0.0.1:{ports.get('daq', 0)}")
             self._stack.callback(self.daq.stop)
@@ -86,19 +87,19 @@ class Laboratory:
         self.addresses = Addresses(self.daq.address, self.tester.url, self.thermometer.url, self.hand.address)
 
     def _deeds(self) -> dict[str, Any]:
-        def dwells() -> list[dict[str, Any]]:
-            return [asdict(dwell) for dwell in self.tester.actuator.log]
-
-        deeds: dict[str, Any] = {
-            "strike": self.bench.strike,
-            "mount": self.bench.mount,
-            "truth": self.bench.truth,
-            "dwells": dwells,
+        bench = self.bench
+        offered = (
+            bench.strike,
+            bench.mount,
+            bench.truth,
+            bench.set_up,
+            bench.drawing,
+            bench.commitment,
+            bench.open_seal,
+        )
+        return {method.__name__: method for method in offered} | {
+            "dwells": lambda: [asdict(dwell) for dwell in self.tester.actuator.log]
         }
-        if isinstance(self.bench, CaseBench):
-            deeds |= {"set_up": self.bench.set_up, "drawing": self.bench.drawing}
-            deeds |= {"commitment": self.bench.commitment, "open_seal": self.bench.open_seal}
-        return deeds
 
     def stop(self) -> None:
         """Stop every instrument."""

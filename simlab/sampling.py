@@ -1,7 +1,7 @@
 """From blows to samples: both channels of a blow on any sampling grid, exact between lines, and the sensors' noise.
 
 A blow's spectra are known in closed form (pulse times accelerance), so a waveform on a grid of any rate and phase is
-one inverse transform; nothing is interpolated.  The converter's anti-alias filter, flat to 0.45 of the rate and
+one inverse transform; nothing is interpolated. The converter's anti-alias filter, flat to 0.45 of the rate and
 without delay, acts on both channels alike.
 """
 
@@ -10,15 +10,14 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from simlab.assembly import Complex
 from simlab.beam import Real
-from simlab.elastomer import BLOW_AMPLITUDE
-from simlab.hammer_operator import Blow
-from simlab.supported_beam import Load
+from simlab.coupling import Complex
+from simlab.hammer_operator import SimulatedBlow
+from simlab.stand import Stand
 
 MEMORY = 3.0
 """Seconds after which a blow's response has died out, to 1e-9 for the sharpest mode."""
@@ -31,26 +30,6 @@ NOISE_CHUNK = 4096
 Value = TypeVar("Value")
 
 
-def blow_amplitude(peak_force: float) -> float:
-    """Equivalent deformation amplitude, m zero to peak, of the cylinders under a blow of `peak_force` N: 3 um at 100 N.
-
-    A blow rings down; this constant amplitude stands for it, so that each blow meets a linear beam. It is about the
-    mean logarithm, weighted by energy, of what the bar then does at the joints: 3.4 um at I and 1.8 um at II in y
-    alone for a blow at node 3.
-    """
-    return BLOW_AMPLITUDE * peak_force / 100.0
-
-
-class StruckBeam(Protocol):
-    """What is struck, and knows its accelerance."""
-
-    def lines(self, frequency: Real) -> Any:
-        """Prepare frequency lines (lines,) in Hz, all above zero."""
-
-    def accelerance(self, lines: Any, load: Load, amplitude: float, temperature: float) -> Complex:
-        """(lines,) accelerometer reading per force, (m/s^2)/N, with the cylinders deformed by `amplitude` m."""
-
-
 @dataclass(frozen=True)
 class Grid:
     """Sampling at `rate` Hz over one blow's memory.
@@ -59,24 +38,29 @@ class Grid:
         size: samples, and with them rate / size Hz between lines.
         frequency: (lines,) from the first above zero.
         filter: (lines,) gain of the anti-alias filter.
-        lines: what the beam prepared for these lines.
+        stand: the beam's rig at these lines.
     """
 
     rate: float
     size: int
     frequency: Real
     filter: Real
-    lines: Any
+    stand: Stand
 
 
 class Sampler:
-    """Waveforms of blows on a beam, at `temperature` (C of a time in s); for one thread at a time.
+    """Waveforms of blows; for one thread at a time.
 
-    `memory` is how many seconds a blow is heard.
+    Args:
+        stand_at: the beam's rig at frequency lines (lines,) in Hz, all above zero.
+        temperature: deg C at a time in s.
+        memory: seconds that a blow is heard.
     """
 
-    def __init__(self, beam: StruckBeam, temperature: Callable[[float], float], memory: float = MEMORY) -> None:
-        self._beam = beam
+    def __init__(
+        self, stand_at: Callable[[Real], Stand], temperature: Callable[[float], float], memory: float = MEMORY
+    ) -> None:
+        self._stand_at = stand_at
         self._memory = memory
         self._temperature = temperature
         self._grids: Recent[Grid] = Recent(3)
@@ -84,12 +68,12 @@ class Sampler:
         self._waveforms: Recent[Real] = Recent(16)
         self._rate: float | None = None
 
-    def prepare(self, blow: Blow) -> None:
+    def prepare(self, blow: SimulatedBlow) -> None:
         """Work out a blow's spectra at the rate read last, so that the next block is quick."""
         if self._rate is not None:
             self._spectrum(blow, self._rate)
 
-    def read(self, blows: Iterable[Blow], start: float, rate: float, samples: int) -> Real:
+    def read(self, blows: Iterable[SimulatedBlow], start: float, rate: float, samples: int) -> Real:
         """(2, samples) force in N and acceleration in m/s^2 at start + i / rate: the sum of all `blows`."""
         self._rate = rate
         total = np.zeros((2, samples))
@@ -106,7 +90,7 @@ class Sampler:
                 total[:, begin:end] += waveform[:, begin - first : end - first]
         return total
 
-    def _waveform(self, blow: Blow, rate: float, phase: float) -> Real:
+    def _waveform(self, blow: SimulatedBlow, rate: float, phase: float) -> Real:
         """(2, size) samples of a blow, the first `phase` samples after its origin."""
 
         def make() -> Real:
@@ -119,14 +103,14 @@ class Sampler:
 
         return self._waveforms.get_or_make((blow.number, rate, phase), make)
 
-    def _spectrum(self, blow: Blow, rate: float) -> Complex:
+    def _spectrum(self, blow: SimulatedBlow, rate: float) -> Complex:
         """(2, lines) force in N s and acceleration in m/s^2 s, time counted from the blow's origin."""
 
         def make() -> Complex:
             grid = self._grid(rate)
             force = blow.spectrum(grid.frequency, blow.foot - LEAD)
-            amplitude, temperature = blow_amplitude(blow.peak_force), self._temperature(blow.foot)
-            return np.stack([force, force * self._beam.accelerance(grid.lines, blow.load, amplitude, temperature)])
+            struck = (blow.row, blow.setup, blow.peak_force, blow.load, self._temperature(blow.foot))
+            return np.stack([force, force * grid.stand.blow(*struck)])
 
         return self._spectra.get_or_make((blow.number, rate), make)
 
@@ -136,7 +120,7 @@ class Sampler:
             frequency: Real = np.arange(1.0, size // 2 + 1) * (rate / size)
             frequency = frequency[frequency <= min(0.5 * rate, HIGHEST)]
             edge = np.clip((frequency / rate - 0.45) / 0.05, 0.0, 1.0)
-            return Grid(rate, size, frequency, np.cos(0.5 * np.pi * edge) ** 2, self._beam.lines(frequency))
+            return Grid(rate, size, frequency, np.cos(0.5 * np.pi * edge) ** 2, self._stand_at(frequency))
 
         return self._grids.get_or_make(rate, make)
 

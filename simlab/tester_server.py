@@ -36,7 +36,7 @@ from rig.registers import (
     Value,
 )
 from simlab.actuator import Actuator
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench
 from simlab.faults import Faults, Script
 from simlab.pty_line import PtyLine
 from simlab.tester_device import DeviceLimits, TesterDevice
@@ -281,7 +281,7 @@ def _flipped(data: bytes, at: int) -> bytes:
 
 
 def start_tester_server(
-    bench: Bench, *, rtu: bool = False, port: int = 0, limits: DeviceLimits | None = None
+    bench: SimulatedBench, *, rtu: bool = False, port: int = 0, limits: DeviceLimits | None = None
 ) -> TesterServer:
     """Connect an actuator to the bench and serve the tester, on a loopback port or a pseudo-terminal.
 

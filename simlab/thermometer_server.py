@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench
 from simlab.faults import Faults
 
 POLL = 0.05  # s, between two looks at whether to stop
@@ -106,7 +106,7 @@ class ThermometerServer:
         return False
 
 
-def start_thermometer_server(bench: Bench, *, pty: bool = False, port: int = 0) -> ThermometerServer:
+def start_thermometer_server(bench: SimulatedBench, *, pty: bool = False, port: int = 0) -> ThermometerServer:
     """Serve the temperature of the bench, on a loopback port (0: the system picks one) or a pseudo-terminal.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What the bench really is, in the shape of the results that identification should find."""
+"""The truth about a bench, in the shape of the results that identification should find."""
 
 from __future__ import annotations
 
@@ -6,63 +6,69 @@ from typing import Any
 
 import numpy as np
 
-from simlab.article import Article
-from simlab.assembly import Complex
-from simlab.elastomer import CONFIGURATIONS, Elastomer
-from simlab.supported_beam import SupportedBeam
+from simlab.beam import free_modes
+from simlab.case.campaign import AMPLITUDES_PP_MM, CONFIGURATIONS, SINE_FREQUENCIES, Points
+from simlab.case.simulate import specimen_stiffness
+from simlab.coupling import Complex, poles
+from simlab.elastomer import REFERENCE_TEMPERATURE
+from simlab.stand import BuiltCase, Stand
 
 BLOW_BAND = np.linspace(77.0, 900.0, 200)
-SINE_FREQUENCIES = np.arange(5.0, 201.0, 5.0)
-SINE_AMPLITUDES_PP_MM = ("0.1", "0.05", "0.01")
+HIGHEST_MODE = 1024.0  # Hz
 COUPLED = 1e-2
-"""A term below this fraction of its diagonal has no loss factor worth the name."""
+"""A term below this fraction of its diagonal has no loss factor worth stating."""
 
 
-def modal_truth(beam: SupportedBeam, amplitude: float) -> dict[str, Any]:
-    """Natural frequencies (Hz) and loss factors of the supported beam to 1024 Hz, lambda^2 = -w^2 (1 + i eta)."""
-    square = -(beam.poles(amplitude) ** 2)
+def modal_truth(built: BuiltCase) -> dict[str, Any]:
+    """Natural frequencies (Hz) and loss factors under the reference set's blows, lambda^2 = -w^2 (1 + i eta)."""
+    force = built.campaign.setups[0].peak_force
+
+    def stiffness_at(frequency: float) -> Complex:
+        return np.asarray(Stand(built, np.array([frequency])).support_stiffness(0, 0.5, force)[0])
+
+    stand = Stand(built, BLOW_BAND[:1])
+    square = -(poles(stand.modes, stand.supports, stiffness_at, HIGHEST_MODE) ** 2)
     return {
         "frequency_hz": (np.sqrt(square.real) / (2 * np.pi)).tolist(),
         "loss_factor": (square.imag / square.real).tolist(),
     }
 
 
-def inverse_truth(article: Article, amplitude: float) -> dict[str, Any]:
-    """Each joint's k, h (N/m, N, N m) and gamma at a blow's amplitude and 23 C, averaged over 77 to 900 Hz.
+def joint_truth(built: BuiltCase) -> dict[str, Any]:
+    """Each joint's k, h (N/m, N, N m) and gamma under the reference set's blows at 23 C, averaged over 77 to 900 Hz.
 
-    ``k_spread`` and ``h_spread`` are the largest less the smallest value in that band.
+    ``k_spread`` and ``h_spread`` are the largest less the smallest value there. What couples the joints to each other,
+    where a case has that, is left out.
     """
+    both = Stand(built, BLOW_BAND).support_stiffness(0, 0.5, built.campaign.setups[0].peak_force)
     truth = {}
-    for name, joint in article.joints.items():
-        band = joint.dynamic_stiffness(amplitude, BLOW_BAND)
+    for i, name in enumerate(built.article.joints):
+        own = slice(3 * i, 3 * i + 3)
+        band = both[:, own, own]
         mean = band.mean(axis=0)
         truth[name] = {
             "k": mean.real.tolist(),
             "h": mean.imag.tolist(),
-            "gamma": loss_factors(mean),
+            "gamma": _loss_factors(mean),
             "k_spread": np.ptp(band.real, axis=0).tolist(),
             "h_spread": np.ptp(band.imag, axis=0).tolist(),
         }
     return truth
 
 
-def direct_truth(elastomer: Elastomer) -> dict[str, Any]:
-    """k, h (N/m) and gamma of every sine point: specimen, configuration, amplitude in mm peak to peak, then lists."""
+def direct_truth(built: BuiltCase) -> dict[str, Any]:
+    """k, h (N/m) and gamma of the sine points: specimen, configuration, amplitude in mm peak to peak, then lists."""
     return {
-        specimen: {
-            configuration: {
-                amplitude: _point_list(
-                    elastomer.dynamic_stiffness(specimen, configuration, 0.5e-3 * float(amplitude), SINE_FREQUENCIES)
-                )
-                for amplitude in SINE_AMPLITUDES_PP_MM
-            }
-            for configuration in CONFIGURATIONS
+        name: {
+            configuration: {f"{amplitude:g}": _point_list(built, (i, j, amplitude)) for amplitude in AMPLITUDES_PP_MM}
+            for j, configuration in enumerate(CONFIGURATIONS)
         }
-        for specimen in elastomer.cylinders
+        for i, name in enumerate(built.article.joints)
     }
 
 
-def _point_list(stiffness: Complex) -> dict[str, list[float]]:
+def _point_list(built: BuiltCase, of: tuple[int, int, float]) -> dict[str, list[float]]:
+    stiffness = specimen_stiffness(built, Points.alike(*of, SINE_FREQUENCIES, REFERENCE_TEMPERATURE))
     return {
         "frequency_hz": SINE_FREQUENCIES.tolist(),
         "k": stiffness.real.tolist(),
@@ -71,8 +77,18 @@ def _point_list(stiffness: Complex) -> dict[str, list[float]]:
     }
 
 
-def loss_factors(stiffness: Complex) -> list[list[float | None]]:
-    """(3, 3) h / k, None where k is next to nothing beside its diagonal terms."""
+def free_truth(built: BuiltCase) -> dict[str, list[float]]:
+    """Natural frequencies (Hz) and damping ratios of the free beam."""
+    in_plane, on_edge = (free_modes(beam) for beam in (built.article.beam, built.article.beam.on_edge()))
+    return {
+        "frequency_hz": in_plane.frequency[3:6].tolist(),
+        "damping_ratio": in_plane.damping_ratio[3:6].tolist(),
+        "out_of_plane_hz": on_edge.frequency[3:5].tolist(),
+    }
+
+
+def _loss_factors(stiffness: Complex) -> list[list[float | None]]:
+    """(3, 3) h / k, None where k is small beside its diagonal terms."""
     scale = np.sqrt(np.abs(np.outer(np.diag(stiffness.real), np.diag(stiffness.real))))
     return [
         [

@@ -13,8 +13,8 @@ import typer
 from api.commands.terminal import out
 from jointlab.errors import JointlabError
 from jointlab.trials.simulated_laboratory import as_toml
-from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
+from simlab.ordinary import BenchConditions
 from simlab.tester_frame import TesterFrame
 
 
@@ -34,7 +34,7 @@ def simulate(
 ) -> None:
     """Start the simulated instruments, print their addresses and run until interrupted (Ctrl-C)."""
     frame = TesterFrame(frame_compliance, fixture_mass, channel_delay)
-    with Laboratory(seed, speed, Conditions(frame=frame)) as laboratory:
+    with Laboratory(seed, speed, BenchConditions(frame=frame)) as laboratory:
         if config is not None:
             write_new(config, as_toml(laboratory.addresses))
         if as_json:

@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlab.errors import JointlabError
 from jointlab.trials.plan import Planned
+from simlab.case.bundle import truth
 from simlab.case.seal import commitment, sealed
 
 TRIAL, COMMITMENTS = "trial.json", "commitments.json"
@@ -54,7 +55,7 @@ class TrialFolder:
         """Draw a case, keep its truth sealed and return the commitment; a case that was sealed keeps its seal."""
         file = self._seal(case)
         if not file.exists():
-            write(file, sealed(case.draw()))
+            write(file, sealed(truth(case.draw())))
         return commitment(read(file))
 
     def commit(self, commitments: dict[str, str]) -> None:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simlab.case.draw import EFFECTS, NOVELTIES, Case, Kind, draw_case
+from simlab.case.draw import EFFECTS, NOVELTIES, Case, CaseKind, draw_case
 
-CYCLE = (Kind.SINGLE, Kind.SINGLE, Kind.NONE, Kind.SINGLE, Kind.PAIR, Kind.SINGLE, Kind.NOVEL, Kind.SINGLE)
+CYCLE = tuple(map(CaseKind, ("single", "single", "none", "single", "pair", "single", "novel", "single")))
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Planned:
 
     number: int
     seed: int
-    kind: Kind
+    kind: CaseKind
     effects: tuple[str, ...]
     without_truth: bool = False
 
@@ -46,8 +46,8 @@ def plan(cases: int, seed: int, honesty: int = 4) -> tuple[Planned, ...]:
         honesty: of so many singles one is diagnosed once more without its true effect; 0 for none.
     """
     chance = np.random.default_rng([seed, 11])
-    names = {Kind.SINGLE: list(EFFECTS), Kind.NOVEL: list(NOVELTIES)}
-    queues = dict[Kind, list[str]]()
+    names = {CaseKind.SINGLE: list(EFFECTS), CaseKind.NOVEL: list(NOVELTIES)}
+    queues = dict[CaseKind, list[str]]()
     planned, singles = list[Planned](), 0
     for number in range(1, cases + 1):
         kind = CYCLE[(number - 1) % len(CYCLE)]
@@ -56,7 +56,7 @@ def plan(cases: int, seed: int, honesty: int = 4) -> tuple[Planned, ...]:
             if not queues.get(kind):
                 queues[kind] = [str(name) for name in chance.permutation(names[kind])]
             effects = (queues[kind].pop(),)
-        single = kind is Kind.SINGLE
+        single = kind is CaseKind.SINGLE
         again = single and honesty > 0 and singles % honesty == 0
         singles += single
         own = int(np.random.SeedSequence([seed, number]).generate_state(1)[0])

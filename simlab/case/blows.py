@@ -6,15 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simlab.assembly import Complex
 from simlab.beam import Real
 from simlab.case.campaign import HIGHEST_LINE, LINE_SPACING, Campaign
 from simlab.case.effects import Effect
+from simlab.coupling import Complex
 
 PEAK_SCATTER = 0.1
-"""Standard deviation of the hand's peak force from blow to blow, relative."""
+"""Standard deviation of the peak force from blow to blow, relative."""
 SAMPLE_RATE = 4 * HIGHEST_LINE
 RECORD_SECONDS = 1 / LINE_SPACING
+UNIT_NOISE = float(np.sqrt(RECORD_SECONDS / SAMPLE_RATE))
+"""Standard deviation of a record's spectrum, in unit s, where a sample has noise of one unit."""
 PRETRIGGER = 0.01
 """Seconds of a record before the middle of the pulse."""
 

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simlab.assembly import Complex
-from simlab.beam import Bar, Real
-from simlab.case.article import (
+from simlab.article import (
     ECCENTRICITIES,
     INCLINATIONS_DEG,
     JOINT_NAMES,
@@ -18,8 +16,8 @@ from simlab.case.article import (
     SENSOR_NODE,
     TOLERANCES,
     clipped_variance,
-    joint_matrix,
 )
+from simlab.beam import SimulatedBeam
 from simlab.case.blows import RECORD_SECONDS, SAMPLE_RATE, record, record_frequency, strike
 from simlab.case.campaign import (
     ASKED_FOR,
@@ -33,10 +31,13 @@ from simlab.case.campaign import (
     Row,
     Setup,
 )
-from simlab.case.draw import Case, Kind
+from simlab.case.draw import Case, CaseKind
 from simlab.case.estimate import Averaged, average, direct_deviation, noise_deviation, sine_fit
-from simlab.case.simulate import Simulated, simulate, stand_of
+from simlab.case.simulate import Simulated, simulate
 from simlab.case.universal_file import Function, Quantity, write_universal_file
+from simlab.coupling import Complex
+from simlab.elastomer import BLOW_AMPLITUDE
+from simlab.stand import BuiltCase, Stand
 
 SENSOR = Row(SENSOR_NODE, "y")
 DIRECT_COLUMNS = (
@@ -84,18 +85,18 @@ def write_case(case: Case, folder: Path) -> None:
 
 def stated_setup(campaign: Campaign) -> dict[str, object]:
     """setup.json: what the lab says that it built and measured, which is the drawing and not what is true."""
-    bar = Bar()
+    beam = SimulatedBeam()
     return {
         "format": "jointlab-bundle/1",
         "title": "supported beam",
         "beam": {
-            "length": bar.length,
-            "height": bar.height,
-            "width": bar.width,
-            "youngs_modulus": bar.youngs_modulus,
-            "poisson_ratio": bar.poisson_ratio,
-            "density": bar.density,
-            "free_damping_ratios": bar.damping_ratios,
+            "length": beam.length,
+            "height": beam.height,
+            "width": beam.width,
+            "youngs_modulus": beam.youngs_modulus,
+            "poisson_ratio": beam.poisson_ratio,
+            "density": beam.density,
+            "free_damping_ratios": beam.damping_ratios,
         },
         "node_positions": campaign.node_positions,
         "joints": [
@@ -127,11 +128,12 @@ def truth(case: Case) -> dict[str, object]:
     ``effect_percent`` how far the effects move both rigs' readings, all as 100 sqrt(sum |y - f|^2 / sum |y|^2).
     """
     simulated, without = simulate(case), simulate(case, without_effects=True)
-    novel = case.kind is Kind.NOVEL
+    novel = case.kind is CaseKind.NOVEL
     names = [effect.name for effect in case.effects]
     article, campaign = case.article, case.campaign
-    nominal = Bar()
-    joints = [article.joints[name] for name in JOINT_NAMES]
+    nominal = SimulatedBeam()
+    joints = list(article.joints.values())
+    cylinders = [joint.cylinders[0] for joint in joints]
     return {
         "format": "simlab-truth/1",
         "seed": case.seed,
@@ -147,13 +149,13 @@ def truth(case: Case) -> dict[str, object]:
             "direct": percent(without.stiffness, simulated.stiffness),
         },
         "baseline": {
-            "a": [joint.shear.real for joint in joints],
-            "b": [joint.compression.real for joint in joints],
-            "c": [joint.rotation.real for joint in joints],
-            "ga": [joint.shear.imag / joint.shear.real for joint in joints],
-            "gb": [joint.compression.imag / joint.compression.real for joint in joints],
-            "E": article.bar.youngs_modulus / nominal.youngs_modulus,
-            "rho": article.bar.density / nominal.density,
+            "a": [cylinder.shear.real for cylinder in cylinders],
+            "b": [cylinder.compression.real for cylinder in cylinders],
+            "c": [cylinder.rotation.real for cylinder in cylinders],
+            "ga": [cylinder.shear.imag / cylinder.shear.real for cylinder in cylinders],
+            "gb": [cylinder.compression.imag / cylinder.compression.real for cylinder in cylinders],
+            "E": article.beam.youngs_modulus / nominal.youngs_modulus,
+            "rho": article.beam.density / nominal.density,
             "angle": [joint.lean_deg for joint in joints],
             "joint_x": [joint.position for joint in joints],
             "sensor_x": article.sensor_position,
@@ -179,12 +181,6 @@ def truth(case: Case) -> dict[str, object]:
             ],
         },
     }
-
-
-def asked_for(case: Case) -> tuple[Real, tuple[Row, ...], Complex]:
-    """Frequency (lines,), rows, and the noiseless accelerance (rows, lines) of the reference set asked for."""
-    simulated = simulate(case)
-    return simulated.frequency, ASKED_FOR, simulated.accelerance[0, len(MEASURED) :]
 
 
 def percent(model: Complex, data: Complex) -> float:
@@ -218,13 +214,12 @@ def _noise_percent(simulated: Simulated) -> float:
 
 def _joint_truth(case: Case, name: str) -> dict[str, object]:
     """k and h of a joint as the paper's model has it, without the effects."""
-    joint = case.article.joints[name]
-    matrix = joint_matrix(name, joint, joint.cylinder[None])[0]
+    matrix = case.article.joints[name].dynamic_stiffness(BLOW_AMPLITUDE, 100.0)[0]
     return {"k": matrix.real.tolist(), "h": matrix.imag.tolist()}
 
 
 def _with_zero_line(values: Complex) -> Complex:
-    """(rows, lines + 1): a bar on springs does not accelerate at 0 Hz."""
+    """(rows, lines + 1): a beam on springs does not accelerate at 0 Hz."""
     return np.concatenate([np.zeros((len(values), 1), dtype=np.complex128), values], axis=1)
 
 
@@ -254,13 +249,14 @@ def _write_blows(case: Case, folder: Path) -> None:
     """One blow of the reference set for every row whose blows are kept: force, then acceleration."""
     folder.mkdir(exist_ok=True)
     frequency = record_frequency()
-    stand = stand_of(case, frequency)
-    accelerance, slope = stand.read(0)
-    rows = [ROWS.index(row) for row in stand.campaign.recorded]
+    built = BuiltCase.of(case)
+    campaign = built.campaign
+    accelerance, slope = Stand(built, frequency).read(0)
+    rows = [ROWS.index(row) for row in campaign.recorded]
     rng = np.random.default_rng([case.seed, 7, 8])
-    peak_force = stand.campaign.setups[0].peak_force
-    blows = strike(rng, 1, accelerance[rows], slope[rows], frequency, peak_force, stand.campaign, case.effects)
-    for i, row in enumerate(stand.campaign.recorded):
+    peak_force = campaign.setups[0].peak_force
+    blows = strike(rng, 1, accelerance[rows], slope[rows], frequency, peak_force, campaign, case.effects)
+    for i, row in enumerate(campaign.recorded):
         records = [
             Function(1, name, response, row, Quantity.TIME, 1 / SAMPLE_RATE, record(spectra[0, i]), ordinate=ordinate)
             for name, response, spectra, ordinate in (

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simlab.beam import Real
-from simlab.case.article import JOINT_NAMES, TOLERANCES, clipped_normal, draw_node_positions
+from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal
+from simlab.beam import Load, Real, SimulatedBeam
 
 CONFIGURATIONS = ("compression", "shear", "angled")
 AMPLITUDES_PP_MM = (0.1, 0.05, 0.01)
@@ -17,6 +17,7 @@ LINE_SPACING = 0.5
 HIGHEST_LINE = 1024.0
 AVERAGES = 10
 PRESET_MM = 0.5
+NODES = 11
 REMOUNTING_SECONDS = 600.0
 
 
@@ -84,6 +85,28 @@ class Points:
         """(points,) m zero to peak."""
         return np.asarray(0.5e-3 * self.amplitude_pp_mm)
 
+    @classmethod
+    def alike(
+        cls,
+        specimen: int,
+        configuration: int,
+        amplitude_pp_mm: float,
+        frequency: Real,
+        temperature: float,
+        order: float = 0.0,
+    ) -> Points:
+        """Points at `frequency` (points,) Hz that have all else in common."""
+        same = np.ones(frequency.size)
+        return cls(
+            order=order * same,
+            time=0.0 * same,
+            specimen=np.full(frequency.size, specimen),
+            configuration=np.full(frequency.size, configuration),
+            amplitude_pp_mm=amplitude_pp_mm * same,
+            frequency=frequency,
+            temperature=temperature * same,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
@@ -123,6 +146,10 @@ class Campaign:
         """(lines,) Hz, of the accelerances, without the line at zero."""
         return np.asarray(np.arange(1, round(HIGHEST_LINE / LINE_SPACING) + 1) * LINE_SPACING, dtype=np.float64)
 
+    def straight(self, row: Row) -> Load:
+        """A straight blow on the drawing's place of `row`."""
+        return Load(self.node_positions[row.node - 1], **{row.direction: 1.0})
+
     def deformation(self, peak_force: float, frequency: Real) -> Real:
         """(lines,) m zero to peak, of the cylinders under a blow of `peak_force` N at `frequency` (lines,) Hz."""
         falling = np.maximum(frequency / 80.0, 1.0) ** -self.amplitude_fall
@@ -138,6 +165,14 @@ def draw_setup(rng: np.random.Generator, peak_force: float, temperature: float) 
         offsets=tuple(float(d) if row.direction == "y" else 0.0 for d, row in zip(offsets, MEASURED, strict=True)),
         temperature=temperature + 0.2 * float(rng.standard_normal()),
     )
+
+
+def draw_node_positions(rng: np.random.Generator) -> tuple[float, ...]:
+    """Positions of nodes 1 to 11 on the drawing, m: the joints 53 to 59 mm from the ends, the others even between."""
+    length = SimulatedBeam().length
+    inset = 1e-3 * float(rng.integers(53, 60))
+    inner = np.round(np.linspace(inset, length - inset, NODES - 2), 4)
+    return (0.0, *(float(x) for x in inner), length)
 
 
 def draw_campaign(rng: np.random.Generator) -> Campaign:

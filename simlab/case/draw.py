@@ -8,10 +8,20 @@ from enum import StrEnum
 
 import numpy as np
 
-from simlab.case.article import Article, draw_article
+from simlab.article import (
+    INCLINATIONS_DEG,
+    JOINT_NODES,
+    SENSOR_NODE,
+    TOLERANCES,
+    SimulatedArticle,
+    SimulatedJoint,
+    clipped_normal,
+    off_nominal,
+)
 from simlab.case.campaign import Campaign, draw_campaign
 from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, Effect
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
+from simlab.elastomer import LinearCylinder
 
 EFFECTS: tuple[str, ...] = tuple(CATALOGUE)
 """Every effect of the catalogue that shows in averaged data."""
@@ -20,11 +30,14 @@ RECORD_ONLY: tuple[str, ...] = tuple(RECORD_EFFECTS)
 NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
 """Effects outside the catalogue."""
 
+TYPICAL = {"I": (0.36e6, 2.30e6), "II": (0.49e6, 2.70e6)}
+"""Shear and compression stiffness of one cylinder, N/m, from which a sample is up to 18 % off."""
+
 SMALLEST = 0.05
 """Of the plausible range: about what the lab's tolerances hide."""
 
 
-class Kind(StrEnum):
+class CaseKind(StrEnum):
     """What a case has beyond the paper's model."""
 
     NONE = "none"
@@ -33,7 +46,7 @@ class Kind(StrEnum):
     NOVEL = "novel"
 
 
-COUNTS = {Kind.NONE: 0, Kind.SINGLE: 1, Kind.PAIR: 2, Kind.NOVEL: 1}
+COUNTS = {CaseKind.NONE: 0, CaseKind.SINGLE: 1, CaseKind.PAIR: 2, CaseKind.NOVEL: 1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,20 +54,20 @@ class Case:
     """Everything drawn.
 
     Attributes:
-        seed, kind: what it was drawn from.
-        article: as the paper's model describes it, within the lab's tolerances.
+        seed, kind: what it was drawn from; the ordinary bench has no kind.
+        article: within the laboratory's tolerances, without the effects.
         campaign: how it is measured.
         effects: what the paper's model leaves out, each with size, law and values.
     """
 
     seed: int
-    kind: Kind
-    article: Article
+    kind: CaseKind | None
+    article: SimulatedArticle
     campaign: Campaign
     effects: tuple[Effect, ...]
 
 
-def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | None = None) -> Case:
+def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: float | None = None) -> Case:
     """The case of a seed and a kind; article and campaign depend on the seed alone.
 
     Args:
@@ -64,8 +77,8 @@ def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | 
     Raises:
         ValueError: an effect that there is none of, a number of effects that the kind has not, or a size out of range.
     """
-    common = NOVEL_KINDS if kind is Kind.NOVEL else CATALOGUE
-    known = common if kind is Kind.NOVEL else CATALOGUE | RECORD_EFFECTS
+    common = NOVEL_KINDS if kind is CaseKind.NOVEL else CATALOGUE
+    known = common if kind is CaseKind.NOVEL else CATALOGUE | RECORD_EFFECTS
     if effects and len(effects) != COUNTS[kind]:
         raise ValueError(f"a {kind} case has {COUNTS[kind]} effects, not {len(effects)}: {', '.join(effects)}")
     if len(set(effects)) != len(effects):
@@ -84,6 +97,25 @@ def draw_case(seed: int, kind: Kind, effects: Sequence[str] = (), size: float | 
         drawn_size = float(rng.uniform(SMALLEST, 1.0))
         drawn.append(known[name].draw(rng, drawn_size if size is None else size, article))
     return Case(seed, kind, article, campaign, tuple(drawn))
+
+
+def draw_article(rng: np.random.Generator, nodes: tuple[float, ...]) -> SimulatedArticle:
+    """An article on the drawing's `nodes` (11,), off it by the tolerances; both cylinders of a joint are alike."""
+    beam = off_nominal(rng)
+    joints = {}
+    for name, node in JOINT_NODES.items():
+        shear, compression = (typical * rng.uniform(0.82, 1.18) for typical in TYPICAL[name])
+        shear_loss, compression_loss = rng.uniform(0.08, 0.155), rng.uniform(0.06, 0.135)
+        position = nodes[node - 1] + float(clipped_normal(rng, TOLERANCES["node_position"]))
+        cylinder = LinearCylinder(
+            shear=complex(shear * (1 + 1j * shear_loss)),
+            compression=complex(compression * (1 + 1j * compression_loss)),
+            rotation=complex(rng.uniform(6.0, 30.0) * (1 + 1j * compression_loss)),
+        )
+        lean = float(clipped_normal(rng, TOLERANCES["inclination_deg"]))
+        joints[name] = SimulatedJoint(position, (cylinder, cylinder), INCLINATIONS_DEG[name], lean_deg=lean)
+    sensor = nodes[SENSOR_NODE - 1] + float(clipped_normal(rng, TOLERANCES["node_position"]))
+    return SimulatedArticle(beam, joints, sensor)
 
 
 def _random(seed: int, stream: int) -> np.random.Generator:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simlab.assembly import Complex
 from simlab.beam import Real
 from simlab.case.blows import Blows, half_sine_spectrum
 from simlab.case.campaign import AVERAGES, Campaign
+from simlab.coupling import Complex
 
 
 @dataclass(frozen=True, eq=False)

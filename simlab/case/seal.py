@@ -8,16 +8,13 @@ import secrets
 from collections.abc import Mapping
 from typing import Any
 
-from simlab.case.bundle import truth
-from simlab.case.draw import Case
-
 NONCE_BYTES = 16
 """Of chance in each seal, so that nobody finds a truth by trying all there are."""
 
 
-def sealed(case: Case) -> dict[str, Any]:
-    """The truth of a case with its nonce, ready for JSON: what `commitment` is of."""
-    return {"nonce": secrets.token_hex(NONCE_BYTES), "truth": json.loads(json.dumps(truth(case)))}
+def sealed(truth: Mapping[str, Any]) -> dict[str, Any]:
+    """A truth with its nonce, ready for JSON: `commitment` is the hash of this."""
+    return {"nonce": secrets.token_hex(NONCE_BYTES), "truth": json.loads(json.dumps(truth))}
 
 
 def commitment(sealed: Mapping[str, Any]) -> str:

@@ -22,9 +22,9 @@ from api.cli import main
 from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml
 from rig import tester
 from rig.registers import State
-from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from simlab.ordinary import BenchConditions
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 
@@ -82,7 +82,7 @@ def query(tmp_path: Path) -> Query:
 
 @pytest.fixture(scope="module")
 def running_laboratory() -> Iterator[Laboratory]:
-    with Laboratory(3, SPEED, Conditions(double_hits=0.0)) as laboratory:
+    with Laboratory(3, SPEED, BenchConditions(double_hits=0.0)) as laboratory:
         yield laboratory
 
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow, check_point
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
+from simlab.ordinary import BenchConditions
 from tests.bench.bench_modes import POINTS
 
 RATE, SAMPLES, PRE_TRIGGER = 5120.0, 10_240, 256
@@ -64,7 +65,9 @@ def main() -> None:
 def labelled_blows(seed: int) -> list[Judged]:
     """Blows of every kind on one bench, in any order."""
     rng = np.random.default_rng(seed)
-    bench = Bench(seed, Clock(), Conditions(peak_force=float(np.exp(rng.uniform(np.log(60), np.log(300))))))
+    bench = ordinary_bench(
+        seed, Clock(), BenchConditions(peak_force=float(np.exp(rng.uniform(np.log(60), np.log(300)))))
+    )
     labels = [what for what, (_, count) in EXPECTED.items() for _ in range(count)]
     rng.shuffle(labels)
     judged = []
@@ -87,7 +90,7 @@ def converted(signal: Real, full_scale: float, reach: float) -> Real:
 
 
 def record(
-    bench: Bench, at: float, node: int, direction: str, what: str, peak_force: float | None = None
+    bench: SimulatedBench, at: float, node: int, direction: str, what: str, peak_force: float | None = None
 ) -> tuple[Real, Real]:
     """Force and acceleration (samples,) of one blow, as a triggered device takes them."""
     bench.strike(node, direction, at=at, what=what, peak_force=peak_force)
@@ -104,7 +107,7 @@ def wrong_points() -> None:
     along = [point for point in POINTS if point.direction == "x"]
     for seed in range(BENCHES // 2):
         rng = np.random.default_rng([seed, 1])
-        bench = Bench(1000 + seed, Clock())
+        bench = ordinary_bench(1000 + seed, Clock())
         time = 1.0
         for index, point in [*enumerate(across), *((-1, point) for point in along)]:
             struck = [point] * BLOWS_A_POINT

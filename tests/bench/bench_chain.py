@@ -22,7 +22,7 @@ from analysis.modal.spectra import responses_from_blows
 from analysis.structure.beam import Beam, Mesh, assemble
 from analysis.structure.converged import assemble_converged
 from simlab.article import JOINT_NODES, NODE_POSITIONS
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from tests.bench.bench_joint_likelihood import STATED
 from tests.bench.bench_modes import POINTS, SENSOR
@@ -44,7 +44,7 @@ Result = TypeVar("Result")
 
 def main() -> None:
     """Print the least seconds of each step out of a few repeats, on one thread."""
-    bench = Bench(1, Clock())
+    bench = ordinary_bench(1, Clock())
     force, acceleration = records(bench)
     limits = BlowLimits(lowest_peak_force=30.0, highest_frequency=HIGHEST)
     free_beam = assemble(BEAM, Mesh.through(NODE_POSITIONS), damping_ratios=DAMPING)
@@ -91,7 +91,7 @@ def main() -> None:
             )
 
 
-def records(bench: Bench) -> tuple[list[Real], list[Real]]:
+def records(bench: SimulatedBench) -> tuple[list[Real], list[Real]]:
     """Force and acceleration (blows, samples) of clean blows at every point."""
     force, acceleration, time_of_blow = [], [], 1.0
     for point in POINTS:

@@ -18,9 +18,10 @@ from analysis.direct.law_fit import fit_elastomer_law
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen, calibrate_rig
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.tester_frame import PIECES, TesterFrame
 from tests.bench.wireless_tester import HandClock, Measured, calibration_sweep, paper_sweep
+from tests.simlab.specimens import stiffness_of
 
 SWEEPS = 204
 CORRECTED_SWEEPS = 24
@@ -155,9 +156,9 @@ def show_law(sweeps: Sequence[Sequence[Measured]]) -> None:
 
 def truth_of(seed: int) -> Callable[[float, float], complex]:
     """Stiffness at a peak-to-peak amplitude in m and a frequency in Hz, in the middle of the room's temperatures."""
-    bench = Bench(seed, HandClock())
+    bench = ordinary_bench(seed, HandClock())
     specimen, configuration = MOUNTINGS[seed % 6]
     temperature = bench.temperature(0.0)
     return lambda amplitude_pp, frequency: complex(
-        bench.elastomer.dynamic_stiffness(specimen, configuration, amplitude_pp / 2, frequency, temperature)
+        stiffness_of(bench.built, specimen, configuration, amplitude_pp / 2, frequency, temperature)
     )

@@ -26,10 +26,11 @@ from rig.sweep import run_sweep
 from rig.sweep_plan import SweepPlan
 from rig.tester import connect as connect_tester
 from rig.thermometer import Thermometer
-from simlab.bench import Bench, Conditions
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_codes import Code
 from simlab.daq_server import start_daq_server
+from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
@@ -70,7 +71,7 @@ class Rig(Operator, BlowSink):
 
     def __init__(self) -> None:
         self._stack = ExitStack()
-        self.bench = Bench(5, Clock(SPEED), Conditions(double_hits=0.0))
+        self.bench = ordinary_bench(5, Clock(SPEED), BenchConditions(double_hits=0.0))
         self.daq = start_daq_server(self.bench)
         self._stack.callback(self.daq.stop)
         self.tester = start_tester_server(self.bench, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME))

@@ -29,7 +29,7 @@ from rig.registers import Action, CommandCode, Interlock, State, float32
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_wire import ATTEMPTS
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.fault_proxy import FaultProxy, Impairment, Way
@@ -121,7 +121,7 @@ class ModbusFaults:
         self.findings = Findings(bound=timeout * ATTEMPTS + 0.5)
         self._timeout = timeout
         self._chance = random.Random(seed)
-        bench = Bench(seed, Clock(SPEED))
+        bench = ordinary_bench(seed, Clock(SPEED))
         bench.mount("I", "shear")
         self._server = start_tester_server(bench, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME))
         self._proxy = FaultProxy(self._server.url.removeprefix("tcp://"), seed)
@@ -224,7 +224,7 @@ class DaqFaults:
         self.findings = Findings(bound=2 * timeout + RECORD + 0.5)  # a reading waits for its record, then answers
         self._timeout = timeout
         self._chance = random.Random(seed)
-        self._bench = Bench(seed, Clock(SPEED))
+        self._bench = ordinary_bench(seed, Clock(SPEED))
         self._tester = start_tester_server(self._bench)  # so that there is an actuator to measure
         self._server = start_daq_server(self._bench)
         self._proxy = FaultProxy(self._server.address.removeprefix("grpc://"), seed)

@@ -3,7 +3,7 @@
     python -m tests.bench bench_joint_likelihood                         # 300 runs of each kind of bench
     python -m tests.bench.bench_joint_likelihood --runs 50 --bench drawn  # fewer, of one kind
 
-The bar of the data is the simulation's: a series from each support, and from the sensor, to the next, which shares no
+The beam of the data is the simulation's: a series from each support, and from the sensor, to the next, which shares no
 mesh with the model and is exact to a five-hundredth of the noise of a line. It stands on structurally damped joints
 whose truth is known exactly. Noise is 0.003 (m/s^2)/N a line, and every fit starts 20 % off.
 """
@@ -28,12 +28,12 @@ from analysis.structure.beam import RIGID_MODES, Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from jointlab.identification.structure import ELEMENTS_BETWEEN_NODES
-from simlab.article import NODE_POSITIONS, Article
-from simlab.beam import Bar
-from simlab.supported_beam import Load, SupportedBeam
+from simlab.article import NODE_POSITIONS
+from simlab.beam import Load, SimulatedBeam, free_modes
+from simlab.coupling import CoupledBeam, block_diagonal
 
-BAR = Bar(terms=24)
-DRAWN = Beam(BAR.length, BAR.height, BAR.width, BAR.youngs_modulus, BAR.poisson_ratio, BAR.density)
+BEAM = SimulatedBeam(terms=24)
+DRAWN = Beam(BEAM.length, BEAM.height, BEAM.width, BEAM.youngs_modulus, BEAM.poisson_ratio, BEAM.density)
 NODES = np.array(NODE_POSITIONS)
 SENSOR = Dof.parse("3y")
 INPUTS = tuple(map(Dof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"]))
@@ -67,13 +67,9 @@ class Held:
     stiffness: Complex
     exponent: float
 
-    def dynamic_stiffness(self, _amplitude: float, frequency: Real, _temperature: float) -> Complex:
+    def dynamic_stiffness(self, frequency: Real) -> Complex:
         """(lines, 3, 3) k + ih."""
         return np.asarray((np.asarray(frequency) / 100.0)[:, None, None] ** self.exponent * self.stiffness)
-
-    def lateral_stiffness(self, _amplitude: float, frequency: Real, _temperature: float) -> Complex:
-        """(lines, 2, 2) none: nothing acts out of plane."""
-        return np.zeros((np.size(frequency), 2, 2), dtype=complex)
 
 
 @dataclass(frozen=True)
@@ -112,8 +108,8 @@ def joints() -> tuple[Joint, Joint]:
 def monte_carlo(runs: int, kind: Kind) -> Result:
     """Fit `runs` simulated measurements; with tolerances each bench deviates from the drawing by a draw of its own."""
     mesh = Mesh.through(NODES, ELEMENTS_BETWEEN_NODES)
-    ratios = np.full(mesh.degrees - RIGID_MODES, BAR.damping_ratios[-1])  # as the simulation has it
-    ratios[: len(BAR.damping_ratios)] = BAR.damping_ratios
+    ratios = np.full(mesh.degrees - RIGID_MODES, BEAM.damping_ratios[-1])  # as the simulation has it
+    ratios[: len(BEAM.damping_ratios)] = BEAM.damping_ratios
     model = assemble_converged(DRAWN, mesh, ratios.tolist())
     exact = joints()
     truth = _shown(np.array([joint.dynamic_stiffness for joint in exact]))
@@ -180,14 +176,16 @@ def measured(off: Deviations, exact: tuple[Joint, Joint]) -> Complex:
         for joint, place, exponent in zip(exact, off.joint_positions, off.joint_exponents, strict=True)
     }
     sensor = float(NODES[SENSOR.node - 1] + off.sensor_position)
-    bar = replace(
-        BAR,
-        youngs_modulus=BAR.youngs_modulus * (1 + off.youngs_modulus),
-        density=BAR.density * (1 + off.density),
+    beam = replace(
+        BEAM,
+        youngs_modulus=BEAM.youngs_modulus * (1 + off.youngs_modulus),
+        density=BEAM.density * (1 + off.density),
         kinks=tuple(sorted({sensor, *(support.position for support in supports.values())})),
     )
-    bench = SupportedBeam(Article(bar, {}, sensor), supports=supports)
-    lines = bench.lines(FREQUENCY)
+    modes = free_modes(beam)
+    places = np.array([modes.shape(d, each.position) for each in supports.values() for d in "xyr"])
+    coupled = CoupledBeam(modes, places, np.asarray(2 * np.pi * FREQUENCY, dtype=complex))
+    held = block_diagonal([each.dynamic_stiffness(FREQUENCY) for each in supports.values()], FREQUENCY.size)
     rows = []
     for point, beside in zip(INPUTS, off.blow_positions, strict=True):
         node = float(NODES[point.node - 1])
@@ -195,8 +193,8 @@ def measured(off: Deviations, exact: tuple[Joint, Joint]) -> Complex:
             load = Load(node, x=1.0, r=-float(beside))
         else:
             place = abs(node + float(beside))
-            load = Load(min(place, 2 * BAR.length - place), y=1.0)  # no blow lands beside the beam
-        rows.append(bench.accelerance(lines, load, amplitude=1.0))
+            load = Load(min(place, 2 * BEAM.length - place), y=1.0)  # no blow lands beside the beam
+        rows.append(coupled.accelerance(modes.shape("y", sensor), load.in_plane(modes)[None], held)[0])
     return np.asarray(np.array(rows) * (1 + off.gain))
 
 

@@ -5,7 +5,7 @@ plus noise of known size. Runs come in pairs of opposite noise: what noise does 
 a bias far below the scatter shows.
 
 True poles and modal constants are those of the exact accelerances themselves, by rational interpolation to 1e-12 (AAA,
-Y. Nakatsukasa, O. Sete, L. N. Trefethen, SIAM J. Sci. Comput. 40, 2018). `Bench.truth` states poles with the joints'
+Y. Nakatsukasa, O. Sete, L. N. Trefethen, SIAM J. Sci. Comput. 40, 2018). The bench's truth has poles with the joints'
 stiffness held at each natural frequency; where the joints still creep, below 100 Hz, the response itself has others.
 """
 
@@ -20,8 +20,9 @@ from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modes import Modes
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
+from simlab.ordinary import BenchConditions
 
 SENSOR = Dof.parse("3y")
 POINTS = tuple(Dof.parse(text) for text in ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x"])
@@ -35,7 +36,7 @@ PAIRS_OF_UNKNOWN_NOISE = 100
 def main() -> None:
     """Print the table of a bench, and what the intervals do where the noise is not stated."""
     for seed in SEEDS:
-        bench = Bench(seed, Clock(), Conditions(gain_error=0.0))
+        bench = ordinary_bench(seed, Clock(), BenchConditions(gain_error=0.0))
         exact = exact_responses(bench)
         true = true_modes(exact)
         print(f"bench {seed}, {2 * PAIRS} runs, noise {NOISE} (m/s^2)/N a line, noise stated", flush=True)
@@ -65,7 +66,7 @@ class Outcomes:
     shapes_covered: Real
 
 
-def exact_responses(bench: Bench) -> FrequencyResponses:
+def exact_responses(bench: SimulatedBench) -> FrequencyResponses:
     """Accelerances without noise, with the variance that noise is going to have."""
     accelerance = np.array([bench.accelerance(FREQUENCY, point.node, point.direction) for point in POINTS])
     return FrequencyResponses(FREQUENCY, accelerance, SENSOR, POINTS, variance=np.full(accelerance.shape, NOISE**2))
@@ -148,7 +149,7 @@ def cramer_rao(true: Modes) -> Real:
     return np.stack([by_frequency, spread / stiffness * np.sqrt(1 + true.loss_factor**2)], axis=1)
 
 
-def print_table(bench: Bench, true: Modes, found: Outcomes, bound: Real) -> None:
+def print_table(bench: SimulatedBench, true: Modes, found: Outcomes, bound: Real) -> None:
     """One row a mode."""
     mean = np.mean(found.error, axis=1)
     relative = 100 / values(true)

@@ -23,8 +23,9 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.lscf import lscf_poles
-from simlab.bench import Bench, Conditions
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
+from simlab.ordinary import BenchConditions
 from tests.bench.bench_modes import NOISE, POINTS, SENSOR, true_modes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -103,7 +104,7 @@ def run(tool: str, frequency: Real, accelerance: Complex) -> PeerPoles:
 def simulated_beam(tools: list[str]) -> None:
     """Time and error against exact poles."""
     frequency = np.arange(0.5, 1024.25, 0.5)
-    bench = Bench(1, Clock(), Conditions(gain_error=0.0))
+    bench = ordinary_bench(1, Clock(), BenchConditions(gain_error=0.0))
     exact = np.array([bench.accelerance(frequency, point.node, point.direction) for point in POINTS])
     within = frequency >= LOWEST[-1]
     true = true_modes(FrequencyResponses(frequency[within], exact[:, within], SENSOR, POINTS)).poles

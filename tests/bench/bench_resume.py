@@ -38,10 +38,11 @@ from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence as SequenceDocument
 from rig.sequence import sequence_from
 from simlab.actuator import Dwell, Servo
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench
 from simlab.elastomer import REFERENCE_TEMPERATURE
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
+from simlab.ordinary import BenchConditions
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.run_lock import holding
@@ -51,7 +52,7 @@ from store.states import RunState
 
 SPEED = 200.0
 # a channel without any noise is taken for a dead one
-EXACT = Conditions(double_hits=0.0, scatter=0.0, gain_error=0.0, force_noise=1e-3, acceleration_noise=1e-4)
+EXACT = BenchConditions(double_hits=0.0, scatter=0.0, gain_error=0.0, force_noise=1e-3, acceleration_noise=1e-4)
 QUIET = Servo(cycle_noise=0.0, displacement_noise=0.0, force_noise=0.0)
 SMALL: tuple[dict[str, Any], ...] = (
     {"step": "hammer", "points": ["5y", "7y", "1x"], "blows": 3, "block_seconds": 1.0},
@@ -294,7 +295,7 @@ def deterministic_site(steps: Sequence[dict[str, Any]] = SMALL) -> Iterator[Site
     first = _children.Process(target=os.getpid)  # waits until the process they are forked from has imported everything
     first.start()
     first.join()
-    still = patch.object(Bench, "temperature", lambda bench, time: REFERENCE_TEMPERATURE)
+    still = patch.object(SimulatedBench, "temperature", lambda bench, time: REFERENCE_TEMPERATURE)
     with still, Laboratory(9, SPEED, EXACT) as laboratory, tempfile.TemporaryDirectory() as folder:
         laboratory.tester.actuator.servo = QUIET
         yield Site(laboratory, Path(folder), steps)

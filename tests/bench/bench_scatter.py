@@ -21,9 +21,10 @@ from analysis.structure.beam import Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Joint
 from simlab.article import JOINT_NODES, NODE_POSITIONS
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
-from simlab.sampling import blow_amplitude
+from simlab.elastomer import BLOW_AMPLITUDE
+from simlab.ordinary import BenchConditions
 from simlab.truth import BLOW_BAND
 from tests.bench.bench_chain import BEAM, BY_HAND, DAMPING, HIGHEST, LOWEST, PRE_TRIGGER, RATE, records
 from tests.bench.bench_modes import FREQUENCY, POINTS, SENSOR, exact_responses, true_modes, values
@@ -43,7 +44,7 @@ def main() -> None:
     joints: list[dict[str, Held]] = []
     converged = assemble_converged(BEAM, Mesh.through(NODE_POSITIONS, 8), damping_ratios=DAMPING)
     for seed in SEEDS:
-        bench = Bench(seed, Clock(), Conditions(gain_error=0.0))
+        bench = ordinary_bench(seed, Clock(), BenchConditions(gain_error=0.0))
         force, acceleration = records(bench)
         measured = responses_from_blows(
             force, acceleration, RATE, SENSOR, POINTS, HIGHEST, pre_trigger=PRE_TRIGGER // 2
@@ -81,12 +82,12 @@ def main() -> None:
         )
 
 
-def true_joints(bench: Bench) -> dict[str, Complex]:
+def true_joints(bench: SimulatedBench) -> dict[str, Complex]:
     """k + i h of each joint while the bench was struck, the mean over the band that identification states it for."""
-    amplitude, temperature = blow_amplitude(FORCE), mean_temperature(bench)
+    amplitude, temperature = BLOW_AMPLITUDE * FORCE / 100.0, mean_temperature(bench)
     return {
         name: joint.dynamic_stiffness(amplitude, BLOW_BAND, temperature).mean(axis=0)
-        for name, joint in bench.article.joints.items()
+        for name, joint in bench.built.article.joints.items()
     }
 
 
@@ -109,12 +110,12 @@ def held(fit: JointFit, exact: dict[str, Complex]) -> dict[str, Held]:
     return found
 
 
-def mean_temperature(bench: Bench) -> float:
+def mean_temperature(bench: SimulatedBench) -> float:
     """In degrees Celsius, while it was struck."""
     return float(np.mean([bench.temperature(time) for time in np.linspace(0.0, BLOWS_END, 111)]))
 
 
-def truth(bench: Bench) -> Modes:
+def truth(bench: SimulatedBench) -> Modes:
     """Modes of the bench as it was while it was struck."""
     temperature = mean_temperature(bench)
     exact = np.array(

@@ -20,11 +20,11 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwr
 from jointlab.diagnosis.pipeline import diagnose_bundle
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.trials.simulated_laboratory import as_toml
-from simlab.bench import Conditions
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from simlab.ordinary import BenchConditions
 from store.catalogue import Catalogue
 from tests.api.page.technician import Service, Tab, serving
 
@@ -48,7 +48,7 @@ def main(folder: Path, campaign: Path) -> None:
 
 def _session(browser: Browser, folder: Path, scratch: Path) -> None:
     """What is live: a hammer session with a refused blow, a sweep, an interlock."""
-    with Laboratory(1, SPEED, Conditions(double_hits=0.0)) as laboratory:
+    with Laboratory(1, SPEED, BenchConditions(double_hits=0.0)) as laboratory:
         (scratch / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
         hand = OperatorClient(laboratory.addresses.hand)
         with serving(scratch) as service, _tab(browser, service, SIZE) as tab:
@@ -144,7 +144,7 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
 def _diagnosis(catalogue: Catalogue, run_id: int) -> int:
     """That of a simulated bench with a mass at its joints, kept with a run; its number."""
     with tempfile.TemporaryDirectory() as bundle:
-        write_case(draw_case(5, Kind.SINGLE, ["joint_mass"], size=0.6), Path(bundle))
+        write_case(draw_case(5, CaseKind.SINGLE, ["joint_mass"], size=0.6), Path(bundle))
         document = diagnose_bundle(Path(bundle)).document
     with catalogue.writing() as session:
         return save_diagnosis(session, run_id, document)

@@ -18,8 +18,9 @@ from rig.registers import CYCLES_REPORTED, State
 from rig.sweep_plan import SweepPlan
 from rig.tester import Tester
 from simlab.actuator import Actuator
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
+from simlab.ordinary import BenchConditions
 from simlab.tester_device import SETTLED_WITHIN
 from simlab.tester_frame import BLANK, TesterFrame
 
@@ -52,7 +53,7 @@ class Measured:
 class WirelessTester:
     """Measures sine points on what is mounted, by the rig's rules."""
 
-    def __init__(self, bench: Bench, clock: HandClock, seed: int, preset: float) -> None:
+    def __init__(self, bench: SimulatedBench, clock: HandClock, seed: int, preset: float) -> None:
         self.limits = SimpleNamespace(largest_amplitude_pp=lambda frequency: 1e-3)
         self._clock, self._bench = clock, bench
         self._actuator = Actuator(bench, clock.now, seed)
@@ -105,6 +106,6 @@ def calibration_sweep(seed: int, piece: str, amplitude_pp: float, frame: TesterF
 
 def _tester(seed: int, specimen: str, configuration: str, frame: TesterFrame, preset: float) -> WirelessTester:
     clock = HandClock()
-    bench = Bench(seed, clock, Conditions(frame=frame))
+    bench = ordinary_bench(seed, clock, BenchConditions(frame=frame))
     bench.mount(specimen, configuration)
     return WirelessTester(bench, clock, seed, preset)

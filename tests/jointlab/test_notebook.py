@@ -15,7 +15,7 @@ import pytest
 import jointlab
 from jointlab.errors import JointlabError
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from store.analyses import latest_analysis
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
@@ -29,7 +29,7 @@ HEAVY = ("numpy", "scipy", "httpx", "matplotlib", "sqlalchemy", "pydantic")
 def simulated_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bench without effects: two hammer sets and a sweep, which evaluate in a few seconds; tests only read it."""
     folder = tmp_path_factory.mktemp("simulated") / "bundle"
-    write_case(draw_case(4, Kind.NONE), folder)
+    write_case(draw_case(4, CaseKind.NONE), folder)
     return folder
 
 

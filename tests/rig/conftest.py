@@ -15,8 +15,8 @@ from rig import tester
 from rig.instruments import Instruments
 from rig.registers import State
 from rig.sequence import Sequence, sequence_from
-from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
+from simlab.ordinary import BenchConditions
 from store.catalogue import Catalogue
 from tests.rig.person import Person
 
@@ -83,7 +83,7 @@ def channel_table() -> tuple[Channel, ...]:
 
 @pytest.fixture(scope="module")
 def running_laboratory() -> Iterator[Laboratory]:
-    with Laboratory(5, 200.0, Conditions(double_hits=0.0)) as running:
+    with Laboratory(5, 200.0, BenchConditions(double_hits=0.0)) as running:
         yield running
 
 

@@ -18,7 +18,7 @@ from rig.sweep import SinePoint, run_sweep
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_device import DeviceLimits
@@ -37,7 +37,7 @@ class SweepLaboratory(Operator):
     """The simulated instruments, the plan of a sweep, and what came of it."""
 
     plan: SweepPlan
-    bench: Bench
+    bench: SimulatedBench
     daq: DaqServer
     tester: TesterServer
     thermometer: ThermometerServer
@@ -96,7 +96,7 @@ class Run(threading.Thread):
 @contextmanager
 def sweeping(plan: SweepPlan, speed: float, limits: DeviceLimits | None = None) -> Iterator[SweepLaboratory]:
     """The laboratory for `plan`; `limits` are set at its tester."""
-    bench = Bench(21, Clock(speed))
+    bench = ordinary_bench(21, Clock(speed))
     with ExitStack() as stack:
         daq = start_daq_server(bench)
         stack.callback(daq.stop)

@@ -12,7 +12,7 @@ from rig import tester, tester_limits
 from rig.amplitude import FEWEST_CYCLES, AmplitudeControl, cycle_noise, is_steady
 from rig.registers import CYCLES_REPORTED
 from simlab import tester_server
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 
 Commanded = Callable[[float, float, float], list[float]]
@@ -45,7 +45,7 @@ def test_noisy_cycles_are_steady_only_when_their_mean_is_known_or_there_are_no_m
 
 @pytest.fixture
 def server() -> Iterator[tester_server.TesterServer]:
-    bench = Bench(5, Clock(speed=200.0))
+    bench = ordinary_bench(5, Clock(speed=200.0))
     bench.mount("II", "compression")
     server = tester_server.start_tester_server(bench)
     yield server

@@ -22,9 +22,10 @@ from rig.registers import CommandCode, Interlock, State
 from rig.sequence import HammerStep
 from rig.sweep_plan import SweepPlan
 from rig.tester_status import MotionHaltedError
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
+from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import start_tester_server
 from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping
@@ -130,7 +131,7 @@ def test_an_interlock_during_a_record_is_noticed_and_the_record_is_not_kept(labo
 
 
 def test_a_halted_tester_moves_only_after_its_release() -> None:
-    server = start_tester_server(Bench(3, Clock(200.0)), limits=DeviceLimits(watchdog_time=1.0))
+    server = start_tester_server(ordinary_bench(3, Clock(200.0)), limits=DeviceLimits(watchdog_time=1.0))
     try:
         with tester.connect(server.url, timeout=0.3) as driver:
             driver.start()
@@ -152,7 +153,7 @@ def test_a_halted_tester_moves_only_after_its_release() -> None:
 
 
 def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
-    server = start_tester_server(Bench(3, Clock(200.0)))
+    server = start_tester_server(ordinary_bench(3, Clock(200.0)))
     try:
         with tester.connect(server.url, timeout=0.3) as driver:
             driver.start()
@@ -183,7 +184,7 @@ def test_an_interruption_that_nobody_asked_for_is_an_error(kind: type[Exception]
 class Session(Operator, BlowSink):
     """A hammer session whose hand strikes while `struck` is set."""
 
-    bench: Bench
+    bench: SimulatedBench
     struck: threading.Event = field(default_factory=threading.Event)
     asked: list[int] = field(default_factory=list)
     blows: list[int] = field(default_factory=list)
@@ -203,7 +204,7 @@ class Session(Operator, BlowSink):
 
 @pytest.fixture
 def hammer() -> Iterator[tuple[Session, Callable[[RunControl], None]]]:
-    bench = Bench(7, Clock(100.0), Conditions(double_hits=0.0))
+    bench = ordinary_bench(7, Clock(100.0), BenchConditions(double_hits=0.0))
     server = start_daq_server(bench)
     session = Session(bench)
 

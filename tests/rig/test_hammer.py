@@ -29,9 +29,10 @@ from rig.events import (
 from rig.hammer import BlowSink, HammerError, PointGivenUpError, run_hammer_session
 from rig.operator import Operator
 from rig.sequence import HammerStep
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
+from simlab.ordinary import BenchConditions
 
 SPEED = 100.0
 HAMMER = Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3)
@@ -49,7 +50,7 @@ class Hand(Operator):
     "" strikes not, "at 6y" strikes cleanly at another point.
     """
 
-    def __init__(self, bench: Bench, *script: str) -> None:
+    def __init__(self, bench: SimulatedBench, *script: str) -> None:
         self.bench = bench
         self.script = list(script)
         self.asked: list[tuple[Dof, int]] = []
@@ -80,12 +81,12 @@ class Blows(BlowSink):
 
 
 @pytest.fixture
-def bench() -> Bench:
-    return Bench(7, Clock(SPEED), Conditions(double_hits=0.0))
+def bench() -> SimulatedBench:
+    return ordinary_bench(7, Clock(SPEED), BenchConditions(double_hits=0.0))
 
 
 @pytest.fixture
-def server(bench: Bench) -> Iterator[DaqServer]:
+def server(bench: SimulatedBench) -> Iterator[DaqServer]:
     server = start_daq_server(bench)
     yield server
     server.stop()
@@ -103,7 +104,9 @@ def step(*points: Dof, **changes: Any) -> HammerStep:
     return HammerStep(step="hammer", points=named, trigger_level=5.0).model_copy(update=changes)
 
 
-def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(chassis: Chassis, bench: Bench) -> None:
+def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(
+    chassis: Chassis, bench: SimulatedBench
+) -> None:
     blows, events = Blows(), list[Event]()
     before = time.monotonic()
     run_hammer_session(chassis, TABLE, step(POINT, END), Hand(bench), blows, events.append)
@@ -116,7 +119,7 @@ def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(cha
 
 
 def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigger(
-    chassis: Chassis, bench: Bench
+    chassis: Chassis, bench: SimulatedBench
 ) -> None:
     blows = Blows()
     run_hammer_session(chassis, TABLE, step(blows=1), Hand(bench), blows)
@@ -141,7 +144,7 @@ def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigge
     ],
 )
 def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
-    chassis: Chassis, bench: Bench, what: str, fault: BlowFault, reason: str
+    chassis: Chassis, bench: SimulatedBench, what: str, fault: BlowFault, reason: str
 ) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", what, "clean")
     run_hammer_session(chassis, TABLE, step(blows=2), hand, blows, events.append)
@@ -155,7 +158,7 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
     assert events[-1] == PointFinished(POINT, accepted=2, refused=1)
 
 
-def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassis, bench: Bench) -> None:
+def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", "clean", "at 6y")
     run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True, True, False, True]
@@ -166,7 +169,7 @@ def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassi
     assert events[-1] == PointFinished(POINT, accepted=3, refused=1)
 
 
-def test_an_earlier_blow_at_another_point_is_reported_and_replaced(chassis: Chassis, bench: Bench) -> None:
+def test_an_earlier_blow_at_another_point_is_reported_and_replaced(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "at 6y")
     run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
     (suspected,) = (e for e in events if isinstance(e, BlowSuspected))
@@ -176,13 +179,17 @@ def test_an_earlier_blow_at_another_point_is_reported_and_replaced(chassis: Chas
     assert events[-1] == PointFinished(POINT, accepted=3, refused=0)
 
 
-def test_a_point_is_given_up_where_later_blows_do_not_fit_the_first_two(chassis: Chassis, bench: Bench) -> None:
+def test_a_point_is_given_up_where_later_blows_do_not_fit_the_first_two(
+    chassis: Chassis, bench: SimulatedBench
+) -> None:
     hand = Hand(bench, "clean", "clean", "at 6y")
     with pytest.raises(PointGivenUpError, match=r"the last: does not fit its point: .* was another point struck\?"):
         run_hammer_session(chassis, TABLE, step(blows=3), hand, Blows(), refusals_in_a_row=1)
 
 
-def test_an_overload_of_the_instrument_refuses_the_blow(chassis: Chassis, bench: Bench, server: DaqServer) -> None:
+def test_an_overload_of_the_instrument_refuses_the_blow(
+    chassis: Chassis, bench: SimulatedBench, server: DaqServer
+) -> None:
     server.faults.set("cable_open", "cDAQ1Mod1/ai1")
     blows = Blows()
     with pytest.raises(PointGivenUpError, match="overload"):
@@ -190,7 +197,7 @@ def test_an_overload_of_the_instrument_refuses_the_blow(chassis: Chassis, bench:
     assert BlowFault.OVERLOAD in blows.taken[0][3].faults
 
 
-def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, bench: Bench) -> None:
+def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, hand = Blows(), Hand(bench, "weak", "clean", "weak", "double", "weak")
     with pytest.raises(
         PointGivenUpError, match=r"point 5y: given up after 3 blows in a row.*with 1 of 10 accepted; the last: "
@@ -199,14 +206,14 @@ def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, 
     assert [verdict.accepted for *_, verdict in blows.taken] == [False, True, False, False, False]
 
 
-def test_a_missing_blow_is_reported_and_asked_for_again(chassis: Chassis, bench: Bench) -> None:
+def test_a_missing_blow_is_reported_and_asked_for_again(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "", "clean")
     run_hammer_session(chassis, TABLE, step(blows=1, block_seconds=0.2), hand, blows, events.append, blow_timeout=0.5)
     assert BlowMissed(POINT, 1, 0.5) in events
     assert [number for _, number, _, _ in blows.taken] == [2]
 
 
-def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: Bench) -> None:
+def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: SimulatedBench) -> None:
     with pytest.raises(PointGivenUpError, match=r"the last: nobody struck within 0\.05 s"):
         run_hammer_session(
             chassis,
@@ -219,7 +226,7 @@ def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: Bench) -> No
         )
 
 
-def test_a_coerced_rate_is_reported_and_the_block_keeps_its_duration(chassis: Chassis, bench: Bench) -> None:
+def test_a_coerced_rate_is_reported_and_the_block_keeps_its_duration(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events = Blows(), list[Event]()
     run_hammer_session(chassis, TABLE, step(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
     assert events[0] == RateCoerced(4096.0, 51200 / 12)
@@ -234,7 +241,7 @@ def test_a_coerced_rate_is_reported_and_the_block_keeps_its_duration(chassis: Ch
     ],
 )
 def test_a_table_without_hammer_or_accelerometer_is_refused(
-    chassis: Chassis, bench: Bench, table: tuple[Channel, ...], reason: str
+    chassis: Chassis, bench: SimulatedBench, table: tuple[Channel, ...], reason: str
 ) -> None:
     hand = Hand(bench)
     with pytest.raises(HammerError, match=reason):
@@ -242,7 +249,7 @@ def test_a_table_without_hammer_or_accelerometer_is_refused(
     assert hand.asked == []
 
 
-def test_a_wrong_channel_is_found_before_the_first_blow(chassis: Chassis, bench: Bench) -> None:
+def test_a_wrong_channel_is_found_before_the_first_blow(chassis: Chassis, bench: SimulatedBench) -> None:
     hand = Hand(bench)
     with pytest.raises(ChannelError, match="'hammer' is on cDAQ1Mod1/ai9"):
         run_hammer_session(chassis, (replace(HAMMER, physical="cDAQ1Mod1/ai9"), ACCELEROMETER), step(), hand, Blows())
@@ -250,7 +257,7 @@ def test_a_wrong_channel_is_found_before_the_first_blow(chassis: Chassis, bench:
 
 
 def test_an_instrument_that_disappears_ends_the_session_and_keeps_what_was_taken(
-    chassis: Chassis, bench: Bench, server: DaqServer
+    chassis: Chassis, bench: SimulatedBench, server: DaqServer
 ) -> None:
     blows = Blows()
 
@@ -265,7 +272,7 @@ def test_an_instrument_that_disappears_ends_the_session_and_keeps_what_was_taken
     assert blows.accepted(POINT) == 2
 
 
-def test_a_repeated_point_is_not_compared_with_its_withdrawn_blows(chassis: Chassis, bench: Bench) -> None:
+def test_a_repeated_point_is_not_compared_with_its_withdrawn_blows(chassis: Chassis, bench: SimulatedBench) -> None:
     class Repeated(Blows):
         """Three blows went to another point, all alike; then they are withdrawn."""
 
@@ -278,7 +285,7 @@ def test_a_repeated_point_is_not_compared_with_its_withdrawn_blows(chassis: Chas
     assert [event.accepted for event in events if isinstance(event, BlowAccepted)] == [1, 2, 3, 1, 2, 3, 4]
 
 
-def test_a_withdrawn_blow_is_replaced_although_its_point_was_left(chassis: Chassis, bench: Bench) -> None:
+def test_a_withdrawn_blow_is_replaced_although_its_point_was_left(chassis: Chassis, bench: SimulatedBench) -> None:
     class Withdrawn(Blows):
         """The first point's blow is withdrawn when the second point has been struck."""
 

@@ -19,7 +19,7 @@ from rig.instruments import Instruments
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
 from rig.sequence import Sequence
 from rig.steps import check_instruments
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.detectors import Detector, Detectors
 from simlab.tester_device import DeviceLimits
@@ -32,7 +32,7 @@ PRESET = 5e-4
 
 @contextmanager
 def serving(speed: float = 200.0, **limits: Any) -> Iterator[Server]:
-    bench = Bench(11, Clock(speed))
+    bench = ordinary_bench(11, Clock(speed))
     bench.mount("I", "shear")
     server = start_tester_server(bench, limits=replace(DeviceLimits(), **limits))
     try:

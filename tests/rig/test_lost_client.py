@@ -15,7 +15,7 @@ from daq.device import connect as connect_daq
 from rig import tester
 from rig.registers import Interlock, State
 from rig.tester_status import TesterTrippedError
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.fault_proxy import FaultProxy, Impairment, Way
@@ -67,7 +67,7 @@ def child(program: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.fixture
 def server() -> Iterator[Server]:
-    bench = Bench(11, Clock(speed=200.0))
+    bench = ordinary_bench(11, Clock(speed=200.0))
     bench.mount("I", "shear")
     server = start_tester_server(bench, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME))
     yield server
@@ -129,7 +129,7 @@ def test_a_client_that_ends_as_it_should_trips_nothing(server: Server) -> None:
 
 
 def test_what_a_killed_client_left_on_the_instrument_is_cleared_by_the_next() -> None:
-    server = start_daq_server(Bench(11, Clock(speed=200.0)))
+    server = start_daq_server(ordinary_bench(11, Clock(speed=200.0)))
     try:
         with child(ACQUIRING, server.address) as process:
             process.kill()

@@ -23,7 +23,7 @@ from rig.registers import CommandCode, Interlock, State
 from rig.sweep import SinePoint, SineSink, run_sweep
 from rig.sweep_plan import PlanError, SweepPlan
 from rig.thermometer import Thermometer, ThermometerError
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_server import TesterServer as Server
@@ -47,7 +47,7 @@ SMALL = SweepPlan(
 class Laboratory(Operator):
     """The simulated instruments, and a hand that looks at the tester before it reaches in."""
 
-    bench: Bench
+    bench: SimulatedBench
     daq: DaqServer
     tester: Server
     thermometer: ThermometerServer
@@ -80,7 +80,7 @@ class Sink:
 
 @pytest.fixture
 def laboratory() -> Iterator[Laboratory]:
-    bench = Bench(21, Clock(speed=200.0))
+    bench = ordinary_bench(21, Clock(speed=200.0))
     with ExitStack() as stack:
         daq = start_daq_server(bench)
         stack.callback(daq.stop)

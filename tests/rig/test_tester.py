@@ -14,7 +14,7 @@ from rig import modbus, tester, tester_limits, tester_status, tester_wire
 from rig.errors import RigError
 from rig.registers import COMMAND, CommandCode, Interlock, Refusal, State, float32
 from simlab import tester_server
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
 
@@ -27,7 +27,7 @@ WATCHDOG_TIME = 1.0
 
 
 def serve(rtu: bool = False, limits: DeviceLimits | None = None) -> Server:
-    bench = Bench(11, Clock(speed=200.0))
+    bench = ordinary_bench(11, Clock(speed=200.0))
     bench.mount("I", "shear")
     return tester_server.start_tester_server(bench, rtu=rtu, limits=limits or DeviceLimits(watchdog_time=WATCHDOG_TIME))
 
@@ -219,7 +219,7 @@ def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, faul
     ],
 )
 def test_limits_that_limit_nothing_are_refused(limits: DeviceLimits, words: str) -> None:
-    server = tester_server.start_tester_server(Bench(7, Clock(100.0)), limits=limits)
+    server = tester_server.start_tester_server(ordinary_bench(7, Clock(100.0)), limits=limits)
     try:
         with (
             pytest.raises(tester_status.TesterMismatchError, match=words),

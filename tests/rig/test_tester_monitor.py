@@ -22,7 +22,7 @@ from rig.sweep_plan import SweepPlan
 from rig.tester_limits import MeasuredBeyondLimitError, TesterLimits
 from rig.tester_monitor import poll_tester
 from rig.tester_status import TesterTrippedError
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterFault, start_tester_server
@@ -180,7 +180,7 @@ WATCHDOG_TIME = 0.4  # s
 @pytest.fixture(params=[False, True], ids=["tcp", "rtu"])
 def server(request: pytest.FixtureRequest) -> Iterator[Server]:
     server = start_tester_server(
-        Bench(11, Clock(speed=200.0)), rtu=request.param, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME)
+        ordinary_bench(11, Clock(speed=200.0)), rtu=request.param, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME)
     )
     yield server
     server.stop()

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from rig.thermometer import Thermometer, ThermometerError
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
 
@@ -18,7 +18,7 @@ TIMEOUT = 0.2
 
 @pytest.fixture
 def server() -> Iterator[ThermometerServer]:
-    server = start_thermometer_server(Bench(3, Clock()), pty=True)
+    server = start_thermometer_server(ordinary_bench(3, Clock()), pty=True)
     yield server
     server.stop()
 
@@ -31,11 +31,11 @@ def thermometer(server: ThermometerServer) -> Iterator[Thermometer]:
 
 @pytest.mark.parametrize("pty", [True, False], ids=["pty", "socket"])
 def test_it_reads_the_temperature_of_the_room(pty: bool) -> None:
-    server = start_thermometer_server(Bench(3, Clock()), pty=pty)
+    server = start_thermometer_server(ordinary_bench(3, Clock()), pty=pty)
     with Thermometer(server.url, TIMEOUT) as thermometer:
         celsius = thermometer.celsius()
     server.stop()
-    assert celsius == pytest.approx(Bench(3, Clock()).temperature(0.0), abs=0.011)
+    assert celsius == pytest.approx(ordinary_bench(3, Clock()).temperature(0.0), abs=0.011)
 
 
 def test_one_lost_answer_is_asked_for_again(thermometer: Thermometer, server: ThermometerServer) -> None:
@@ -78,7 +78,7 @@ def test_a_temperature_that_cannot_be_is_refused(thermometer: Thermometer, serve
 # pyserial does not close a socket whose other end is gone; the collector does, and says so
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_line_that_is_lost_is_said() -> None:
-    server = start_thermometer_server(Bench(3, Clock()))
+    server = start_thermometer_server(ordinary_bench(3, Clock()))
     with Thermometer(server.url, TIMEOUT) as thermometer:
         server.stop()
         with pytest.raises(ThermometerError, match=r"lost|no answer"):

@@ -6,14 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simlab.article import NODE_POSITIONS
-from simlab.hammer_operator import Blow, BlowKind, HammerOperator, Pulse
+from simlab.hammer_operator import BlowKind, HammerOperator, Pulse, SimulatedBlow
 
 MEMBERS = [(1, "y"), (3, "y"), (6, "y"), (11, "y"), (1, "x"), (11, "x")]
 
 
-def blows(count: int, node: int = 6, direction: str = "y", kind: BlowKind | None = BlowKind.CLEAN) -> list[Blow]:
-    hand = HammerOperator(seed=4)
-    return [hand.strike(number, node, direction, float(number), 100.0, kind) for number in range(count)]
+def blows(
+    count: int, node: int = 6, direction: str = "y", kind: BlowKind | None = BlowKind.CLEAN
+) -> list[SimulatedBlow]:
+    operator = HammerOperator(seed=4)
+    return [operator.strike(number, node, direction, float(number), 100.0, kind) for number in range(count)]
 
 
 def test_peak_forces_scatter_by_a_tenth_about_the_level_asked_for() -> None:
@@ -66,9 +68,9 @@ def test_a_double_hit_bounces_within_thirty_milliseconds(number: int) -> None:
 
 
 def test_bad_blows_are_bad_in_the_way_asked_for() -> None:
-    hand = HammerOperator(1)
+    operator = HammerOperator(1)
     weak, overload, soft, late, clean = (
-        hand.strike(0, 3, "y", 5.0, 100.0, kind)
+        operator.strike(0, 3, "y", 5.0, 100.0, kind)
         for kind in (BlowKind.WEAK, BlowKind.OVERLOAD, BlowKind.SOFT, BlowKind.LATE, BlowKind.CLEAN)
     )
     assert weak.peak_force < 30.0
@@ -84,8 +86,8 @@ def test_bad_blows_are_bad_in_the_way_asked_for() -> None:
 
 
 def test_a_hammer_in_a_guide_does_not_scatter() -> None:
-    hand = HammerOperator(seed=9, scatter=0.0, double_hits=0.0)
-    first, second = (hand.strike(number, 1, "x", 1.0, 100.0) for number in (0, 1))
+    operator = HammerOperator(seed=9, scatter=0.0, double_hits=0.0)
+    first, second = (operator.strike(number, 1, "x", 1.0, 100.0) for number in (0, 1))
     assert first.load == second.load
     assert first.pulses == second.pulses == (Pulse(1.0, 100.0),)
 

@@ -5,16 +5,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simlab.article import draw_article
-from simlab.hammer_operator import Blow, BlowKind, HammerOperator
-from simlab.sampling import MEMORY, Sampler, blow_amplitude, white_noise
-from simlab.supported_beam import SupportedBeam
+from simlab.beam import Real
+from simlab.hammer_operator import BlowKind, HammerOperator, SimulatedBlow
+from simlab.ordinary import draw_article
+from simlab.sampling import MEMORY, Sampler, white_noise
+from simlab.stand import Stand
+from tests.simlab.specimens import built_of
 
-BEAM = SupportedBeam(draw_article(1))
-SAMPLER = Sampler(BEAM, lambda _: 23.0)
+BUILT = built_of(draw_article(1))
 
 
-def blow(number: int = 0, time: float = 1.0, kind: BlowKind = BlowKind.CLEAN, node: int = 5) -> Blow:
+def stand_at(frequency: Real) -> Stand:
+    return Stand(BUILT, frequency)
+
+
+SAMPLER = Sampler(stand_at, lambda _: 23.0)
+
+
+def blow(number: int = 0, time: float = 1.0, kind: BlowKind = BlowKind.CLEAN, node: int = 5) -> SimulatedBlow:
     return HammerOperator(seed=1).strike(number, node, "y", time, 100.0, kind)
 
 
@@ -22,11 +30,11 @@ def blow(number: int = 0, time: float = 1.0, kind: BlowKind = BlowKind.CLEAN, no
 @pytest.mark.parametrize("rate", [5120.0, 51200.0 / 7])
 def test_the_spectrum_ratio_of_a_recorded_blow_is_the_accelerance(kind: BlowKind, rate: float) -> None:
     struck = blow(kind=kind)
-    block = Sampler(BEAM, lambda _: 23.0).read([struck], 0.9, rate, int(3.0 * rate))
+    block = Sampler(stand_at, lambda _: 23.0).read([struck], 0.9, rate, int(3.0 * rate))
     frequency = np.asarray(np.fft.rfftfreq(block.shape[1], 1 / rate), dtype=np.float64)
     lines = (frequency > 20.0) & (frequency < 1024.0)
     force, acceleration = np.fft.rfft(block)[:, lines]
-    exact = BEAM.accelerance(BEAM.lines(frequency[lines]), struck.load, blow_amplitude(struck.peak_force))
+    exact = stand_at(frequency[lines]).blow(struck.row, 0, struck.peak_force, struck.load)
     # where the double or soft blow has no force there is nothing to divide by
     loud = np.abs(force) > 1e-3 * np.abs(force).max()
     np.testing.assert_allclose((acceleration / force)[loud], exact[loud], rtol=1e-3, atol=1e-5 * np.abs(exact).max())

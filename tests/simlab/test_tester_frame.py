@@ -10,9 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simlab.actuator import Actuator, Servo
-from simlab.bench import Bench, Conditions, Mounted
+from simlab.bench import Mounted, ordinary_bench
 from simlab.clock import Clock
+from simlab.ordinary import BenchConditions
 from simlab.tester_frame import PIECES, KnownPiece, TesterFrame
+from tests.simlab.specimens import stiffness_of
 
 FRAME = TesterFrame(compliance=3e-8, fixture_mass=0.15, delay=150e-6)
 OMEGA = 2 * math.pi * 100.0
@@ -48,7 +50,7 @@ def test_the_preset_is_shared_too() -> None:
 
 
 def test_known_pieces_are_mounted_as_blanks() -> None:
-    bench = Bench(1, Clock(), Conditions(frame=FRAME))
+    bench = ordinary_bench(1, Clock(), BenchConditions(frame=FRAME))
     for name, piece in PIECES.items():
         bench.mount(name, "blank")
         assert bench.mounted == Mounted(name, "blank")
@@ -61,7 +63,7 @@ def test_known_pieces_are_mounted_as_blanks() -> None:
 
 
 def test_a_specimen_s_own_stiffness_is_the_truth_of_a_dwell() -> None:
-    bench = Bench(1, Clock(), Conditions(frame=FRAME))
+    bench = ordinary_bench(1, Clock(), BenchConditions(frame=FRAME))
     bench.mount("I", "compression")
     actuator = Actuator(bench, bench.clock.now, servo=Servo(cycle_noise=0.0))
     actuator.cycle(5e-5, 100.0)
@@ -69,7 +71,7 @@ def test_a_specimen_s_own_stiffness_is_the_truth_of_a_dwell() -> None:
     seen = (
         dwell.amplitude_pp / 2 / abs(1 + FRAME.compliance * (complex(dwell.stiffness, dwell.damping) - OMEGA**2 * 0.15))
     )
-    own = bench.elastomer.dynamic_stiffness("I", "compression", seen, 100.0, bench.temperature(0.0))
+    own = stiffness_of(bench.built, "I", "compression", seen, 100.0, bench.temperature(0.0))
     assert complex(dwell.stiffness, dwell.damping) == pytest.approx(complex(own), rel=1e-4)
 
 
@@ -79,7 +81,7 @@ class Sine:
 
 
 def test_the_displacement_comes_late() -> None:
-    bench = Bench(1, Clock(), Conditions(frame=FRAME))
+    bench = ordinary_bench(1, Clock(), BenchConditions(frame=FRAME))
     bench.attach_actuator(Sine())
     times = np.linspace(1.0, 1.1, 50)
     signals = bench.tester_signals(times)

@@ -26,7 +26,7 @@ from rig.registers import (
     Value,
 )
 from simlab import tester_server
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
 
@@ -97,14 +97,14 @@ class Wire:
 
 
 @pytest.fixture
-def bench() -> Bench:
-    bench = Bench(7, Clock(speed=100.0))
+def bench() -> SimulatedBench:
+    bench = ordinary_bench(7, Clock(speed=100.0))
     bench.mount("I", "shear")
     return bench
 
 
 @pytest.fixture
-def server(bench: Bench) -> Iterator[Server]:
+def server(bench: SimulatedBench) -> Iterator[Server]:
     server = tester_server.start_tester_server(bench, limits=DeviceLimits(watchdog_time=WATCHDOG_TIME))
     yield server
     server.stop()
@@ -120,7 +120,7 @@ def wire(server: Server) -> Iterator[Wire]:
 @pytest.fixture
 def slow_wire() -> Iterator[Wire]:
     """A tester on the wall's time, where no state is over before it can be read."""
-    bench = Bench(7, Clock())
+    bench = ordinary_bench(7, Clock())
     bench.mount("I", "shear")
     server = tester_server.start_tester_server(bench)
     wire = Wire(server)
@@ -253,7 +253,7 @@ def test_limits_cannot_be_written(wire: Wire) -> None:
 
 
 def test_the_watchdog_stops_the_actuator_in_wall_time_when_beats_stay_away(
-    wire: Wire, server: Server, bench: Bench
+    wire: Wire, server: Server, bench: SimulatedBench
 ) -> None:
     wire.start()
     wire.command(CommandCode.CYCLE, amplitude=1e-4, frequency=50.0)
@@ -314,7 +314,7 @@ def test_stops_are_accepted_while_tripped(wire: Wire, server: Server) -> None:
     assert wire.command(CommandCode.HYDRAULICS_OFF) is None
 
 
-def test_too_much_force_stops_the_program_and_resets_only_after_unloading(bench: Bench) -> None:
+def test_too_much_force_stops_the_program_and_resets_only_after_unloading(bench: SimulatedBench) -> None:
     server = tester_server.start_tester_server(bench, limits=DeviceLimits(force_limit=bench.static_force(4e-4)))
     wire = Wire(server)
     try:
@@ -353,7 +353,7 @@ def test_an_unknown_fault_is_refused_with_those_that_exist(server: Server) -> No
         server.faults.set("gremlins")
 
 
-def test_a_port_in_use_is_said(bench: Bench, server: Server) -> None:
+def test_a_port_in_use_is_said(bench: SimulatedBench, server: Server) -> None:
     port = int(server.url.rpartition(":")[2])
     with pytest.raises(RuntimeError, match="did not start"):
         tester_server.start_tester_server(bench, port=port)

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import pytest
 import serial
 
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
 
 
 @pytest.fixture(params=["socket", "pty"])
 def server(request: pytest.FixtureRequest) -> Iterator[ThermometerServer]:
-    server = start_thermometer_server(Bench(3, Clock()), pty=request.param == "pty")
+    server = start_thermometer_server(ordinary_bench(3, Clock()), pty=request.param == "pty")
     yield server
     server.stop()
 
@@ -28,7 +28,7 @@ def ask(server: ThermometerServer, question: bytes) -> bytes:
 def test_it_answers_the_benchs_temperature_to_a_hundredth(server: ThermometerServer) -> None:
     answer = ask(server, b"T?\n")
     assert answer.endswith(b" C\r\n")
-    assert float(answer.split()[0]) == pytest.approx(Bench(3, Clock()).temperature(0.0), abs=0.011)
+    assert float(answer.split()[0]) == pytest.approx(ordinary_bench(3, Clock()).temperature(0.0), abs=0.011)
 
 
 def test_it_does_not_know_other_questions(server: ThermometerServer) -> None:

@@ -9,18 +9,17 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from simlab.assembly import Complex
-from simlab.beam import FreeModes, Real
-from simlab.case.article import Article
+from simlab.article import SimulatedArticle
+from simlab.beam import FreeModes, Load, Real
 from simlab.case.campaign import Campaign, Points, Row
-from simlab.case.coupling import Attachment
-from simlab.supported_beam import Load
+from simlab.coupling import Attachment, Complex
+from simlab.elastomer import REFERENCE_TEMPERATURE
 
 Value = float | str
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class CylinderState:
     """What the cylinders of one joint go through; arrays are (n,), one for each line or sine point.
 
     Attributes:
@@ -30,6 +29,7 @@ class Seen:
         deformation: amplitude, m zero to peak.
         component: share of the deformation in shear and in compression each.
         order: fraction of the test that is over.
+        temperature: deg C.
         setup: number of the hammer set, from 0.
     """
 
@@ -39,6 +39,7 @@ class Seen:
     deformation: Real
     component: Real
     order: Real
+    temperature: float | Real = REFERENCE_TEMPERATURE
     setup: int = 0
 
     @property
@@ -48,7 +49,7 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class Strike:
+class RowReading:
     """One row of one hammer set on its way through the measuring chain.
 
     Attributes:
@@ -64,7 +65,7 @@ class Strike:
     position: float
     order: float
     frequency: Real
-    article: Article
+    article: SimulatedArticle
 
     @property
     def omega(self) -> Real:
@@ -92,7 +93,7 @@ class Effect(ABC):
 
     @classmethod
     @abstractmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Self:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Self:
         """One of `size` (above 0, up to 1) of its plausible range on `article`."""
 
     def number(self, name: str) -> float:
@@ -104,7 +105,7 @@ class Effect(ABC):
         """Decay in 1/s of a window that nobody corrected for."""
         return 0.0
 
-    def built(self, article: Article) -> Article:
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
         """The article as this effect makes it."""
         return article
 
@@ -112,27 +113,27 @@ class Effect(ABC):
         """The campaign as this effect makes it."""
         return campaign
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
         """(n, 3) dynamic stiffness of one cylinder in shear, compression and rotation."""
         return stiffness
 
-    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         """(lines, 6, 6) dynamic stiffness of both joints in x, y, rotation of I, then of II."""
         return stiffness
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
-        """What else the bar carries."""
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
+        """What else the beam carries."""
         return []
 
-    def sensed(self, shape: Real, modes: FreeModes, article: Article) -> Real:
+    def sensed(self, shape: Real, modes: FreeModes, article: SimulatedArticle) -> Real:
         """(modes,) shapes as the accelerometer takes them."""
         return shape
 
     def struck(self, load: Load, row: Row) -> Load:
-        """Where and how a blow really meets the bar."""
+        """Where and how a blow really meets the beam."""
         return load
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
         """(lines,) accelerance as the measuring chain gives it."""
         return accelerance
 

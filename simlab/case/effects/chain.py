@@ -6,15 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.assembly import Complex
-from simlab.beam import FreeModes, Real
-from simlab.case.article import NODES, Article
-from simlab.case.campaign import MEASURED, Row
-from simlab.case.effects.base import Effect, Strike, either_sign, one_of
-from simlab.supported_beam import Load
+from simlab.article import SimulatedArticle
+from simlab.beam import FreeModes, Load, Real
+from simlab.case.campaign import MEASURED, NODES, Row
+from simlab.case.effects.base import Effect, RowReading, either_sign, one_of
+from simlab.coupling import Complex
 
 SENSOR_HEIGHT = 0.0127 + 0.008
-"""Of the accelerometer's element above the bar's axis, m."""
+"""Of the accelerometer's element above the beam's axis, m."""
 
 
 class SensorGain(Effect):
@@ -23,10 +22,10 @@ class SensorGain(Effect):
     name = "sensor_gain"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> SensorGain:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorGain:
         return cls(size, "flat", {"gain": either_sign(rng) * 0.05 * size})
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
         return accelerance * (1 + self.number("gain"))
 
 
@@ -36,11 +35,11 @@ class ChannelDelay(Effect):
     name = "channel_delay"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ChannelDelay:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ChannelDelay:
         return cls(size, one_of(rng, "delay", "delay", "all_pass"), {"tau": 50e-6 * size})
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        phase = strike.omega * self.number("tau")
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        phase = reading.omega * self.number("tau")
         if self.law == "all_pass":
             phase = 2 * np.arctan(0.5 * phase)
         return np.asarray(accelerance * np.exp(-1j * phase))
@@ -52,11 +51,11 @@ class HighpassCorner(Effect):
     name = "highpass_corner"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> HighpassCorner:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HighpassCorner:
         return cls(size, one_of(rng, "first_order", "first_order", "second_order"), {"corner": 5.0 * size})
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        ratio = 1j * strike.frequency / self.number("corner")
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        ratio = 1j * reading.frequency / self.number("corner")
         if self.law == "first_order":
             return np.asarray(accelerance * ratio / (1 + ratio))
         return np.asarray(accelerance * ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))
@@ -68,7 +67,7 @@ class ExponentialWindow(Effect):
     name = "exponential_window"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ExponentialWindow:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ExponentialWindow:
         return cls(size, "uncorrected", {"s": 10.0 * size})
 
     @property
@@ -77,16 +76,16 @@ class ExponentialWindow(Effect):
 
 
 class CrossAxisSensitivity(Effect):
-    """The accelerometer takes some motion along the bar for motion across it: that of the axis, or of its own place."""
+    """The accelerometer takes some motion along the beam for motion across it: of the axis, or of its own place."""
 
     name = "cross_axis_sensitivity"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CrossAxisSensitivity:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CrossAxisSensitivity:
         sensitivity = either_sign(rng) * 0.05 * size
         return cls(size, one_of(rng, "of_the_axis", "of_the_surface"), {"sensitivity": sensitivity})
 
-    def sensed(self, shape: Real, modes: FreeModes, article: Article) -> Real:
+    def sensed(self, shape: Real, modes: FreeModes, article: SimulatedArticle) -> Real:
         along = modes.shape("x", article.sensor_position)
         if self.law == "of_the_surface":
             along = along - SENSOR_HEIGHT * modes.shape("r", article.sensor_position)
@@ -94,12 +93,12 @@ class CrossAxisSensitivity(Effect):
 
 
 class ImpactAngle(Effect):
-    """Blows lean along the bar: all of them, the transverse ones, or those of one row."""
+    """Blows lean along the beam: all of them, the transverse ones, or those of one row."""
 
     name = "impact_angle"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ImpactAngle:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ImpactAngle:
         law = one_of(rng, "all", "transverse", "one_row")
         row = MEASURED[int(rng.integers(len(MEASURED)))].name
         return cls(size, law, {"angle_deg": either_sign(rng) * 4.0 * size, "row": row if law == "one_row" else "all"})
@@ -114,12 +113,12 @@ class ImpactAngle(Effect):
 
 
 class ImpactPosition(Effect):
-    """One to three rows marked at the wrong place, by up to 8 mm, in every set; never off the bar."""
+    """One to three rows marked at the wrong place, by up to 8 mm, in every set; never off the beam."""
 
     name = "impact_position"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ImpactPosition:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ImpactPosition:
         count = int(rng.integers(1, 4))
         rows = [row for row in MEASURED if row.direction == "y"]
         values: dict[str, float | str] = {}

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtr
 
-from simlab.assembly import Complex
+from simlab.article import SimulatedArticle
 from simlab.beam import Real
-from simlab.case.article import Article
 from simlab.case.campaign import PRESET_MM, Campaign
-from simlab.case.effects.base import Effect, Seen, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, Effect, either_sign, log_uniform, one_of
+from simlab.coupling import Complex
 
 REFERENCE_AMPLITUDE = 10e-6
 """Amplitude (m zero to peak) at which an amplitude law gives the baseline's stiffness."""
@@ -30,7 +30,7 @@ class AmplitudeDependence(Effect):
     name = "amplitude_dependence"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> AmplitudeDependence:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> AmplitudeDependence:
         law = one_of(rng, "kraus", "kraus", "contacts", "power")
         values: dict[str, float | str] = {"k0_over_kinf": 1.0 + 2.0 * size}
         if law == "kraus":
@@ -44,8 +44,8 @@ class AmplitudeDependence(Effect):
         values["felt"] = one_of(rng, "component", "component", "whole")
         return cls(size, law, values)
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        amplitude = seen.deformation if self.values["felt"] == "whole" else seen.amplitude
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        amplitude = state.deformation if self.values["felt"] == "whole" else state.amplitude
         ratio = self.number("k0_over_kinf")
         changed = stiffness.copy()
         for column, share in enumerate((self.number("shear_share"), 1.0, 1.0)):
@@ -78,12 +78,12 @@ class CubicStiffness(Effect):
     name = "cubic_stiffness"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CubicStiffness:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CubicStiffness:
         law = one_of(rng, "quadratic", "saturating")
         return cls(size, law, {"beta": either_sign(rng) * size * 0.3 / (50e-6) ** 2})
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        square = seen.amplitude**2
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        square = state.amplitude**2
         if self.law == "saturating":
             square = square / (1.0 + square / (60e-6) ** 2)
         return np.asarray(stiffness.real * (1.0 + self.number("beta") * square)[:, None] + 1j * stiffness.imag)
@@ -99,13 +99,13 @@ class CoulombFriction(Effect):
     name = "coulomb_friction"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CoulombFriction:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CoulombFriction:
         law = one_of(rng, "coulomb", "jenkins")
         force = 0.1 * 50.0**size if law == "coulomb" else 5.0 * size
         return cls(size, law, {"F_c": force, "stick": rng.uniform(0.1, 0.4)})
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        force, amplitude = self.number("F_c"), seen.amplitude[:, None]
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        force, amplitude = self.number("F_c"), state.amplitude[:, None]
         changed = stiffness.copy()
         for column in (0, 1):
             if self.law == "coulomb":
@@ -133,7 +133,7 @@ class FrequencyDependence(Effect):
     name = "frequency_dependence"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FrequencyDependence:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrequencyDependence:
         law = one_of(rng, "fractional_zener", "prony4", "springpot")
         if law == "fractional_zener":
             f0 = log_uniform(rng, 5.0, 500.0)
@@ -146,8 +146,8 @@ class FrequencyDependence(Effect):
             values = {"g": 0.4 * size, "a": rng.uniform(0.2, 0.6)}
         return cls(size, law, values)
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        factor = self._factor(seen.frequency) / self._factor(np.array([REFERENCE_FREQUENCY])).real
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        factor = self._factor(state.frequency) / self._factor(np.array([REFERENCE_FREQUENCY])).real
         return stiffness * factor[:, None]
 
     def _factor(self, frequency: Real) -> Complex:
@@ -166,7 +166,7 @@ class LossLaw(Effect):
     name = "loss_law"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> LossLaw:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> LossLaw:
         law = one_of(rng, "power", "power", "part_viscous")
         sign = either_sign(rng) if law == "power" else 1.0
         mechanism = one_of(rng, "all", "all", "shear", "compression")
@@ -174,8 +174,8 @@ class LossLaw(Effect):
         f0 = log_uniform(rng, 50.0, 200.0) if sign > 0 else log_uniform(rng, 20.0, 80.0)
         return cls(size, law, {"p": sign * size, "f0": f0, "mechanism": mechanism})
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        p, ratio = self.number("p"), seen.frequency / self.number("f0")
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        p, ratio = self.number("p"), state.frequency / self.number("f0")
         factor = ratio**p if self.law == "power" else 1.0 - p + p * ratio
         changed = stiffness.copy()
         columns = {"all": [0, 1, 2], "shear": [0], "compression": [1, 2]}[str(self.values["mechanism"])]
@@ -194,7 +194,7 @@ class TemperatureShift(Effect):
     name = "temperature_shift"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> TemperatureShift:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TemperatureShift:
         law = one_of(rng, "wlf", "arrhenius")
         values: dict[str, float | str] = {
             "delta_t": either_sign(rng) * 10.0 * size,
@@ -212,8 +212,8 @@ class TemperatureShift(Effect):
         shown = campaign.points.temperature + self.number("delta_t")
         return replace(campaign, points=replace(campaign.points, temperature=shown))
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        if not seen.in_tester:
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        if not state.in_tester:
             return stiffness
         shift = self._log_shift(REFERENCE_KELVIN + self.number("delta_t")) - self._log_shift(REFERENCE_KELVIN)
         elastic = float(np.exp(self.number("stiffness_power") * shift))
@@ -233,11 +233,11 @@ class PreloadStiffening(Effect):
     name = "preload_stiffening"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> PreloadStiffening:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PreloadStiffening:
         return cls(size, one_of(rng, "storage_only", "loss_factor_kept", "quadratic"), {"s": size})
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        if not seen.in_tester:
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        if not state.in_tester:
             return stiffness
         strain = self.number("s") * PRESET_MM
         if self.law == "quadratic":
@@ -253,22 +253,22 @@ class ConditioningDrift(Effect):
     name = "conditioning_drift"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ConditioningDrift:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ConditioningDrift:
         law = one_of(rng, "linear", "exponential", "logarithmic")
         values = {"d": 0.1 * size}
         if law == "exponential":
             values["knee"] = rng.uniform(0.1, 0.4)
         return cls(size, law, values)
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        if not seen.in_tester:
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        if not state.in_tester:
             return stiffness
-        progress = seen.order
+        progress = state.order
         if self.law == "exponential":
             knee = self.number("knee")
-            progress = np.expm1(-seen.order / knee) / np.expm1(-1.0 / knee)
+            progress = np.expm1(-state.order / knee) / np.expm1(-1.0 / knee)
         elif self.law == "logarithmic":
-            progress = np.log1p(50.0 * seen.order) / np.log(51.0)
+            progress = np.log1p(50.0 * state.order) / np.log(51.0)
         return stiffness * (1.0 - self.number("d") * progress)[:, None]
 
 

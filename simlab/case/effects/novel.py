@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from simlab.assembly import Complex
+from simlab.article import JOINT_NAMES, SimulatedArticle
 from simlab.beam import FreeModes
-from simlab.case.article import JOINT_NAMES, Article
 from simlab.case.campaign import Points
-from simlab.case.coupling import Attachment
-from simlab.case.effects.base import Effect, Seen, Strike, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, Effect, RowReading, either_sign, log_uniform, one_of
 from simlab.case.effects.structure import in_series, mass_at
+from simlab.coupling import Attachment, Complex
 
 
-def away_from_sensor(rng: np.random.Generator, article: Article) -> float:
-    """A place on the bar, m from the left end, between the joints and at least 8 cm from the accelerometer."""
+def away_from_sensor(rng: np.random.Generator, article: SimulatedArticle) -> float:
+    """A place on the beam, m from the left end, between the joints and at least 8 cm from the accelerometer."""
     first = article.sensor_position + 0.08
     return float(rng.uniform(first, article.joints["II"].position - 0.03))
 
 
 class Absorber(Effect):
-    """Something soft with a mass hangs on the bar and swings: a tuned absorber that nobody planned."""
+    """Something soft with a mass hangs on the beam and swings: a tuned absorber that nobody planned."""
 
     name = "absorber"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Absorber:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Absorber:
         values = {
             "x": away_from_sensor(rng, article),
             "m": 0.06 * size,
@@ -34,7 +33,7 @@ class Absorber(Effect):
         }
         return cls(size, "spring_and_mass", values)
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         own, mass = 2 * np.pi * self.number("f"), self.number("m")
         spring = mass * (own**2 + 2j * self.number("zeta") * own * omega)
         held = -(omega**2) * mass * spring / (spring - omega**2 * mass)
@@ -42,49 +41,49 @@ class Absorber(Effect):
 
 
 class HungMass(Effect):
-    """A clamp or a magnet left on the bar."""
+    """A clamp or a magnet left on the beam."""
 
     name = "hung_mass"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> HungMass:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HungMass:
         return cls(size, "rigid", {"x": away_from_sensor(rng, article), "m": 0.15 * size})
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         shapes = np.array([modes.shape(direction, self.number("x")) for direction in "xy"])
         return [mass_at(shapes, self.number("m"), omega)]
 
 
 class GroundedDamper(Effect):
-    """A cable or a hand touches the bar: a damper to the ground, and a little stiffness."""
+    """A cable or a hand touches the beam: a damper to the ground, and a little stiffness."""
 
     name = "grounded_damper"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> GroundedDamper:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GroundedDamper:
         values = {"x": away_from_sensor(rng, article), "c": 60.0 * size, "k": rng.uniform(0.0, 1e4)}
         return cls(size, "viscous", values)
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") + 1j * omega * self.number("c")
         return [Attachment(modes.shape("y", self.number("x"))[None], held[:, None, None])]
 
 
 class MidSpanSpring(Effect):
-    """Something beneath the bar touches it about its middle: a spring to the ground."""
+    """Something beneath the beam touches it about its middle: a spring to the ground."""
 
     name = "mid_span_spring"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> MidSpanSpring:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MidSpanSpring:
         values = {
-            "x": article.bar.length * rng.uniform(0.42, 0.58),
+            "x": article.beam.length * rng.uniform(0.42, 0.58),
             "k": 4e5 * size,
             "eta": rng.uniform(0.0, 0.1),
         }
         return cls(size, "linear", values)
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") * (1 + 1j * self.number("eta"))
         return [Attachment(modes.shape("y", self.number("x"))[None], np.full((1, 1), held))]
 
@@ -95,31 +94,31 @@ class Crack(Effect):
     name = "crack"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Crack:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Crack:
         return cls(
             size,
             "softened_length",
             {"x": away_from_sensor(rng, article), "length": rng.uniform(0.02, 0.04), "loss": 0.7 * size},
         )
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         points, weights = np.polynomial.legendre.leggauss(3)
-        half, bar = 0.5 * self.number("length"), article.bar
+        half, beam = 0.5 * self.number("length"), article.beam
         shapes = np.array([modes.slope("r", self.number("x") + half * point) for point in points])
-        bending = bar.youngs_modulus * bar.width * bar.height**3 / 12
+        bending = beam.youngs_modulus * beam.width * beam.height**3 / 12
         return [Attachment(shapes, np.diag(-self.number("loss") * bending * half * weights).astype(np.complex128))]
 
 
 class RotaryLump(Effect):
-    """Something heavy and wide turns with the bar at one joint."""
+    """Something heavy and wide turns with the beam at one joint."""
 
     name = "rotary_lump"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> RotaryLump:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> RotaryLump:
         return cls(size, "rigid", {"joint": one_of(rng, *JOINT_NAMES), "inertia": 2e-4 * size})
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         place = article.joints[str(self.values["joint"])].position
         return [mass_at(modes.shape("r", place)[None], self.number("inertia"), omega)]
 
@@ -130,7 +129,7 @@ class CommonBase(Effect):
     name = "common_base"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CommonBase:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CommonBase:
         stiffness, frequency = 1e7 / size, log_uniform(rng, 40.0, 500.0)
         values = {
             "k": stiffness,
@@ -140,26 +139,26 @@ class CommonBase(Effect):
         }
         return cls(size, "plate_on_spring", values)
 
-    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         plate = np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]).T
         base = self.number("k") * (1 + 1j * self.number("eta")) - omega**2 * self.number("m")
         return in_series(stiffness, plate, base[:, None, None])
 
 
 class RovingDrift(Effect):
-    """The joints soften while the hammer walks along the bar: in the first set, or in each anew."""
+    """The joints soften while the hammer walks along the beam: in the first set, or in each anew."""
 
     name = "roving_drift"
     roving = True
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> RovingDrift:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> RovingDrift:
         return cls(size, one_of(rng, "every_set", "first_set"), {"d": 0.24 * size, "order": one_of(rng, "up", "down")})
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        if seen.in_tester or (self.law == "first_set" and seen.setup > 0):
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        if state.in_tester or (self.law == "first_set" and state.setup > 0):
             return stiffness
-        progress = seen.order if self.values["order"] == "up" else 1.0 - seen.order
+        progress = state.order if self.values["order"] == "up" else 1.0 - state.order
         return stiffness * (1.0 - self.number("d") * (progress - 0.5))[:, None]
 
 
@@ -169,12 +168,12 @@ class SetStep(Effect):
     name = "set_step"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> SetStep:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SetStep:
         values: dict[str, float | str] = {"step": either_sign(rng) * 0.1 * size, "joint": one_of(rng, *JOINT_NAMES)}
         return cls(size, "one_joint", values)
 
-    def cylinder(self, stiffness: Complex, seen: Seen) -> Complex:
-        if seen.in_tester or seen.setup == 0 or seen.joint != self.values["joint"]:
+    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+        if state.in_tester or state.setup == 0 or state.joint != self.values["joint"]:
             return stiffness
         return stiffness * (1.0 + self.number("step"))
 
@@ -185,11 +184,11 @@ class SensorMountResonance(Effect):
     name = "sensor_mount_resonance"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> SensorMountResonance:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorMountResonance:
         return cls(size, "one_mode", {"f": 2500.0 * (900.0 / 2500.0) ** size, "zeta": rng.uniform(0.02, 0.08)})
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        ratio = strike.frequency / self.number("f")
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        ratio = reading.frequency / self.number("f")
         damping = 2j * self.number("zeta") * ratio
         return np.asarray(accelerance * (1 + damping) / (1 - ratio**2 + damping))
 
@@ -200,11 +199,11 @@ class GainDrift(Effect):
     name = "gain_drift"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> GainDrift:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GainDrift:
         return cls(size, "linear", {"drift": either_sign(rng) * 0.08 * size})
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        return accelerance * (1 + self.number("drift") * (strike.order - 0.5))
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        return accelerance * (1 + self.number("drift") * (reading.order - 0.5))
 
 
 class PhaseOffset(Effect):
@@ -213,12 +212,12 @@ class PhaseOffset(Effect):
     name = "phase_offset"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> PhaseOffset:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PhaseOffset:
         values: dict[str, float | str] = {"angle_deg": either_sign(rng) * 6.0 * size, "setup": float(rng.integers(2))}
         return cls(size, "one_set", values)
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        if strike.setup != int(self.number("setup")):
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        if reading.setup != int(self.number("setup")):
             return accelerance
         return np.asarray(accelerance * np.exp(1j * np.radians(self.number("angle_deg"))))
 
@@ -229,7 +228,7 @@ class TesterRipple(Effect):
     name = "tester_ripple"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> TesterRipple:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TesterRipple:
         values = {
             "depth": 0.05 * size,
             "period_hz": rng.uniform(25.0, 120.0),

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.assembly import Complex
+from simlab.article import SimulatedArticle
 from simlab.beam import Real
-from simlab.case.article import Article
 from simlab.case.campaign import LINE_SPACING, RECORDED, Campaign
 from simlab.case.effects.base import Effect, log_uniform, one_of
+from simlab.coupling import Complex
 
 
 class DoubleHit(Effect):
@@ -19,7 +19,7 @@ class DoubleHit(Effect):
     name = "double_hit"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> DoubleHit:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> DoubleHit:
         values = {"ratio": 0.8 * size, "dt": log_uniform(rng, 4e-3, 30e-3), "share": rng.uniform(0.6, 1.0)}
         return cls(size, one_of(rng, "alike", "scattered"), values)
 
@@ -50,7 +50,7 @@ class MainsHum(Effect):
     name = "mains_hum"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> MainsHum:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MainsHum:
         values: dict[str, float | str] = {
             "amplitude": 0.1 * size,
             "mains_hz": 50.0 if rng.random() < 0.7 else 60.0,

@@ -1,28 +1,24 @@
-"""What bar, joints and stand do beyond the drawing.  These effects show in the beam's rig."""
+"""What beam, joints and stand do beyond the drawing.  These effects show in the beam's rig."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
-from simlab.assembly import Complex
+from simlab.article import JOINT_NAMES, SimulatedArticle, SimulatedJoint
 from simlab.beam import FreeModes, Real, free_modes
-from simlab.case.article import JOINT_NAMES, Article, Joint
-from simlab.case.coupling import Attachment
-from simlab.case.effects.base import Effect, Strike, either_sign, log_uniform, one_of
-
-cached_modes = lru_cache(maxsize=8)(free_modes)
+from simlab.case.effects.base import Effect, RowReading, either_sign, log_uniform, one_of
+from simlab.coupling import Attachment, Complex
 
 
 class JointMass(Effect):
-    """Caps and screws move with the bar at the joints: -w^2 m in both directions, alike at both joints or not."""
+    """Caps and screws move with the beam at the joints: -w^2 m in both directions, alike at both joints or not."""
 
     name = "joint_mass"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> JointMass:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> JointMass:
         law = one_of(rng, "equal", "equal", "different", "one_joint")
         mass = 0.3 * size
         shares = {
@@ -34,26 +30,26 @@ class JointMass(Effect):
             shares = shares[::-1]
         return cls(size, law, {"m": mass * sum(shares) / 2, "m_I": mass * shares[0], "m_II": mass * shares[1]})
 
-    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         first, second = self.number("m_I"), self.number("m_II")
         inertia = np.diag([first, first, 0.0, second, second, 0.0])
         return np.asarray(stiffness - omega[:, None, None] ** 2 * inertia)
 
 
 class SupportPosition(Effect):
-    """One joint, or both, clamped elsewhere along the bar than the drawing says, by up to 10 mm."""
+    """One joint, or both, clamped elsewhere along the beam than the drawing says, by up to 10 mm."""
 
     name = "support_position"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> SupportPosition:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SupportPosition:
         shift = 0.01 * size
         law = one_of(rng, "one_joint", "both")
         other = either_sign(rng) * shift * rng.uniform(0.3, 1.0) if law == "both" else 0.0
         first, second = rng.permutation([either_sign(rng) * shift, other])
         return cls(size, law, {"dx_I": float(first), "dx_II": float(second)})
 
-    def built(self, article: Article) -> Article:
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
         return with_joints(
             article,
             {
@@ -69,10 +65,10 @@ class CylinderAngle(Effect):
     name = "cylinder_angle"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> CylinderAngle:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CylinderAngle:
         return cls(size, "one_joint", {"delta_deg": either_sign(rng) * 5.0 * size, "joint": one_of(rng, *JOINT_NAMES)})
 
-    def built(self, article: Article) -> Article:
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
         name = str(self.values["joint"])
         joint = article.joints[name]
         return with_joints(article, {name: replace(joint, lean_deg=joint.lean_deg + self.number("delta_deg"))})
@@ -84,14 +80,14 @@ class VerticalOffset(Effect):
     name = "vertical_offset"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> VerticalOffset:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> VerticalOffset:
         law = one_of(rng, "same_side", "one_joint", "independent")
         shift = either_sign(rng) * 0.005 * size
         other = {"same_side": 1.0, "one_joint": 0.0, "independent": rng.uniform(-1.0, 1.0)}[law]
         first, second = rng.permutation([shift, other * shift])
         return cls(size, law, {"shift_I": float(first), "shift_II": float(second)})
 
-    def built(self, article: Article) -> Article:
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
         return with_joints(
             article,
             {
@@ -102,17 +98,17 @@ class VerticalOffset(Effect):
 
 
 class ContactPatch(Effect):
-    """The cylinders hold the bar over a length: k33 grows by k22 l^2 / 12 where the pressure is even, l^2 / 20 where
+    """The cylinders hold the beam over a length: k33 grows by k22 l^2 / 12 where the pressure is even, l^2 / 20 where
     it falls to nothing at the edges as a parabola.
     """
 
     name = "contact_patch"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> ContactPatch:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ContactPatch:
         return cls(size, one_of(rng, "even", "even", "parabolic"), {"length": 0.04 * size})
 
-    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         changed = stiffness.copy()
         inertia = self.number("length") ** 2 / (12.0 if self.law == "even" else 20.0)
         for y in (1, 4):
@@ -126,9 +122,10 @@ class FoundationCompliance(Effect):
     name = "foundation_compliance"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FoundationCompliance:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FoundationCompliance:
         joint = one_of(rng, *JOINT_NAMES)
-        transverse = (article.joints[joint].shear + article.joints[joint].compression).real
+        cylinder = article.joints[joint].cylinders[0]
+        transverse = (cylinder.shear + cylinder.compression).real
         stiffness, frequency = 2.0 * transverse / size, log_uniform(rng, 30.0, 1500.0)
         values: dict[str, float | str] = {
             "joint": joint,
@@ -139,7 +136,7 @@ class FoundationCompliance(Effect):
         }
         return cls(size, one_of(rng, "transverse", "transverse", "both_directions"), values)
 
-    def joints(self, stiffness: Complex, article: Article, omega: Complex) -> Complex:
+    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         base = self.number("k_f") * (1 + 1j * self.number("eta")) - omega**2 * self.number("m_f")
         start = 3 * JOINT_NAMES.index(str(self.values["joint"]))
         giving = [start + 1] if self.law == "transverse" else [start, start + 1]
@@ -152,12 +149,12 @@ class YoungsModulus(Effect):
     name = "youngs_modulus"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> YoungsModulus:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> YoungsModulus:
         return cls(size, "scale", {"relative": either_sign(rng) * 0.03 * size})
 
-    def built(self, article: Article) -> Article:
-        modulus = article.bar.youngs_modulus * (1 + self.number("relative"))
-        return replace(article, bar=replace(article.bar, youngs_modulus=modulus))
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        modulus = article.beam.youngs_modulus * (1 + self.number("relative"))
+        return replace(article, beam=replace(article.beam, youngs_modulus=modulus))
 
 
 class Density(Effect):
@@ -166,15 +163,17 @@ class Density(Effect):
     name = "density"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> Density:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Density:
         return cls(size, "scale", {"relative": either_sign(rng) * 0.02 * size})
 
-    def built(self, article: Article) -> Article:
-        return replace(article, bar=replace(article.bar, density=article.bar.density * (1 + self.number("relative"))))
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return replace(
+            article, beam=replace(article.beam, density=article.beam.density * (1 + self.number("relative")))
+        )
 
 
 class BeamDamping(Effect):
-    """The bar itself damps more than it did when free: a structural loss factor, or more viscous damping a mode.
+    """The beam itself damps more than it did when free: a structural loss factor, or more viscous damping a mode.
 
     In the viscous law every damping ratio grows by one factor, such that the stiffest gains eta / 2.
     """
@@ -182,26 +181,26 @@ class BeamDamping(Effect):
     name = "beam_damping"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> BeamDamping:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> BeamDamping:
         return cls(size, one_of(rng, "structural", "structural", "viscous"), {"eta": 0.01 * size})
 
-    def built(self, article: Article) -> Article:
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
         if self.law == "structural":
             return replace(article, loss_factor=self.number("eta"))
-        return replace(article, damping_scale=1.0 + 0.5 * self.number("eta") / article.bar.damping_ratios[-1])
+        return replace(article, damping_scale=1.0 + 0.5 * self.number("eta") / article.beam.damping_ratios[-1])
 
 
 class OutOfPlaneBending(Effect):
-    """The accelerometer sees the bar bend across its width: its two modes near 330 and 855 Hz, one, or all of them.
+    """The accelerometer sees the beam bend across its width: its two modes near 330 and 855 Hz, one, or all of them.
 
-    The bar on edge is held, and damped, by both cylinders of each joint in shear; frequencies are Rayleigh's.  Blows
+    The beam on edge is held, and damped, by both cylinders of each joint in shear; frequencies are Rayleigh's.  Blows
     at the ends excite it by their lean, transverse ones by a small leak of it.
     """
 
     name = "out_of_plane_bending"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> OutOfPlaneBending:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> OutOfPlaneBending:
         values = {
             "coupling": 0.08 * size,
             "transverse_leak": rng.uniform(0.0, 0.15),
@@ -209,28 +208,31 @@ class OutOfPlaneBending(Effect):
         }
         return cls(size, one_of(rng, "two_modes", "two_modes", "one_mode", "all_modes"), values)
 
-    def read(self, accelerance: Complex, strike: Strike) -> Complex:
-        article, omega = strike.article, strike.omega[:, None]
-        modes = cached_modes(article.bar.on_edge())
+    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
+        article, omega = reading.article, reading.omega[:, None]
+        modes = free_modes(article.beam.on_edge())
         bending = np.flatnonzero(np.any(modes.series["y"], axis=(0, 1)))
         wanted = {"two_modes": bending[2:4], "one_mode": bending[2:3], "all_modes": bending[:6]}[self.law]
-        held = sum(2 * joint.shear * modes.shape("y", joint.position)[wanted] ** 2 for joint in article.joints.values())
+        held = sum(
+            sum(cylinder.shear for cylinder in joint.cylinders) * modes.shape("y", joint.position)[wanted] ** 2
+            for joint in article.joints.values()
+        )
         square = modes.angular_frequency[wanted] ** 2 * (1 + 1j * self.number("eta")) + held
-        residue = modes.shape("y", article.sensor_position)[wanted] * modes.shape("y", strike.position)[wanted]
-        weight = self.number("coupling") * (1.0 if strike.row.direction == "x" else self.number("transverse_leak"))
+        residue = modes.shape("y", article.sensor_position)[wanted] * modes.shape("y", reading.position)[wanted]
+        weight = self.number("coupling") * (1.0 if reading.row.direction == "x" else self.number("transverse_leak"))
         return np.asarray(accelerance + weight * np.sum(-residue * omega**2 / (square - omega**2), axis=1))
 
 
 class AccelerometerMass(Effect):
-    """The accelerometer and its cable weigh something; the cable's share may act across the bar alone."""
+    """The accelerometer and its cable weigh something; the cable's share may act across the beam alone."""
 
     name = "accelerometer_mass"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> AccelerometerMass:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> AccelerometerMass:
         return cls(size, one_of(rng, "both_directions", "transverse"), {"m": 0.04 * size})
 
-    def attachments(self, modes: FreeModes, article: Article, omega: Complex) -> list[Attachment]:
+    def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         directions = "xy" if self.law == "both_directions" else "y"
         shapes = np.array([modes.shape(direction, article.sensor_position) for direction in directions])
         return [mass_at(shapes, self.number("m"), omega)]
@@ -250,7 +252,7 @@ def in_series(stiffness: Complex, giving: Real, base: Complex) -> Complex:
     return np.asarray(stiffness - columns @ np.linalg.solve(giving.T @ columns + base, np.swapaxes(columns, 1, 2)))
 
 
-def with_joints(article: Article, changed: dict[str, Joint]) -> Article:
+def with_joints(article: SimulatedArticle, changed: dict[str, SimulatedJoint]) -> SimulatedArticle:
     """The article with some joints changed."""
     return replace(article, joints={**article.joints, **changed})
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simlab.assembly import Complex
-from simlab.case.article import Article
+from simlab.article import SimulatedArticle
 from simlab.case.campaign import Points
 from simlab.case.effects.base import Effect, one_of
+from simlab.coupling import Complex
 
 
 class FrameCompliance(Effect):
@@ -16,7 +16,7 @@ class FrameCompliance(Effect):
     name = "frame_compliance"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FrameCompliance:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
         law = one_of(rng, "elastic", "elastic", "lossy")
         return cls(size, law, {"c": 0.5e-6 * size, "loss": rng.uniform(0.01, 0.05) if law == "lossy" else 0.0})
 
@@ -32,7 +32,7 @@ class FixtureInertia(Effect):
     name = "fixture_inertia"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FixtureInertia:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FixtureInertia:
         law = one_of(rng, "same_fixture", "same_fixture", "three_fixtures")
         spread = 0.1 if law == "three_fixtures" else 0.0
         values = {"m": 0.2 * size}
@@ -51,7 +51,7 @@ class FrameResonance(Effect):
     name = "frame_resonance"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> FrameResonance:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameResonance:
         law = one_of(rng, "undamped", "damped")
         # the whole range, 250 Hz, magnifies 200 Hz by 2.8; a fraction of it is taken of (f / f_r)^2
         resonance = 250.0 / np.sqrt(max(size, (250.0 / 800.0) ** 2))
@@ -68,7 +68,7 @@ class TransducerLag(Effect):
     name = "transducer_lag"
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, size: float, article: Article) -> TransducerLag:
+    def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TransducerLag:
         return cls(size, one_of(rng, "delay", "delay", "first_order"), {"tau": 300e-6 * size})
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:

@@ -11,7 +11,7 @@ from scipy import signal
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow, check_point
-from simlab.bench import Bench
+from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 
 LIMITS = BlowLimits(lowest_peak_force=10.0)
@@ -231,7 +231,7 @@ BAND = (20.0, 1024.0)
 
 def blows(*points: str, seed: int = 1) -> tuple[Real, Real]:
     """Records of clean blows at these points, one after the other."""
-    bench = Bench(seed, Clock())
+    bench = ordinary_bench(seed, Clock())
     records = []
     for number, point in enumerate(points):
         bench.strike(int(point[:-1]), point[-1], at=1 + 5.0 * number, what="clean")

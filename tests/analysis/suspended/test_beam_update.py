@@ -254,7 +254,7 @@ def test_an_exact_drawing_that_is_right_leaves_nothing_to_do() -> None:
 def test_a_bar_computed_by_other_means_is_recovered_within_its_interval() -> None:
     """By a Ritz series instead of elements, on the default mesh."""
     true = changed(youngs_modulus=0.007)
-    simulated = simlab_beam.Bar(
+    simulated = simlab_beam.SimulatedBeam(
         true.length, true.height, true.width, true.youngs_modulus, true.poisson_ratio, true.density
     )
     data = simlab_beam.free_modes(simulated).frequency[3:6]

@@ -11,7 +11,7 @@ import pytest
 
 from analysis.gap.catalogue import effect_ids
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import read_accelerances
 from tests.api.conftest import Command
 
@@ -20,7 +20,7 @@ from tests.api.conftest import Command
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A sealed case with a clear effect in the measuring chain."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
-    write_case(draw_case(5, Kind.SINGLE, ["channel_delay"], 0.5), folder)
+    write_case(draw_case(5, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
     return folder
 
 

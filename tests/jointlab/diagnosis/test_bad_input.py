@@ -21,7 +21,7 @@ from analysis.gap.missing_evidence import missing_evidence
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import accelerance_functions, read_accelerances
 from store.bundle import read_bundle
 from store.errors import StoreError
@@ -36,7 +36,7 @@ Setup = dict[str, Any]
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Both rigs, nothing wrong but few lines."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
-    write_case(draw_case(12, Kind.NONE), folder)
+    write_case(draw_case(12, CaseKind.NONE), folder)
     for file in folder.glob("inverse_*.unv"):
         rewrite(file, lines=slice(EVERY - 1, None, EVERY))
     return folder

@@ -17,7 +17,7 @@ from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.measurement import Measurement
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import accelerance_functions, read_accelerances
 from store.bundle import read_bundle
 from store.uff import write_uff
@@ -29,7 +29,7 @@ Change = Callable[[Complex, Real], Any]
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("case") / "bundle"
-    write_case(draw_case(12, Kind.NONE), folder)
+    write_case(draw_case(12, CaseKind.NONE), folder)
     return folder
 
 

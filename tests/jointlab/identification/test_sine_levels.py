@@ -15,9 +15,9 @@ from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.pipeline import identify
 from simlab.article import NODE_POSITIONS
-from simlab.bench import Bench, Conditions
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
-from simlab.shaker import shake
+from simlab.ordinary import BenchConditions
 from simlab.truth import BLOW_BAND
 from store.accelerance_file import accelerance_functions
 from store.bundle import Bundle, read_bundle
@@ -26,6 +26,7 @@ from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.excitation import HAMMER, SINE, Excitation
 from store.uff import write_uff
+from tests.simlab.shaking import shake
 
 NOISE = 0.003  # (m/s^2)/N a line
 FREQUENCY = np.arange(20.0, 1025.0, 1.0)
@@ -35,12 +36,12 @@ FORCES = (0.02, 0.5)
 
 
 @pytest.fixture(scope="module")
-def bench() -> Bench:
-    return Bench(1, Clock(), Conditions(tolerances=0.0, gain_error=0.0, cross_axis=0.0))
+def bench() -> SimulatedBench:
+    return ordinary_bench(1, Clock(), BenchConditions(tolerances=0.0, gain_error=0.0, cross_axis=0.0))
 
 
 @pytest.fixture(scope="module")
-def bundle(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bundle:
+def bundle(bench: SimulatedBench, tmp_path_factory: pytest.TempPathFactory) -> Bundle:
     folder = tmp_path_factory.mktemp("shaken")
     rng = np.random.default_rng(5)
 
@@ -54,11 +55,11 @@ def bundle(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bundle:
     entries = [{"file": "inverse_1.unv", "peak_force": 100.0}]
     for number, force in enumerate(FORCES, start=2):
         places = [(NODE_POSITIONS[point.node - 1], point.direction) for point in POINTS]
-        shaken = shake(bench.article, NODE_POSITIONS[SHAKER.node - 1], places, FREQUENCY, force)
+        shaken = shake(bench.built.article, NODE_POSITIONS[SHAKER.node - 1], places, FREQUENCY, force)
         written(f"inverse_{number}.unv", SHAKER, shaken.accelerance, SINE)
         entries.append({"file": f"inverse_{number}.unv", "peak_force": force, "excitation": "sine"})
     recorded = {"averages": 1, "temperature_c": 23.0, "window": "none", "sample_rate": 4096.0, "block_seconds": 1.0}
-    bar = bench.article.bar
+    bar = bench.built.article.beam
     setup = {
         "format": "jointlab-bundle/1",
         "title": "shaken",
@@ -90,9 +91,9 @@ def levels(bundle: Bundle) -> list[dict[str, Any]]:
     return list(document["levels"])
 
 
-def test_a_faint_sine_finds_the_joints_as_they_are_at_rest(bench: Bench, levels: list[dict[str, Any]]) -> None:
+def test_a_faint_sine_finds_the_joints_as_they_are_at_rest(bench: SimulatedBench, levels: list[dict[str, Any]]) -> None:
     for name, joint in levels[1]["joints"].items():
-        at_rest = bench.article.joints[name].dynamic_stiffness(1e-8, BLOW_BAND).mean(axis=0)
+        at_rest = bench.built.article.joints[name].dynamic_stiffness(1e-8, BLOW_BAND).mean(axis=0)
         for at in ((0, 1), (1, 1)):
             assert joint["k"][at[0]][at[1]] == pytest.approx(at_rest[at].real, rel=0.003)
             assert joint["h"][at[0]][at[1]] == pytest.approx(at_rest[at].imag, rel=0.01)
@@ -108,13 +109,13 @@ def test_the_louder_the_softer(levels: list[dict[str, Any]], joint: str) -> None
 
 
 def test_amplitudes_at_the_modes_are_those_that_the_shaker_really_made(
-    bench: Bench, bundle: Bundle, levels: list[dict[str, Any]]
+    bench: SimulatedBench, bundle: Bundle, levels: list[dict[str, Any]]
 ) -> None:
     found = identify(measurement_of_bundle(bundle))
     assert found.inverse is not None
     modes = found.inverse.modal.modes.frequency
     places = [(NODE_POSITIONS[4], "y")]
-    shaken = shake(bench.article, NODE_POSITIONS[4], places, np.asarray(modes), FORCES[0])
+    shaken = shake(bench.built.article, NODE_POSITIONS[4], places, np.asarray(modes), FORCES[0])
     for name, amplitude in shaken.amplitudes.items():
         expected = 2e3 * float(np.exp(np.mean(np.log(amplitude))))
         assert levels[1]["joints"][name]["amplitude_pp_mm"] == pytest.approx(expected, rel=0.15)

@@ -17,7 +17,7 @@ from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Joint
 from jointlab.identification.statements import fit_statements
 from simlab.article import JOINT_NODES, NODE_POSITIONS
-from simlab.bench import Bench
+from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 
 RATE, SAMPLES, BEFORE, BLOWS = 4096.0, 8192, 205, 6
@@ -26,9 +26,9 @@ TOLERANCES = Tolerances(0.005, 0.005, 0.003, 0.001, 0.001, 0.0015, blow_lean=FRE
 
 
 @pytest.fixture(scope="module")
-def bench() -> Bench:
+def bench() -> SimulatedBench:
     """Struck at every point; its blows are in the order of the points."""
-    bench = Bench(4, Clock())
+    bench = ordinary_bench(4, Clock())
     for number in range(BLOWS * len(POINTS)):
         point = POINTS[number // BLOWS]
         bench.strike(point.node, str(point.direction), at=1.0 + 5.0 * number, what="clean")
@@ -36,7 +36,7 @@ def bench() -> Bench:
 
 
 @pytest.fixture(scope="module")
-def fit(bench: Bench) -> JointFit:
+def fit(bench: SimulatedBench) -> JointFit:
     starts = [round((1.0 + 5.0 * number) * RATE - BEFORE) / RATE for number in range(BLOWS * len(POINTS))]
     records = [bench.hammer_signals(start, RATE, SAMPLES) for start in starts]
     force, acceleration = (
@@ -56,7 +56,7 @@ def fit(bench: Bench) -> JointFit:
     return identify_from_responses(model, responses, start, tolerances=TOLERANCES)
 
 
-def test_the_lean_of_the_blows_at_each_point_is_found(bench: Bench, fit: JointFit) -> None:
+def test_the_lean_of_the_blows_at_each_point_is_found(bench: SimulatedBench, fit: JointFit) -> None:
     loads, off = [blow.load for blow in bench.blows], []
     for row, point in enumerate(POINTS):
         struck = loads[BLOWS * row : BLOWS * (row + 1)]

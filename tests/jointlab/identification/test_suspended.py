@@ -51,7 +51,7 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     for row in table:
         low, high = row["frequency_ci95"]
         assert low < row["frequency_hz"] < high
-    bar = laboratory.bench.article.bar
+    bar = laboratory.bench.built.article.beam
     for name, true in (("youngs_modulus", bar.youngs_modulus), ("density", bar.density)):
         assert document["suspended_beam"]["beam"][name]["value"] == pytest.approx(true, rel=0.01)
     assert any("the suspension at 4 Hz raised mode 4" in text for text in document["suspended_beam"]["statements"])

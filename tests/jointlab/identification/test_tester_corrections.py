@@ -20,8 +20,8 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.identification.options import SWITCHES, Options
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.trials.simulated_truth import SineTruth, sine_truths
-from simlab.bench import Conditions
 from simlab.laboratory import Laboratory
+from simlab.ordinary import BenchConditions
 from simlab.tester_frame import TesterFrame
 from store.catalogue import Catalogue
 from tests.api.conftest import SPEED, Command, paper
@@ -38,7 +38,7 @@ COMPOUND = {
 
 @pytest.fixture(scope="module")
 def running_laboratory() -> Iterator[Laboratory]:
-    with Laboratory(3, SPEED, Conditions(frame=FRAME)) as laboratory:
+    with Laboratory(3, SPEED, BenchConditions(frame=FRAME)) as laboratory:
         yield laboratory
 
 

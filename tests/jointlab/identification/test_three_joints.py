@@ -15,7 +15,7 @@ from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.structure import free_beam_of
 from simlab.case.bundle import write_case
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from store.bundle import read_bundle
 from store.dof import StoredDof
 
@@ -27,7 +27,7 @@ STIFFNESS = {"I": (2.6e6, 1.9e6), "M": (1.1e6, 0.4e6), "II": (3.2e6, -2.2e6)}  #
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """Another joint amid the two of a drawn bench; accelerances from a mesh twice as fine as the identification's."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
-    write_case(draw_case(12, Kind.NONE), folder)
+    write_case(draw_case(12, CaseKind.NONE), folder)
     drawn = measurement_of_bundle(read_bundle(folder))
     one, two = drawn.article.joints
     amid = one.model_copy(update={"name": "M", "node": 6})

@@ -15,7 +15,7 @@ from jointlab.report.trial_figures import confusion
 from jointlab.trials.judgement import Judgement, judged
 from jointlab.trials.scores import scores
 from jointlab.trials.tables import markdown
-from simlab.case.draw import Case, Kind, draw_case
+from simlab.case.draw import Case, CaseKind, draw_case
 from simlab.case.simulate import simulate
 
 Make = Callable[..., dict[str, Any]]
@@ -47,7 +47,7 @@ def truth(effects: list[str], novel: list[str] | None = None) -> dict[str, Any]:
     }
 
 
-CASE = draw_case(1, Kind.SINGLE, [EFFECT])
+CASE = draw_case(1, CaseKind.SINGLE, [EFFECT])
 
 
 def judge(answer: dict[str, Any], there: dict[str, Any], d: float = 100.0, beside: float = 50.0) -> Judgement:

@@ -19,11 +19,11 @@ from simlab.case.blows import (
     strike,
 )
 from simlab.case.campaign import AVERAGES, RECORDED
-from simlab.case.draw import RECORD_ONLY, Kind, draw_case
+from simlab.case.draw import RECORD_ONLY, CaseKind, draw_case
 from simlab.case.estimate import average, noise_deviation
 from simlab.case.simulate import simulate
 
-CAMPAIGN = replace(draw_case(1, Kind.NONE).campaign, place_scatter=0.0)
+CAMPAIGN = replace(draw_case(1, CaseKind.NONE).campaign, place_scatter=0.0)
 FREQUENCY = CAMPAIGN.frequency
 
 
@@ -32,7 +32,7 @@ def flat(value: complex, rows: int = 1) -> np.ndarray:
 
 
 def blows(value: complex, *, rows: int = 1, count: int = AVERAGES, effect: str | None = None, seed: int = 3) -> Blows:
-    effects = () if effect is None else draw_case(2, Kind.SINGLE, [effect], 1.0).effects
+    effects = () if effect is None else draw_case(2, CaseKind.SINGLE, [effect], 1.0).effects
     rng = np.random.default_rng(seed)
     return strike(rng, count, flat(value, rows), flat(0.0, rows), FREQUENCY, 100.0, CAMPAIGN, effects)
 
@@ -81,7 +81,7 @@ def test_bounces_make_ripple_in_the_force_and_leave_the_accelerance() -> None:
 
 
 def test_the_mains_take_coherence_at_their_lines_and_spare_the_others() -> None:
-    (effect,) = draw_case(2, Kind.SINGLE, ["mains_hum"], 1.0).effects
+    (effect,) = draw_case(2, CaseKind.SINGLE, ["mains_hum"], 1.0).effects
     mains = effect.number("mains_hz")
     coherence = average(blows(0.02, rows=20, effect="mains_hum")).coherence.mean(axis=0)
     at, beside = np.searchsorted(FREQUENCY, [mains, mains + 15.0])
@@ -103,6 +103,6 @@ def test_a_record_has_its_pulse_where_it_should_and_its_spectrum_back() -> None:
 
 @pytest.mark.parametrize("name", RECORD_ONLY)
 def test_effects_on_records_keep_raw_blows_and_leave_noiseless_readings(name: str) -> None:
-    seen = simulate(draw_case(4, Kind.SINGLE, [name]))
+    seen = simulate(draw_case(4, CaseKind.SINGLE, [name]))
     assert seen.campaign.recorded == RECORDED
-    np.testing.assert_array_equal(seen.accelerance, simulate(draw_case(4, Kind.NONE)).accelerance)
+    np.testing.assert_array_equal(seen.accelerance, simulate(draw_case(4, CaseKind.NONE)).accelerance)

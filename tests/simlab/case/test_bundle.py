@@ -11,18 +11,20 @@ import numpy as np
 import pytest
 import pyuff
 
-from simlab.case.bundle import asked_for, floor_percent, truth, write_case
+from simlab.bench import case_bench
+from simlab.case.bundle import floor_percent, truth, write_case
 from simlab.case.campaign import ASKED_FOR, MEASURED, ROWS, draw_setup
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from simlab.case.estimate import noise_deviation
 from simlab.case.simulate import simulate
+from simlab.clock import Clock
 from store.bundle import read_bundle
 
 SETUPS = 4000
 
 
 def test_the_store_takes_a_case_without_a_warning(tmp_path: Path) -> None:
-    write_case(draw_case(3, Kind.SINGLE, ["mains_hum"]), tmp_path)
+    write_case(draw_case(3, CaseKind.SINGLE, ["mains_hum"]), tmp_path)
     bundle = read_bundle(tmp_path)
     assert not bundle.warnings
     assert len(bundle.direct) == 720
@@ -30,7 +32,7 @@ def test_the_store_takes_a_case_without_a_warning(tmp_path: Path) -> None:
 
 
 def test_pyuff_reads_accelerance_as_far_from_the_noiseless_one_as_its_noise(tmp_path: Path) -> None:
-    case = draw_case(3, Kind.NONE)
+    case = draw_case(3, CaseKind.NONE)
     case = replace(case, campaign=replace(case.campaign, place_scatter=0.0))
     write_case(case, tmp_path)
     clean = simulate(case)
@@ -51,7 +53,7 @@ def test_pyuff_reads_accelerance_as_far_from_the_noiseless_one_as_its_noise(tmp_
 
 
 def test_the_tester_table_scatters_as_it_says(tmp_path: Path) -> None:
-    case = draw_case(5, Kind.NONE)
+    case = draw_case(5, CaseKind.NONE)
     write_case(case, tmp_path)
     with (tmp_path / "direct.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
@@ -67,7 +69,7 @@ def test_the_tester_table_scatters_as_it_says(tmp_path: Path) -> None:
 
 def test_a_case_is_written_the_same_again(tmp_path: Path) -> None:
     for folder in ("once", "twice"):
-        write_case(draw_case(7, Kind.PAIR, ["joint_mass", "transducer_lag"]), tmp_path / folder)
+        write_case(draw_case(7, CaseKind.PAIR, ["joint_mass", "transducer_lag"]), tmp_path / folder)
     once, twice = (
         {p.name: p.read_bytes() for p in (tmp_path / folder).rglob("*") if p.is_file()} for folder in ("once", "twice")
     )
@@ -75,29 +77,29 @@ def test_a_case_is_written_the_same_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"), [(Kind.SINGLE, "density"), (Kind.SINGLE, "double_hit"), (Kind.NOVEL, "absorber")]
+    ("kind", "name"), [(CaseKind.SINGLE, "density"), (CaseKind.SINGLE, "double_hit"), (CaseKind.NOVEL, "absorber")]
 )
-def test_what_the_lab_says_of_a_case_does_not_tell_its_effects(kind: Kind, name: str, tmp_path: Path) -> None:
+def test_what_the_lab_says_of_a_case_does_not_tell_its_effects(kind: CaseKind, name: str, tmp_path: Path) -> None:
     write_case(draw_case(2, kind, [name]), tmp_path / "with")
-    write_case(draw_case(2, Kind.NONE), tmp_path / "without")
+    write_case(draw_case(2, CaseKind.NONE), tmp_path / "without")
     for file in ("setup.json", "direct.csv"):
         assert (tmp_path / "with" / file).read_bytes() == (tmp_path / "without" / file).read_bytes()
 
 
 def test_the_truth_is_json_and_names_effects_and_novelties_apart() -> None:
-    single = truth(draw_case(2, Kind.SINGLE, ["joint_mass"], size=0.5))
+    single = truth(draw_case(2, CaseKind.SINGLE, ["joint_mass"], size=0.5))
     again = json.loads(json.dumps(single))
     assert again["effects"] == ["joint_mass"]
     assert again["novel"] == []
     assert again["size"] == {"joint_mass": 0.5}
     assert {"law", "m"} <= set(again["parameters"]["joint_mass"])
-    novel = truth(draw_case(2, Kind.NOVEL, ["absorber"]))
+    novel = truth(draw_case(2, CaseKind.NOVEL, ["absorber"]))
     assert novel["effects"] == []
     assert novel["novel"] == ["absorber"]
 
 
 def test_the_floor_is_what_gain_and_marks_make_it() -> None:
-    case = draw_case(6, Kind.NONE)
+    case = draw_case(6, CaseKind.NONE)
     seen, reference = simulate(case), case.campaign.setups[0]
     rows = slice(len(MEASURED), len(ROWS))
     accelerance, slope = seen.accelerance[0, rows], seen.slope[0, rows]
@@ -111,8 +113,9 @@ def test_the_floor_is_what_gain_and_marks_make_it() -> None:
 
 
 def test_what_is_asked_for_is_noiseless_and_where_the_drawing_says() -> None:
-    case = draw_case(6, Kind.NONE)
-    frequency, rows, accelerance = asked_for(case)
-    assert [row.name for row in rows] == ["5y", "8y", "2y", "10y"]
-    assert accelerance.shape == (4, frequency.size)
-    np.testing.assert_array_equal(accelerance, simulate(case).accelerance[0, len(MEASURED) :])
+    case = draw_case(6, CaseKind.NONE)
+    simulated = simulate(case)
+    assert [row.name for row in simulated.rows[len(MEASURED) :]] == ["5y", "8y", "2y", "10y"]
+    bench = case_bench(case, Clock())
+    straight = [bench.accelerance(simulated.frequency, row.node, row.direction) for row in ASKED_FOR]
+    np.testing.assert_allclose(simulated.accelerance[0, len(MEASURED) :], straight, rtol=1e-9)

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from simlab.actuator import Actuator
-from simlab.case.bench import CaseBench
+from simlab.beam import free_modes
+from simlab.bench import SimulatedBench, case_bench, ordinary_bench
 from simlab.case.bundle import write_case
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
-from simlab.case.draw import Case, Kind, draw_case
+from simlab.case.draw import Case, CaseKind, draw_case
+from simlab.case.seal import commitment
 from simlab.case.simulate import simulate
 from simlab.clock import Clock
 from simlab.laboratory import Laboratory, LaboratoryProcess
-from simlab.sampling import blow_amplitude
 
 RATE, SAMPLES = 5120.0, 15360
 
@@ -27,11 +28,11 @@ def quiet(case: Case) -> Case:
     return replace(case, campaign=campaign)
 
 
-def bench_of(kind: Kind, *effects: str, seed: int = 4, size: float = 0.6) -> CaseBench:
-    return CaseBench(quiet(draw_case(seed, kind, effects, size)), Clock())
+def bench_of(kind: CaseKind, *effects: str, seed: int = 4, size: float = 0.6) -> SimulatedBench:
+    return case_bench(quiet(draw_case(seed, kind, effects, size)), Clock())
 
 
-def accelerance_of_blow(bench: CaseBench, node: int, direction: str) -> tuple[np.ndarray, np.ndarray]:
+def accelerance_of_blow(bench: SimulatedBench, node: int, direction: str) -> tuple[np.ndarray, np.ndarray]:
     bench.strike(node, direction, at=1.00003, what="clean")
     signals = bench.hammer_signals(0.9, RATE, SAMPLES)
     frequency = np.asarray(np.fft.rfftfreq(SAMPLES, 1 / RATE), dtype=np.float64)
@@ -43,14 +44,14 @@ def accelerance_of_blow(bench: CaseBench, node: int, direction: str) -> tuple[np
 @pytest.mark.parametrize(
     ("kind", "effects"),
     [
-        (Kind.NONE, []),
-        (Kind.SINGLE, ["foundation_compliance"]),
-        (Kind.SINGLE, ["channel_delay"]),
-        (Kind.SINGLE, ["impact_position"]),
-        (Kind.NOVEL, ["roving_drift"]),
+        (CaseKind.NONE, []),
+        (CaseKind.SINGLE, ["foundation_compliance"]),
+        (CaseKind.SINGLE, ["channel_delay"]),
+        (CaseKind.SINGLE, ["impact_position"]),
+        (CaseKind.NOVEL, ["roving_drift"]),
     ],
 )
-def test_a_blow_shows_the_accelerance_of_the_file(kind: Kind, effects: list[str]) -> None:
+def test_a_blow_shows_the_accelerance_of_the_file(kind: CaseKind, effects: list[str]) -> None:
     bench = bench_of(kind, *effects)
     bench.set_up(1)
     frequency, measured = accelerance_of_blow(bench, 9, "y")
@@ -60,7 +61,7 @@ def test_a_blow_shows_the_accelerance_of_the_file(kind: Kind, effects: list[str]
 
 
 def test_a_harder_blow_meets_softer_rubber_where_the_case_has_it_so() -> None:
-    bench = bench_of(Kind.SINGLE, "amplitude_dependence")
+    bench = bench_of(CaseKind.SINGLE, "amplitude_dependence")
     frequency = np.array([50.0, 60.0])
     soft, hard = (np.abs(bench.accelerance(frequency, 3, "y", force)) for force in (100.0, 400.0))
     assert np.all(hard > soft)
@@ -72,7 +73,7 @@ def test_a_harder_blow_meets_softer_rubber_where_the_case_has_it_so() -> None:
     "effects", [["frame_compliance"], ["transducer_lag"], ["amplitude_dependence"], ["cylinder_angle"], ["joint_mass"]]
 )
 def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
-    bench = bench_of(Kind.SINGLE, *effects)
+    bench = bench_of(CaseKind.SINGLE, *effects)
     points, filed = bench.case.campaign.points, simulate(bench.case, frequency=np.array([100.0])).stiffness
     for i in range(0, 720, 45):
         bench.mount(("I", "II")[points.specimen[i]], CONFIGURATIONS[points.configuration[i]])
@@ -81,7 +82,7 @@ def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
 
 
 def test_a_conditioning_drift_goes_with_the_work_done() -> None:
-    bench = bench_of(Kind.SINGLE, "conditioning_drift", size=1.0)
+    bench = bench_of(CaseKind.SINGLE, "conditioning_drift", size=1.0)
     clock = iter(np.arange(0.0, 1e4, 1.0))
     actuator = Actuator(bench, lambda: float(next(clock)))
     bench.attach_actuator(actuator)
@@ -94,31 +95,52 @@ def test_a_conditioning_drift_goes_with_the_work_done() -> None:
 
 
 def test_a_bouncing_case_bounces_and_a_humming_one_hums() -> None:
-    bouncing = bench_of(Kind.SINGLE, "double_hit")
+    bouncing = bench_of(CaseKind.SINGLE, "double_hit")
     for number in range(10):
         bouncing.strike(3, "y", at=1.0 + 3 * number)
     assert any(len(blow.pulses) == 2 for blow in bouncing.blows)
-    humming = bench_of(Kind.SINGLE, "mains_hum")
+    humming = bench_of(CaseKind.SINGLE, "mains_hum")
     silence = humming.hammer_signals(0.0, RATE, SAMPLES)["accelerometer"]
     spectrum = np.abs(np.fft.rfft(silence))
     assert np.argmax(spectrum) * RATE / SAMPLES in (pytest.approx(50.0, abs=0.4), pytest.approx(60.0, abs=0.4))
 
 
-def test_the_blow_amplitude_of_the_bench_stands_for_the_peak_force() -> None:
-    bench = bench_of(Kind.NONE)
+def test_a_blow_has_about_the_peak_force_of_the_set() -> None:
+    bench = bench_of(CaseKind.NONE)
     bench.strike(3, "y", at=1.0, what="clean")
-    assert 0.5 < blow_amplitude(bench.blows[0].peak_force) / blow_amplitude(100.0) < 1.5
+    assert 0.5 < bench.blows[0].peak_force / bench.case.campaign.setups[0].peak_force < 1.5
+
+
+def test_a_case_hangs_its_own_beam_in_cords() -> None:
+    bench = bench_of(CaseKind.SINGLE, "density", size=1.0)
+    bench.mount("beam", "suspended")
+    frequency, measured = accelerance_of_blow(bench, 8, "y")
+    free = free_modes(bench.built.article.beam).frequency[3:6]
+    assert min(abs(frequency[np.argmax(np.abs(measured))] - free)) < 1.0
+
+
+def test_the_ordinary_bench_is_a_case_without_effects() -> None:
+    bench = ordinary_bench(3, Clock())
+    assert bench.case.effects == ()
+    filed = simulate(bench.case)
+    row = filed.rows.index(Row(9, "y"))
+    np.testing.assert_allclose(bench.accelerance(filed.frequency, 9, "y"), filed.accelerance[0, row], rtol=1e-9)
+    points = bench.case.campaign.points
+    bench.mount("I", "compression")
+    assert (points.specimen[0], points.configuration[0]) == (0, 0)
+    found = bench.dynamic_stiffness(float(points.amplitude[0]), float(points.frequency[0]))
+    assert found == pytest.approx(complex(filed.stiffness[0]), rel=3e-3)  # today's temperature
+    assert bench.commitment() == commitment(bench.open_seal())
 
 
 def test_a_set_that_the_case_has_not_is_refused() -> None:
     with pytest.raises(ValueError, match="no set 7"):
-        bench_of(Kind.NONE).set_up(7)
+        bench_of(CaseKind.NONE).set_up(7)
 
 
 def test_a_laboratory_takes_a_case_and_reveals_its_truth() -> None:
-    case = draw_case(8, Kind.SINGLE, ["joint_mass"])
+    case = draw_case(8, CaseKind.SINGLE, ["joint_mass"])
     with Laboratory(speed=100.0, case=case) as laboratory:
-        assert isinstance(laboratory.bench, CaseBench)
         assert laboratory.bench.truth()["effects"] == ["joint_mass"]
 
 
@@ -131,15 +153,15 @@ def test_a_laboratory_of_its_own_process_takes_a_case_by_seed() -> None:
 
 
 def test_the_joints_that_should_be_found_are_those_of_the_paper_and_the_effect() -> None:
-    plain = bench_of(Kind.NONE).truth()
+    plain = bench_of(CaseKind.NONE).truth()
     np.testing.assert_allclose(plain["inverse"]["I"]["k"], plain["joints"]["I"]["k"], rtol=1e-9, atol=1e-6)
-    heavy = bench_of(Kind.SINGLE, "joint_mass").truth()
+    heavy = bench_of(CaseKind.SINGLE, "joint_mass").truth()
     assert heavy["inverse"]["I"]["k"][1][1] < heavy["joints"]["I"]["k"][1][1] - 1e4
     assert json.loads(json.dumps(heavy)) == heavy
 
 
 def test_the_drawing_is_the_setup_of_the_bundle(tmp_path: Path) -> None:
-    bench = CaseBench(draw_case(4, Kind.SINGLE, ["joint_mass"]), Clock())
+    bench = case_bench(draw_case(4, CaseKind.SINGLE, ["joint_mass"]), Clock())
     write_case(bench.case, tmp_path)
     stated = json.loads((tmp_path / "setup.json").read_text(encoding="utf-8"))
     assert json.loads(json.dumps(bench.drawing())) == stated

@@ -12,7 +12,7 @@ from rig.run import run_sequence
 from rig.sequence import sequence_from
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
-from simlab.case.draw import Kind, draw_case
+from simlab.case.draw import CaseKind, draw_case
 from simlab.case.simulate import simulate
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
@@ -31,7 +31,7 @@ STEPS = [
 
 
 def test_a_run_on_a_case_measures_its_effect(tmp_path: Path) -> None:
-    case = draw_case(4, Kind.PAIR, ["foundation_compliance", "frame_compliance"], 0.6)
+    case = draw_case(4, CaseKind.PAIR, ["foundation_compliance", "frame_compliance"], 0.6)
     with Laboratory(speed=200.0, case=case) as laboratory:
         hand = OperatorClient(laboratory.addresses.hand)
         drawing = hand.do("drawing")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from simlab.case.article import TOLERANCES
-from simlab.case.draw import EFFECTS, NOVELTIES, Case, Kind, draw_case
+from simlab.article import TOLERANCES
+from simlab.case.draw import EFFECTS, NOVELTIES, Case, CaseKind, draw_case
 
 PROMISED = [
     "amplitude_dependence",
@@ -56,43 +56,45 @@ def test_every_promised_effect_can_be_drawn_and_ten_novelties_more() -> None:
     assert not set(NOVELTIES) & set(EFFECTS)
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_a_seed_draws_the_same_case_again_and_another_seed_another(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(CaseKind))
+def test_a_seed_draws_the_same_case_again_and_another_seed_another(kind: CaseKind) -> None:
     assert content(draw_case(5, kind)) == content(draw_case(5, kind))
     assert content(draw_case(5, kind)) != content(draw_case(6, kind))
 
 
-@pytest.mark.parametrize(("kind", "count"), [(Kind.NONE, 0), (Kind.SINGLE, 1), (Kind.PAIR, 2), (Kind.NOVEL, 1)])
-def test_a_kind_has_its_number_of_different_effects(kind: Kind, count: int) -> None:
+@pytest.mark.parametrize(
+    ("kind", "count"), [(CaseKind.NONE, 0), (CaseKind.SINGLE, 1), (CaseKind.PAIR, 2), (CaseKind.NOVEL, 1)]
+)
+def test_a_kind_has_its_number_of_different_effects(kind: CaseKind, count: int) -> None:
     for seed in range(20):
         names = {effect.name for effect in draw_case(seed, kind).effects}
         assert len(names) == count
-        assert names <= set(NOVELTIES if kind is Kind.NOVEL else EFFECTS)
+        assert names <= set(NOVELTIES if kind is CaseKind.NOVEL else EFFECTS)
 
 
 def test_article_and_campaign_do_not_tell_the_kind() -> None:
-    none, single = draw_case(9, Kind.NONE), draw_case(9, Kind.SINGLE)
+    none, single = draw_case(9, CaseKind.NONE), draw_case(9, CaseKind.SINGLE)
     assert none.article == single.article
     assert none.campaign.setups == single.campaign.setups
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_effect_is_drawn_by_name_and_size(name: str) -> None:
-    (effect,) = draw_case(1, Kind.SINGLE, [name], size=0.4).effects
+    (effect,) = draw_case(1, CaseKind.SINGLE, [name], size=0.4).effects
     assert (effect.name, effect.size) == (name, 0.4)
     assert all(isinstance(value, (float, str)) for value in effect.values.values())
 
 
 def test_rival_laws_come_up() -> None:
-    laws = {draw_case(seed, Kind.SINGLE, ["amplitude_dependence"]).effects[0].law for seed in range(40)}
+    laws = {draw_case(seed, CaseKind.SINGLE, ["amplitude_dependence"]).effects[0].law for seed in range(40)}
     assert laws == {"kraus", "contacts", "power"}
 
 
 def test_nothing_of_the_article_is_off_by_more_than_two_tolerances() -> None:
     for seed in range(50):
-        case = draw_case(seed, Kind.NONE)
-        assert abs(case.article.bar.youngs_modulus / 207e9 - 1) <= 2 * TOLERANCES["youngs_modulus"] + 1e-12
-        assert abs(case.article.bar.density / 7850 - 1) <= 2 * TOLERANCES["density"] + 1e-12
+        case = draw_case(seed, CaseKind.NONE)
+        assert abs(case.article.beam.youngs_modulus / 207e9 - 1) <= 2 * TOLERANCES["youngs_modulus"] + 1e-12
+        assert abs(case.article.beam.density / 7850 - 1) <= 2 * TOLERANCES["density"] + 1e-12
         for setup in case.campaign.setups:
             assert abs(setup.gain - 1) <= 2 * TOLERANCES["sensor_gain"] + 1e-12
             assert max(map(abs, setup.offsets)) <= 2 * TOLERANCES["impact_position"]
@@ -101,15 +103,15 @@ def test_nothing_of_the_article_is_off_by_more_than_two_tolerances() -> None:
 @pytest.mark.parametrize(
     ("kind", "effects", "size", "says"),
     [
-        (Kind.SINGLE, ["gremlins"], None, "no effect 'gremlins'"),
-        (Kind.SINGLE, ["absorber"], None, "no effect 'absorber' for a single case"),
-        (Kind.PAIR, ["density"], None, "a pair case has 2 effects, not 1"),
-        (Kind.PAIR, ["density", "density"], None, "once"),
-        (Kind.NONE, ["density"], None, "a none case has 0 effects"),
-        (Kind.SINGLE, ["density"], 1.5, "a size of 1.5"),
-        (Kind.SINGLE, ["density"], 0.0, "a size of 0.0"),
+        (CaseKind.SINGLE, ["gremlins"], None, "no effect 'gremlins'"),
+        (CaseKind.SINGLE, ["absorber"], None, "no effect 'absorber' for a single case"),
+        (CaseKind.PAIR, ["density"], None, "a pair case has 2 effects, not 1"),
+        (CaseKind.PAIR, ["density", "density"], None, "once"),
+        (CaseKind.NONE, ["density"], None, "a none case has 0 effects"),
+        (CaseKind.SINGLE, ["density"], 1.5, "a size of 1.5"),
+        (CaseKind.SINGLE, ["density"], 0.0, "a size of 0.0"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(kind: Kind, effects: list[str], size: float | None, says: str) -> None:
+def test_what_cannot_be_drawn_is_refused(kind: CaseKind, effects: list[str], size: float | None, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         draw_case(1, kind, effects, size)

@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simlab.assembly import Complex
-from simlab.beam import Bar, Real
-from simlab.case.article import JOINT_NAMES, Article, Joint
+from simlab.article import INCLINATIONS_DEG, JOINT_NAMES, SimulatedArticle, SimulatedJoint
+from simlab.beam import Real, SimulatedBeam
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, WITHHELD
-from simlab.case.draw import EFFECTS, NOVELTIES, Case, Kind, draw_case
+from simlab.case.draw import EFFECTS, NOVELTIES, Case, CaseKind, draw_case
 from simlab.case.effects import CATALOGUE
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
-from simlab.case.effects.base import Seen
+from simlab.case.effects.base import CylinderState
 from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE
 from simlab.case.simulate import Simulated, simulate
+from simlab.coupling import Complex
+from simlab.elastomer import LinearCylinder
 from tests.recordings import find_recording
 
 BOTH_RIGS = {
@@ -47,17 +48,17 @@ LINES = np.arange(4.0, 1025.0, 4.0)
 
 @lru_cache
 def baseline() -> Simulated:
-    return simulate(draw_case(SEED, Kind.NONE), frequency=LINES)
+    return simulate(draw_case(SEED, CaseKind.NONE), frequency=LINES)
 
 
 def single(name: str, size: float = 1.0, seed: int = SEED) -> Case:
-    kind = Kind.SINGLE if name in EFFECTS else Kind.NOVEL
+    kind = CaseKind.SINGLE if name in EFFECTS else CaseKind.NOVEL
     return draw_case(seed, kind, [name], size)
 
 
 def with_law(name: str, law: str) -> Case:
     """A case of full size with the law asked for."""
-    kind = Kind.SINGLE if name in EFFECTS else Kind.NOVEL
+    kind = CaseKind.SINGLE if name in EFFECTS else CaseKind.NOVEL
     cases = (draw_case(seed, kind, [name], 1.0) for seed in range(60))
     return next(case for case in cases if case.effects[0].law == law)
 
@@ -94,7 +95,7 @@ def test_without_effects_a_case_reads_as_one_that_has_none() -> None:
 
 
 def test_two_effects_are_both_there() -> None:
-    pair = draw_case(SEED, Kind.PAIR, ["sensor_gain", "frame_compliance"], 1.0)
+    pair = draw_case(SEED, CaseKind.PAIR, ["sensor_gain", "frame_compliance"], 1.0)
     gain = next(effect for effect in pair.effects if effect.name == "sensor_gain").number("gain")
     seen = simulate(pair, frequency=LINES)
     np.testing.assert_allclose(seen.accelerance, baseline().accelerance * (1 + gain), rtol=1e-12)
@@ -102,13 +103,15 @@ def test_two_effects_are_both_there() -> None:
 
 
 def test_the_tester_reads_b_2a_and_k22_of_a_leaning_joint() -> None:
-    case, seen = draw_case(SEED, Kind.NONE), baseline()
+    case, seen = draw_case(SEED, CaseKind.NONE), baseline()
     points = case.campaign.points
     for i, name in enumerate(JOINT_NAMES):
         joint = case.article.joints[name]
+        cylinder = joint.cylinders[0]
         lean = np.radians(joint.lean_deg)
-        k22 = 2 * (joint.shear * np.cos(np.pi / 4 + lean) ** 2 + joint.compression * np.sin(np.pi / 4 + lean) ** 2)
-        for configuration, expected in zip(CONFIGURATIONS, (joint.compression, 2 * joint.shear, k22), strict=True):
+        shear, compression = cylinder.shear, cylinder.compression
+        k22 = 2 * (shear * np.cos(np.pi / 4 + lean) ** 2 + compression * np.sin(np.pi / 4 + lean) ** 2)
+        for configuration, expected in zip(CONFIGURATIONS, (compression, 2 * shear, k22), strict=True):
             here = (points.specimen == i) & (points.configuration == CONFIGURATIONS.index(configuration))
             assert here.sum() == 120
             np.testing.assert_allclose(seen.stiffness[here], case.campaign.tester_gain * expected, rtol=1e-12)
@@ -182,33 +185,33 @@ def test_distortion_rises_with_amplitude_where_the_stiffness_changes_with_it() -
     np.testing.assert_allclose(baseline().distortion, 0.15)
 
 
-def seen_in_tester(amplitude: Real, frequency: Real) -> Seen:
-    return Seen(True, "I", frequency, amplitude, np.ones_like(amplitude), np.zeros_like(amplitude))
+def seen_in_tester(amplitude: Real, frequency: Real) -> CylinderState:
+    return CylinderState(True, "I", frequency, amplitude, np.ones_like(amplitude), np.zeros_like(amplitude))
 
 
 def example(name: str) -> tuple[Case, dict[str, Any], Complex]:
     """A labelled example as a case, its truth and its withheld accelerances at 1, 3, ... of our lines."""
     truth = json.loads(find_recording(f"examples/truth/{name}.json").read_text(encoding="utf-8"))
     setup = json.loads(find_recording(f"examples/{name}/setup.json").read_text(encoding="utf-8"))
-    base, drawn = truth["baseline"], draw_case(1, Kind.NONE)
-    bar = replace(Bar(), youngs_modulus=207e9 * base["E"], density=7850 * base["rho"])
-    joints = {
-        joint: Joint(
-            position=base["joint_x"][i],
+    base, drawn = truth["baseline"], draw_case(1, CaseKind.NONE)
+    beam = replace(SimulatedBeam(), youngs_modulus=207e9 * base["E"], density=7850 * base["rho"])
+    joints = {}
+    for i, joint in enumerate(JOINT_NAMES):
+        cylinder = LinearCylinder(
             shear=base["a"][i] * (1 + 1j * base["ga"][i]),
             compression=base["b"][i] * (1 + 1j * base["gb"][i]),
             rotation=base["c"][i] * (1 + 1j * base["gb"][i]),
-            lean_deg=base["angle"][i],
         )
-        for i, joint in enumerate(JOINT_NAMES)
-    }
+        joints[joint] = SimulatedJoint(
+            base["joint_x"][i], (cylinder, cylinder), INCLINATIONS_DEG[joint], lean_deg=base["angle"][i]
+        )
     setups = tuple(
         replace(drawn.campaign.setups[0], peak_force=s["peak"], gain=s["gain"], offsets=tuple(s["dx"]))
         for s in truth["lab"]["sets"]
     )
     campaign = replace(drawn.campaign, node_positions=tuple(setup["node_positions"]), setups=setups)
     stored = np.load(find_recording(f"examples/truth/{name}.npz"))
-    case = replace(drawn, article=Article(bar, joints, base["sensor_x"]), campaign=campaign)
+    case = replace(drawn, article=SimulatedArticle(beam, joints, base["sensor_x"]), campaign=campaign)
     return case, truth, stored["H"].astype(np.complex128)
 
 

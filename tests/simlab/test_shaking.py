@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simlab.article import NODE_POSITIONS, draw_article
-from simlab.shaker import shake
-from simlab.supported_beam import Load, SupportedBeam
+from simlab.article import NODE_POSITIONS
+from simlab.beam import Load
+from simlab.case.campaign import Row
+from simlab.coupling import CoupledBeam, block_diagonal
+from simlab.ordinary import draw_article
+from simlab.stand import Stand
+from tests.simlab.shaking import shake
+from tests.simlab.specimens import built_of
 
 ARTICLE = draw_article(3)
 PLACE = NODE_POSITIONS[4]
@@ -15,8 +20,8 @@ FREQUENCY = np.arange(60.0, 300.0, 4.0)
 
 
 def test_faint_sines_find_the_beam_on_joints_at_rest() -> None:
-    beam = SupportedBeam(ARTICLE)
-    expected = beam.accelerance(beam.lines(FREQUENCY), Load(PLACE, y=1.0), 1e-9)
+    stand = Stand(built_of(ARTICLE), FREQUENCY)
+    expected = stand.blow(Row(5, "y"), 0, 1e-2, Load(PLACE, y=1.0))
     found = shake(ARTICLE, PLACE, [(ARTICLE.sensor_position, "y")], FREQUENCY, 1e-4)
     np.testing.assert_allclose(found.accelerance[0], expected, rtol=1e-3)
 
@@ -34,14 +39,16 @@ def test_every_line_is_in_balance_with_the_joints_of_its_own_amplitude() -> None
     found = shake(ARTICLE, PLACE, [(PLACE, "y")], FREQUENCY, 2.0)
     line = int(np.argmax(found.amplitudes["I"]))
     joint = ARTICLE.joints["I"]
-    beam = SupportedBeam(ARTICLE)
-    lines = beam.in_plane.lines(FREQUENCY[line : line + 1])
-    held = np.zeros((1, 6, 6), dtype=complex)
-    for place, (name, each) in enumerate(ARTICLE.joints.items()):
-        own = slice(3 * place, 3 * place + 3)
-        held[0, own, own] = each.dynamic_stiffness(float(found.amplitudes[name][line]), FREQUENCY[line])
+    stand = Stand(built_of(ARTICLE), FREQUENCY[line : line + 1])
+    omega = np.array([2 * np.pi * FREQUENCY[line]], dtype=np.complex128)
+    beam = CoupledBeam(stand.modes, stand.supports, omega)
+    joints = [
+        each.dynamic_stiffness(float(found.amplitudes[name][line]), FREQUENCY[line])
+        for name, each in ARTICLE.joints.items()
+    ]
+    pushed = stand.modes.shape("y", PLACE)[None]
     moved = [
-        beam.in_plane.accelerance(lines, held, beam.free.shape(way, joint.position), beam.free.shape("y", PLACE))[0]
+        beam.accelerance(stand.modes.shape(way, joint.position), pushed, block_diagonal(joints, 1))[0, 0]
         for way in "xy"
     ]
     amplitude = 2.0 * np.linalg.norm(moved) / (2 * np.pi * FREQUENCY[line]) ** 2

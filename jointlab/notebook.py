@@ -274,17 +274,7 @@ def stiffness(
     else:
         laws = laws_of_points(*catalogue, points_of_run(*catalogue))
     found = stiffness_at(laws, 1e-3 * amplitude_pp_mm, frequency, specimens)
-    rows = [
-        _stiffness_row(each.specimen, name, term)
-        for each in found.specimens
-        for name, term in (
-            ("a", each.cylinder.shear),
-            ("b", each.cylinder.compression),
-            ("k11", each.joint.k11),
-            ("k22", each.joint.k22),
-            ("k12", each.joint.k12),
-        )
-    ]
+    rows = [_stiffness_row(each.specimen, name, term) for each in found.specimens for name, term in each.terms.items()]
     notes = tuple(
         f"extrapolated, joint {each.specimen}: {phrase}" for each in found.specimens for phrase in each.beyond
     )

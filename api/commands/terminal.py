@@ -1,18 +1,25 @@
-"""What the commands share: consoles, the catalogue that the configuration names, files that they write."""
+"""Shared by the commands: consoles, sections as text, the catalogue that the configuration names, files to write.
+
+What takes long to import is imported where it is used, here and in the commands, so that `--help` answers at once.
+"""
 
 from __future__ import annotations
 
 import errno
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from jointlab.errors import JointlabError
-from jointlab.settings import Settings, load_settings
-from store.catalogue import Catalogue
+
+if TYPE_CHECKING:
+    from jointlab.report.section import Cell, Section, Table
+    from jointlab.settings import Settings
+    from store.catalogue import Catalogue
 
 # names and paths may hold brackets, which are no markup
 out = Console(soft_wrap=True, highlight=False, markup=False)
@@ -27,6 +34,9 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
         SettingsError: the configuration does not fit.
         StoreError: the database cannot be opened.
     """
+    from jointlab.settings import load_settings
+    from store.catalogue import Catalogue
+
     settings = settings or load_settings()
     return Catalogue.open(settings.database_url, settings.waveform_folder)
 
@@ -34,6 +44,47 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
 def run_number(target: str) -> int | None:
     """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
     return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None
+
+
+def show_sections(sections: Sequence[Section]) -> None:
+    """Print sections without their pictures; one that holds nothing else is left out."""
+    from jointlab.report.section import Notice, Picture, Table
+
+    for section in sections:
+        shown = [item for item in section.content if not isinstance(item, Picture)]
+        if shown:
+            out.print(f"\n{section.title}", style="bold")
+        for item in shown:
+            match item:
+                case Table():
+                    show_table(item)
+                case Notice(text, failed):
+                    out.print(text, style="red" if failed else "yellow")
+                case text:
+                    out.print(text)
+
+
+def show_table(table: Table) -> None:
+    """Print a table; one of a single column is a list."""
+    from rich import table as rich
+
+    out.print(f"{table.caption}:")
+    if len(table.head) == 1:
+        for (cell,) in table.rows:
+            out.print(f"  {_text(cell)}")
+        return
+    printed = rich.Table(*table.head, box=None)
+    for row in table.rows:
+        printed.add_row(*map(_text, row))
+    out.print(printed)
+
+
+def _text(cell: Cell) -> str:
+    from jointlab.report.section import Unknown
+
+    if isinstance(cell, str):
+        return cell
+    return f"{cell.text} ({cell.why})" if isinstance(cell, Unknown) else cell.text
 
 
 def check_writable(path: Path) -> None:

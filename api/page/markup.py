@@ -8,7 +8,7 @@ from html import escape
 
 from nicegui import ui
 
-from jointlab.report.section import Unknown
+from jointlab.report.section import Share, Table, Unknown
 
 
 @dataclass(frozen=True)
@@ -20,15 +20,7 @@ class Link:
     new_tab: bool = False
 
 
-@dataclass(frozen=True)
-class Bar:
-    """A share from 0 to 1 as a bar with its text."""
-
-    share: float
-    text: str
-
-
-Cell = str | Link | Unknown | Bar
+Cell = str | Link | Unknown | Share
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
@@ -39,6 +31,11 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> 
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}"><table>'
         f"<caption>{escape(caption)}</caption><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table></div>"
     )
+
+
+def show_table(made: Table) -> None:
+    """Put a table of a section onto the page."""
+    show(table(made.caption, made.head, made.rows))
 
 
 def terms(pairs: Mapping[str, Cell]) -> str:
@@ -111,7 +108,7 @@ def _inner(cell: Cell) -> str:
             return anchor(cell)
         case Unknown(text, why):
             return f"{escape(text)}<br><small>{escape(why)}</small>"
-        case Bar(share, text):
+        case Share(share, text):
             filled = f'<span class="bar" style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span>'
             return f'<span class="track">{filled}</span> {escape(text)}'
         case _:

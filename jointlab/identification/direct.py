@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,8 +24,10 @@ from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
 from jointlab.identification.measurement import Measurement
+from jointlab.identification.sine_points import SinePoint
 
 CONFIGURATIONS = ("compression", "shear", "angled")
+Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +44,7 @@ class Direct:
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
     """
 
-    series: Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
+    series: Series
     cylinders: Mapping[float, tuple[CylinderTerms, ...]]
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
@@ -59,30 +61,37 @@ class Direct:
         return JointLaw(fit_cylinder_law(every_term), self.inclination)
 
 
+def series_of(points: Iterable[SinePoint]) -> dict[str, Series]:
+    """By joint, its points by configuration and falling amplitude asked for (mm p-p), of rising frequency."""
+    found: dict[str, dict[str, dict[float, list[DynamicStiffness]]]] = defaultdict(
+        lambda: defaultdict(lambda: defaultdict(list))
+    )
+    for point in points:
+        found[point.specimen][point.configuration][point.amplitude_pp_mm].append(point.result)
+    return {
+        name: {
+            configuration: {
+                amplitude: tuple(sorted(own, key=lambda point: point.frequency))
+                for amplitude, own in sorted(by_configuration[configuration].items(), reverse=True)
+            }
+            for configuration in CONFIGURATIONS
+            if configuration in by_configuration
+        }
+        for name, by_configuration in sorted(found.items())
+    }
+
+
 def direct_of(measurement: Measurement) -> dict[str, Direct]:
     """What the sine points say of each joint's cylinders, by joint; empty without points.
 
     Raises:
         AnalysisError: points of different configurations do not belong together.
     """
-    sorted_points: dict[str, dict[str, dict[float, list[DynamicStiffness]]]] = defaultdict(
-        lambda: defaultdict(lambda: defaultdict(list))
-    )
-    for point in measurement.points:
-        sorted_points[point.specimen][point.configuration][point.amplitude_pp_mm].append(point.result)
     inclination = {joint.name: math.radians(joint.inclinations_deg[0]) for joint in measurement.article.joints}
-    return {name: _direct_of_joint(found, inclination[name]) for name, found in sorted(sorted_points.items())}
+    return {name: _direct_of_joint(series, inclination[name]) for name, series in series_of(measurement.points).items()}
 
 
-def _direct_of_joint(found: Mapping[str, Mapping[float, list[DynamicStiffness]]], inclination: float) -> Direct:
-    series = {
-        configuration: {
-            amplitude: tuple(sorted(points, key=lambda point: point.frequency))
-            for amplitude, points in sorted(found[configuration].items(), reverse=True)
-        }
-        for configuration in CONFIGURATIONS
-        if configuration in found
-    }
+def _direct_of_joint(series: Series, inclination: float) -> Direct:
     complete = [
         amplitude
         for amplitude in series.get("angled", {})

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from analysis.direct.cylinder_terms import CylinderTerms, JointLaw, JointTerms
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
 from jointlab.errors import JointlabError
@@ -41,6 +42,12 @@ class SpecimenAt:
     cylinder: CylinderTerms
     joint: JointTerms
     beyond: tuple[str, ...]
+
+    @property
+    def terms(self) -> dict[str, DynamicStiffness]:
+        """a and b of the cylinder, k11, k22 and k12 of the joint, by name."""
+        of_cylinder = {"a": self.cylinder.shear, "b": self.cylinder.compression}
+        return of_cylinder | {"k11": self.joint.k11, "k22": self.joint.k22, "k12": self.joint.k12}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
-"""Keeping an identification: each result a row of its own, beside older ones, with what it was made from."""
+"""Saving an identification: each result is a row of its own, beside older ones, with what it was made from."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,9 +10,9 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from analysis.comparison import ElementComparison
-from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
+from analysis.structure.agreement import ModeError
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.inverse import Inverse, MethodResult
 from jointlab.identification.pipeline import Identification
@@ -35,13 +35,13 @@ OPTIONS = "options"
 class SavedAnalyses:
     """Numbers of the analyses that were stored; None for what was not measured."""
 
-    suspended_beam: int | None
-    frequency_responses: int | None
-    modes: int | None
-    paper_joints: int | None
-    likelihood_joints: int | None
-    dynamic_stiffness: int | None
-    comparisons: int | None
+    suspended_beam: int | None = None
+    frequency_responses: int | None = None
+    modes: int | None = None
+    paper_joints: int | None = None
+    likelihood_joints: int | None = None
+    dynamic_stiffness: int | None = None
+    comparisons: int | None = None
 
 
 def save_identification(session: Session, run_id: int, found: Identification) -> SavedAnalyses:
@@ -50,135 +50,86 @@ def save_identification(session: Session, run_id: int, found: Identification) ->
     Raises:
         StoreError: there is no such run, or the database refuses.
     """
-    suspended = None if found.suspended is None else _suspended(session, run_id, found)
+    saving = _Saving(session, run_id, found)
+    suspended = None if found.suspended is None else saving.suspended_beam()
     responses = modes = paper = likelihood = None
     if found.inverse is not None:
-        responses = _responses(session, run_id, found)
-        modes = _modes(session, run_id, responses, found.inverse)
-        paper = _paper_joints(session, run_id, modes, found.inverse)
+        responses = saving.responses()
+        modes = saving.modes(found.inverse, responses)
+        paper = saving.paper_joints(found.inverse, modes)
         sources = [parent for parent in (responses, paper, suspended) if parent is not None]
-        likelihood = _likelihood_joints(session, run_id, sources, found.inverse, _chosen(found))
-    points = _points(session, run_id, found) if found.measurement.points else None
-    comparisons = None
-    if found.comparison:
-        parents = [parent for parent in (likelihood, points) if parent is not None]
-        comparisons = add_analysis(
-            session,
-            kind=AnalysisKind.COMPARISONS,
-            method="elements at the modes' frequencies",
-            settings={},
-            runs=[run_id],
-            parents=parents,
-        )
-        add_comparisons(session, comparisons, [_comparison(each) for each in found.comparison])
+        likelihood = saving.likelihood_joints(found.inverse, sources)
+    points = saving.points() if found.measurement.points else None
+    compared = [parent for parent in (likelihood, points) if parent is not None]
+    comparisons = saving.comparisons(compared) if found.comparison else None
     return SavedAnalyses(suspended, responses, modes, paper, likelihood, points, comparisons)
 
 
-def _suspended(session: Session, run_id: int, found: Identification) -> int:
-    """Modes of the beam in its cords; what they say of its damping and material is in the settings."""
-    assert found.suspended is not None
-    assert found.measurement.suspended is not None
-    modal, result = found.suspended.modal, found.suspended.result
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.MODES,
-        method=SUSPENDED_METHOD,
-        settings={
-            "damping_ratios": list(result.damping_ratios),
-            "beam": {
-                name: [estimate.value, estimate.standard_error]
-                for name, estimate in ((name, result.update.parameter(name)) for name in PARAMETERS)
-            },
-            "statements": list(result.statements),
-            "run": found.measurement.suspended.run,
-            "decay": found.measurement.suspended.responses.decay,
-        },
-        runs=[run_id],
-    )
-    add_modes(session, analysis, _mode_set(modal, np.full(modal.modes.poles.size, np.nan)))
-    return analysis
+@dataclass(frozen=True)
+class _Saving:
+    """Adds analyses of one identification of a run; every method returns the number of its analysis."""
 
+    session: Session
+    run_id: int
+    found: Identification
 
-def _mode_set(modal: ModalEstimate, predicted: Real) -> ModeSet:
-    modes = modal.modes
-    return ModeSet(
-        frequency=modes.frequency,
-        loss_factor=modes.loss_factor,
-        dofs=tuple(StoredDof(point.node, point.direction.value) for point in modes.dofs),
-        shapes=modes.shapes,
-        frequency_ci95=modal.frequency_ci95,
-        loss_factor_ci95=modal.loss_factor_ci95,
-        predicted_frequency=predicted,
-        pole_covariance=modes.pole_covariance,
-        shape_covariance=modes.shape_covariance,
-    )
+    def _add(self, kind: AnalysisKind, method: str, settings: Mapping[str, Any], parents: Sequence[int] = ()) -> int:
+        return add_analysis(
+            self.session, kind=kind, method=method, settings=dict(settings), runs=[self.run_id], parents=parents
+        )
 
+    def suspended_beam(self) -> int:
+        """Modes of the beam in its cords; damping and material that follow from them are in the settings."""
+        suspended, test = self.found.suspended, self.found.measurement.suspended
+        assert suspended is not None
+        assert test is not None
+        parameters = {name: suspended.result.update.parameter(name) for name in PARAMETERS}
+        settings = {
+            "damping_ratios": list(suspended.result.damping_ratios),
+            "beam": {name: [estimate.value, estimate.standard_error] for name, estimate in parameters.items()},
+            "statements": list(suspended.result.statements),
+            "run": test.run,
+            "decay": test.responses.decay,
+        }
+        analysis = self._add(AnalysisKind.MODES, SUSPENDED_METHOD, settings)
+        add_modes(self.session, analysis, mode_set(suspended.modal))
+        return analysis
 
-def _responses(session: Session, run_id: int, found: Identification) -> int:
-    if not found.measurement.raw:
-        return latest_analysis(session, run_id, AnalysisKind.FREQUENCY_RESPONSES).id
-    first = found.measurement.sets[0]
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.FREQUENCY_RESPONSES,
-        method=first.estimator,
-        settings={
+    def responses(self) -> int:
+        """Accelerances from raw blows, or those that were imported."""
+        measurement = self.found.measurement
+        if not measurement.raw:
+            return latest_analysis(self.session, self.run_id, AnalysisKind.FREQUENCY_RESPONSES).id
+        first = measurement.sets[0]
+        settings = {
             "window": first.window,
             "highest_frequency": float(first.frequency[-1]),
-            "left_out": list(found.measurement.left_out),
-            "faults": list(found.measurement.faults),
-        },
-        runs=[run_id],
-    )
-    for measured in found.measurement.sets:
-        add_frequency_responses(session, analysis, run_id, measured)
-    return analysis
+            "left_out": list(measurement.left_out),
+            "faults": list(measurement.faults),
+        }
+        analysis = self._add(AnalysisKind.FREQUENCY_RESPONSES, first.estimator, settings)
+        for measured in measurement.sets:
+            add_frequency_responses(self.session, analysis, self.run_id, measured)
+        return analysis
 
+    def modes(self, inverse: Inverse, parent: int) -> int:
+        """Modes of the supported beam."""
+        modal = inverse.modal
+        settings = {"damping": modal.damping.value, "noise_scale": float(modal.noise_scale)}
+        method = "least-squares complex frequency domain, refined by maximum likelihood"
+        analysis = self._add(AnalysisKind.MODES, method, settings, [parent])
+        add_modes(self.session, analysis, mode_set(modal, inverse.likelihood.errors))
+        return analysis
 
-def _modes(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
-    modal = inverse.modal
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.MODES,
-        method="least-squares complex frequency domain, refined by maximum likelihood",
-        settings={"damping": modal.damping.value, "noise_scale": float(modal.noise_scale)},
-        runs=[run_id],
-        parents=[parent],
-    )
-    predicted = np.full(modal.modes.poles.size, np.nan)
-    for pair in inverse.likelihood.errors:
-        predicted[pair.measured] = pair.predicted_frequency
-    add_modes(session, analysis, _mode_set(modal, predicted))
-    return analysis
+    def paper_joints(self, inverse: Inverse, parent: int) -> int:
+        """Joints by the paper's method."""
+        settings = {"points": [str(point) for point in inverse.components], "average_longitudinal": True}
+        return self._joints(inverse.paper, settings, [parent])
 
-
-def _paper_joints(session: Session, run_id: int, parent: int, inverse: Inverse) -> int:
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.JOINT_MATRICES,
-        method=inverse.paper.method,
-        settings={
-            "points": [str(point) for point in inverse.components],
-            "average_longitudinal": True,
-            NOT_OBSERVABLE: _reasons(inverse.paper),
-        },
-        runs=[run_id],
-        parents=[parent],
-    )
-    for joint in inverse.paper.joints.values():
-        add_joint_matrix(session, analysis, joint_matrix(joint))
-    return analysis
-
-
-def _likelihood_joints(
-    session: Session, run_id: int, parents: Sequence[int], inverse: Inverse, chosen: dict[str, Any]
-) -> int:
-    fit, beam = inverse.fit, inverse.free_beam
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.JOINT_MATRICES,
-        method=inverse.likelihood.method,
-        settings={
+    def likelihood_joints(self, inverse: Inverse, parents: Sequence[int]) -> int:
+        """Joints by maximum likelihood, with everything that is needed to compute them again."""
+        fit, beam = inverse.fit, inverse.free_beam
+        settings = {
             "noise_scale": float(fit.noise_scale),
             "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
             "passed": fit.passed,
@@ -187,31 +138,65 @@ def _likelihood_joints(
             "density": beam.beam.density,
             "elements": beam.mesh.positions.size - 1,
             "tolerances": asdict(inverse.tolerances),
-            OPTIONS: chosen,
-            NOT_OBSERVABLE: _reasons(inverse.likelihood),
-        },
-        runs=[run_id],
-        parents=parents,
-    )
-    for joint in inverse.likelihood.joints.values():
-        add_joint_matrix(session, analysis, joint_matrix(joint))
-    return analysis
+            OPTIONS: self._options(),
+        }
+        return self._joints(inverse.likelihood, settings, parents)
 
+    def _joints(self, result: MethodResult[Any], settings: Mapping[str, Any], parents: Sequence[int]) -> int:
+        reasons = {NOT_OBSERVABLE: {name: joint.not_observable for name, joint in result.joints.items()}}
+        analysis = self._add(AnalysisKind.JOINT_MATRICES, result.method, {**settings, **reasons}, parents)
+        for joint in result.joints.values():
+            add_joint_matrix(self.session, analysis, joint_matrix(joint))
+        return analysis
 
-def _chosen(found: Identification) -> dict[str, Any]:
-    """What was chosen by hand, and the run of whose suspended beam the beam is."""
-    suspended = found.measurement.suspended
-    return found.options.settings(None if suspended is None else suspended.run)
+    def points(self) -> int:
+        """Sine points from raw records, or those that were imported."""
+        if not self.found.measurement.raw:
+            return latest_analysis(self.session, self.run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
+        corrections = self.found.corrections
+        settings = {
+            "corrections": [asdict(each) for each in corrections.applied],
+            "switched_off": list(corrections.switched_off),
+            OPTIONS: self._options(),
+        }
+        analysis = self._add(AnalysisKind.DYNAMIC_STIFFNESS, "first harmonic (Eqs. 47, 48)", settings)
+        add_dynamic_stiffness(self.session, analysis, [stored_point(each) for each in self.found.measurement.points])
+        return analysis
 
+    def comparisons(self, parents: Sequence[int]) -> int:
+        """Both experiments, element by element."""
+        analysis = self._add(AnalysisKind.COMPARISONS, "elements at the modes' frequencies", {}, parents)
+        add_comparisons(self.session, analysis, [stored_comparison(each) for each in self.found.comparison])
+        return analysis
 
-def _reasons(route: MethodResult[Any]) -> dict[str, dict[str, str]]:
-    return {name: joint.not_observable for name, joint in route.joints.items()}
+    def _options(self) -> dict[str, Any]:
+        suspended = self.found.measurement.suspended
+        return self.found.options.settings(None if suspended is None else suspended.run)
 
 
 def unobservable_reasons(analysis: Analysis, joint: str) -> dict[str, str]:
     """By term, such as "k11", why it is not observable; empty for analyses that older versions stored."""
     found: dict[str, str] = analysis.settings.get(NOT_OBSERVABLE, {}).get(joint, {})
     return found
+
+
+def mode_set(modal: ModalEstimate, predicted: Sequence[ModeError] = ()) -> ModeSet:
+    """Modes as the store has them, with the frequencies that a model predicts for them."""
+    modes = modal.modes
+    frequencies = np.full(modes.poles.size, np.nan)
+    for pair in predicted:
+        frequencies[pair.measured] = pair.predicted_frequency
+    return ModeSet(
+        frequency=modes.frequency,
+        loss_factor=modes.loss_factor,
+        dofs=tuple(StoredDof(point.node, point.direction.value) for point in modes.dofs),
+        shapes=modes.shapes,
+        frequency_ci95=modal.frequency_ci95,
+        loss_factor_ci95=modal.loss_factor_ci95,
+        predicted_frequency=frequencies,
+        pole_covariance=modes.pole_covariance,
+        shape_covariance=modes.shape_covariance,
+    )
 
 
 def joint_matrix(joint: IdentifiedJoint) -> JointMatrix:
@@ -230,25 +215,8 @@ def joint_matrix(joint: IdentifiedJoint) -> JointMatrix:
     )
 
 
-def _points(session: Session, run_id: int, found: Identification) -> int:
-    if not found.measurement.raw:
-        return latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS).id
-    analysis = add_analysis(
-        session,
-        kind=AnalysisKind.DYNAMIC_STIFFNESS,
-        method="first harmonic (Eqs. 47, 48)",
-        settings={
-            "corrections": [asdict(each) for each in found.corrections.applied],
-            "switched_off": list(found.corrections.switched_off),
-            OPTIONS: _chosen(found),
-        },
-        runs=[run_id],
-    )
-    add_dynamic_stiffness(session, analysis, [stored_point(point) for point in found.measurement.points])
-    return analysis
-
-
-def _comparison(each: ElementComparison) -> Comparison:
+def stored_comparison(each: ElementComparison) -> Comparison:
+    """The comparison of one element as the store has it."""
     return Comparison(
         joint=each.joint,
         element=each.element,

@@ -10,12 +10,11 @@ from analysis.inverse.regression import UPPER
 from jointlab.identification.document import plain
 from jointlab.planning import figures
 from jointlab.planning.plan import Plan
-from jointlab.report.section import Picture, Section, Table, number
+from jointlab.report.section import Item, Notice, Picture, Section, Table, number
+from jointlab.report.tables import TRANSLATIONS
 
 FORMAT = "jointlab-plan/1"
 Z95 = 1.96
-SHOWN = ((0, 0), (0, 1), (1, 1))
-"""Elements that the table shows: k11, k12, k22."""
 
 
 def plan_sections(plan: Plan) -> list[Section]:
@@ -64,39 +63,13 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     return document
 
 
-def expected_rows(plan: Plan) -> list[tuple[str, str, str, str]]:
-    """Joint, element, expected value and half-width of its 95 % interval, in words."""
-    rows = []
-    for joint in plan.joints:
-        for letter, value, deviation in (
-            ("k", joint.dynamic_stiffness.real, plan.expectation.stiffness_deviation[joint.name]),
-            ("h", joint.dynamic_stiffness.imag, plan.expectation.damping_deviation[joint.name]),
-        ):
-            half = _matrix(Z95 * deviation)
-            for p, q in SHOWN:
-                share = 100 * half[p, q] / abs(value[p, q])
-                rows.append(
-                    (
-                        joint.name,
-                        f"{letter}{p + 1}{q + 1}",
-                        f"{number(value[p, q] / 1e6)} MN/m",
-                        f"± {number(half[p, q] / 1e6)} MN/m, {number(share, 2)} %",
-                    )
-                )
-    return rows
-
-
 def _expected(plan: Plan) -> Section:
     return Section(
         "What the test will tell",
         (
             f"{len(plan.points)} points, averaged accelerances with {plan.noise:g} (m/s²)/N of noise a line, and every "
             "tolerance that the article states.",
-            Table(
-                "Expected 95 % intervals by maximum likelihood",
-                ("joint", "element", "expected", "half-width"),
-                tuple(expected_rows(plan)),
-            ),
+            _expected_table(plan),
             Picture("Expected half-widths", figures.half_widths(plan)),
             *(f"{weak.text}." for weak in plan.expectation.weak_directions),
             Table(
@@ -106,6 +79,22 @@ def _expected(plan: Plan) -> Section:
             ),
         ),
     )
+
+
+def _expected_table(plan: Plan) -> Table:
+    rows = []
+    for joint in plan.joints:
+        for letter, value, deviation in (
+            ("k", joint.dynamic_stiffness.real, plan.expectation.stiffness_deviation[joint.name]),
+            ("h", joint.dynamic_stiffness.imag, plan.expectation.damping_deviation[joint.name]),
+        ):
+            half = _matrix(Z95 * deviation)
+            for p, q in TRANSLATIONS:
+                element, share = f"{letter}{p + 1}{q + 1}", 100 * half[p, q] / abs(value[p, q])
+                width = f"± {number(half[p, q] / 1e6)} MN/m, {number(share, 2)} %"
+                rows.append((joint.name, element, f"{number(value[p, q] / 1e6)} MN/m", width))
+    head = ("joint", "element", "expected", "half-width")
+    return Table("Expected 95 % intervals by maximum likelihood", head, tuple(rows))
 
 
 def _design(plan: Plan) -> Section:
@@ -119,14 +108,14 @@ def _design(plan: Plan) -> Section:
         )
         for joint in plan.design.joints
     )
-    against = plan.design.statements or ("Nothing speaks against this bench",)
+    against: list[Item] = [Notice(f"{text}.") for text in plan.design.statements]
     return Section(
         "Design quantities",
         (
             f"First elastic mode of the free beam: {plan.design.first_elastic:.1f} Hz; first longitudinal mode: "
             f"{plan.design.first_longitudinal:.0f} Hz.",
             Table("Eqs. (12) to (16)", ("joint", "k-bar", "R", "theta (deg)", "k-theta / (k-t L²)"), rows),
-            *(f"{text}." for text in against),
+            *(against or ["Nothing speaks against this bench."]),
         ),
     )
 

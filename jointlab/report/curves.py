@@ -14,6 +14,9 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
+from jointlab.identification.inverse import Inverse
+from jointlab.identification.read import METHODS
+from jointlab.identification.save import joint_matrix
 from store.joint_matrices import JointMatrix
 
 Quantity = Callable[[DynamicStiffness], Estimate]
@@ -27,7 +30,13 @@ ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One curve of a sweep: frequency in Hz, value, half-width of its 95 % interval, each (points,)."""
+    """One curve of a sweep, each array (points,).
+
+    Attributes:
+        frequency: Hz.
+        value: of the quantity, in its SI unit.
+        half_width: of the 95 % interval of each value; NaN where it is not known.
+    """
 
     frequency: Real
     value: Real
@@ -43,6 +52,14 @@ class Panel:
     inverse: Mapping[str, Sequence[float] | Real]
 
 
+def joints_by_method(inverse: Inverse) -> JointsByMethod:
+    """The joints of an identification as the store has them."""
+    return {
+        METHODS[result.method]: {name: joint_matrix(joint) for name, joint in result.joints.items()}
+        for result in (inverse.likelihood, inverse.paper)
+    }
+
+
 def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
     """One quantity of a series over frequency with the half-width of its 95 % interval."""
     estimates = [quantity(point) for point in points]
@@ -51,6 +68,11 @@ def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
         value=np.array([estimate.value for estimate in estimates]),
         half_width=np.array([estimate.half_width() for estimate in estimates]),
     )
+
+
+def curves(series: Mapping[float, Sequence[DynamicStiffness]], quantity: Quantity) -> dict[float, Curve]:
+    """One quantity of a configuration's points, a curve for each amplitude."""
+    return {amplitude: curve(points, quantity) for amplitude, points in series.items()}
 
 
 def superposition_curves(checks: Mapping[float, Superposition]) -> tuple[dict[float, Curve], dict[float, Curve]]:
@@ -69,7 +91,7 @@ def stiffness_panels(joints: JointsByMethod, direct: Mapping[str, Direct]) -> li
     return [
         Panel(
             f"joint {name}, {element}",
-            {min(terms): curve([getattr(term, element) for term in terms[min(terms)]], _stiffness)},
+            {min(terms): curve([getattr(term, element) for term in terms[min(terms)]], stiffness)},
             {method: own[name].stiffness_ci95[at] for method, own in joints.items() if own[name].observable[at]},
         )
         for name, terms in _measured_both_ways(joints, direct).items()
@@ -108,5 +130,6 @@ def loss_factor(point: DynamicStiffness) -> Estimate:
     return point.loss_factor_estimate
 
 
-def _stiffness(point: DynamicStiffness) -> Estimate:
+def stiffness(point: DynamicStiffness) -> Estimate:
+    """k, N/m."""
     return point.stiffness_estimate

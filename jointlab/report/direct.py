@@ -13,57 +13,31 @@ from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.read import METHODS
-from jointlab.identification.save import joint_matrix
-from jointlab.identification.tester_corrections import TesterCorrections
+from jointlab.identification.save import stored_comparison
 from jointlab.report import figures
 from jointlab.report.curves import (
     Curve,
     Quantity,
-    curve,
+    curves,
+    joints_by_method,
     loss_factor,
     loss_factor_panels,
     magnitude,
     stiffness_panels,
     superposition_curves,
 )
-from jointlab.report.section import Picture, Section, Table, ends, number
+from jointlab.report.section import Item, Picture, Section, Table, ends, number
+from jointlab.report.summary import corrections_section, superposition_texts
+from jointlab.report.tables import comparison_table
 
 
 def direct_sections(found: Identification) -> list[Section]:
     """The tester's results, and the comparison where there is one."""
-    sections = [_corrections(found.corrections)] if found.direct else []
+    sections = [corrections_section(found.corrections)] if found.direct else []
     sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
         sections.append(_comparison(found.inverse, found.direct, found.comparison))
     return sections
-
-
-def _corrections(corrections: TesterCorrections) -> Section:
-    """What the tester adds to a specimen, and what was done about it."""
-    content: list[str | Table | Picture] = []
-    calibration = corrections.calibration
-    if calibration is None:
-        content.append(
-            "No known piece was measured in this tester: frame, fixture and channels are taken to be rigid, massless "
-            "and on time."
-        )
-    else:
-        content.append(
-            f"Known pieces in place of specimens were measured; chi-square is {number(calibration.chi_square)} on "
-            f"{calibration.degrees_of_freedom} degrees of freedom."
-        )
-        content += [f"{warning}." for warning in calibration.warnings]
-    if corrections.applied:
-        rows = tuple(
-            (each.effect.replace("_", " "), each.parameter, f"{each.value:.4g} ± {each.standard_error:.2g} {each.unit}")
-            for each in corrections.applied
-        )
-        content.append(Table("Applied to every sine point", ("correction", "symbol", "value, standard error"), rows))
-    if corrections.switched_off:
-        names = ", ".join(name.replace("_", " ") for name in corrections.switched_off)
-        content.append(f"Switched off by hand: {names}.")
-    return Section("Corrections of the tester", tuple(content))
 
 
 def _claims(direct: Direct) -> list[str]:
@@ -80,10 +54,10 @@ def _claims(direct: Direct) -> list[str]:
 
 
 def _cylinders(name: str, direct: Direct) -> Section:
-    content: list[str | Table | Picture] = [
+    content: list[Item] = [
         Picture(
             f"Fig. 11: cylinders of joint {name} in the tester, with 95 % intervals",
-            figures.dynamic_stiffness(name, _all(direct, magnitude), _all(direct, loss_factor)),
+            figures.dynamic_stiffness(name, *(_curves(direct, of) for of in (magnitude, loss_factor))),
         ),
         _ratios(name, direct),
     ]
@@ -105,7 +79,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
                 figures.superposition(name, *superposition_curves(direct.superposition)),
             )
         )
-        content += [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
+        content += superposition_texts(direct)
     return Section(f"Direct method, joint {name}", tuple(content))
 
 
@@ -171,35 +145,17 @@ def _loop_excess(point: DynamicStiffness) -> Estimate | None:
 
 
 def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
-    joints = {
-        METHODS[route.method]: {name: joint_matrix(joint) for name, joint in route.joints.items()}
-        for route in (inverse.likelihood, inverse.paper)
-    }
+    joints = joints_by_method(inverse)
     stiffness, loss = stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
-    rows = tuple(_comparison_row(each) for each in comparison)
     return Section(
         "Direct against inverse",
         (
             Picture("Fig. 13: stiffness", figures.direct_against_inverse("Fig. 13: stiffness", "MN/m", stiffness, 1e6)),
             Picture("Fig. 14: loss factor", figures.direct_against_inverse("Fig. 14: loss factor", "1", loss)),
-            Table(
-                "Element by element",
-                ("joint", "element", "inverse, 95 %", "direct, 95 %", "verdict", "why"),
-                rows,
-            ),
+            comparison_table([stored_comparison(each) for each in comparison]),
         ),
     )
 
 
-def _comparison_row(each: ElementComparison) -> tuple[str, ...]:
-    scale, unit = (1e6, " MN/m") if each.element.startswith("k") else (1.0, "")
-    inverse = "–" if each.inverse is None else ends((each.inverse.low / scale, each.inverse.high / scale)) + unit
-    direct = ends((each.direct.low / scale, each.direct.high / scale)) + unit
-    return each.joint, each.element, inverse, direct, each.verdict.value, f"{each.reason} ({each.basis})"
-
-
-def _all(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
-    return {
-        configuration: {amplitude: curve(points, quantity) for amplitude, points in by_amplitude.items()}
-        for configuration, by_amplitude in direct.series.items()
-    }
+def _curves(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
+    return {configuration: curves(by_amplitude, quantity) for configuration, by_amplitude in direct.series.items()}

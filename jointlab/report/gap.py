@@ -9,8 +9,9 @@ from typing import Any
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.save import latest_diagnosis
 from jointlab.report.gap_figures import SIGNIFICANT, before_and_after, curves, gap_map
+from jointlab.report.gap_tables import parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
-from jointlab.report.section import Picture, Section, Table, number
+from jointlab.report.section import Item, Notice, Picture, Section
 from store.catalogue import Catalogue
 
 SHOWN_PLACES, SHOWN_RANKS, SHOWN_CURVES = 8, 8, 2
@@ -44,19 +45,19 @@ def stored_gap_sections(catalogue: Catalogue, run_id: int) -> tuple[Section, ...
 
 def gap_sections(document: Mapping[str, Any]) -> list[Section]:
     """Verdict, places, explanations."""
-    return [_verdict(document), _where(document), _explanations(document)]
+    return [_verdict(document), _where(document), Section("Which effect", (ranking_table(document, SHOWN_RANKS),))]
 
 
 def _verdict(document: Mapping[str, Any]) -> Section:
     status, verdict = document["verdict"]["status"], document["verdict"]
-    sentences = [f"FAULT in the measurement, to be seen to before anything below: {f}." for f in document["faults"]]
-    sentences += [f"Not told by this measurement: {sentence}." for sentence in document.get("lost", ())]
-    sentences += [f"{_capital(status)}: {wording.verdict_sentence(document)}."]
-    sentences += [f"{_capital(wording.probability_sentence(document))}."]
-    content: list[str | Table | Picture] = [*sentences]
-    parameters = wording.parameter_lines(document)
-    if parameters:
-        content.append(Table("What the effect measures", ("effect", "parameter", "value", "90 %"), tuple(parameters)))
+    content: list[Item] = [
+        *(Notice(f"Fault in the measurement, which comes before all below: {text}.") for text in document["faults"]),
+        *(f"Not told by this measurement: {text}." for text in document.get("lost", ())),
+        f"{_capital(status)}: {wording.verdict_sentence(document)}.",
+        f"{_capital(wording.probability_sentence(document))}.",
+    ]
+    if parameters := parameters_table(document):
+        content.append(parameters)
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
     content += _most_telling(document.get("curves", ()))
     if verdict["twins"]:
@@ -66,7 +67,7 @@ def _verdict(document: Mapping[str, Any]) -> Section:
     return Section("The gap between simulation and measurement", tuple(content))
 
 
-def _most_telling(drawn: Sequence[Mapping[str, Any]]) -> list[str | Table | Picture]:
+def _most_telling(drawn: Sequence[Mapping[str, Any]]) -> list[Item]:
     """The curves with the largest gap: one of each rig, or two of the only one."""
     firsts = [
         next(each for each in drawn if each["rig"] == rig) for rig in dict.fromkeys(each["rig"] for each in drawn)
@@ -77,40 +78,13 @@ def _most_telling(drawn: Sequence[Mapping[str, Any]]) -> list[str | Table | Pict
 
 
 def _where(document: Mapping[str, Any]) -> Section:
-    rows = tuple(
-        (
-            wording.place_words(place),
-            wording.band_words(place),
-            str(place["part"]),
-            f"{100 * place['share']:.0f} %",
-            number(place["significance"]),
-        )
-        for place in document["where"][:SHOWN_PLACES]
-    )
-    content: list[str | Table | Picture] = [
+    content: list[Item] = [
         f"The maps are of the paper's model without any effect. The colour of a cell is its share of all misfit beyond "
         f"noise in the map; cells below {SIGNIFICANT:g} standard deviations stay white. {wording.MAP_WARNING}",
         *(Picture(_capital(str(each["title"])), gap_map(each)) for each in document["maps"]),
     ]
-    if rows:
-        head = ("place", "band", "mostly", "share", "standard deviations")
-        content.append(Table("The largest parts", head, rows))
-    return Section("Where it lies", tuple(content))
-
-
-def _explanations(document: Mapping[str, Any]) -> Section:
-    rows = tuple(
-        (
-            wording.ranked_name(each["effects"]),
-            "; ".join(law for law in each["laws"].values() if law),
-            f"{100 * each['probability']:.1f} %",
-            wording.percent(each["held_out_gap_percent"]),
-            f"{100 * each['explained']:.0f} %",
-        )
-        for each in document["ranking"][:SHOWN_RANKS]
-    )
-    head = ("explanation", "law", "probability", "gap with it", "misfit explained")
-    return Section("Which effect", (Table("Explanations, the most probable first", head, rows),))
+    places = places_table(document, SHOWN_PLACES)
+    return Section("Where it lies", (*content, *([] if places is None else [places])))
 
 
 def _capital(text: str) -> str:

@@ -21,11 +21,12 @@ from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, prior_ef
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.read import METHODS
 from jointlab.identification.save import joint_matrix
-from jointlab.identification.statements import fit_statements, regularisation_statements
+from jointlab.identification.statements import fit_statements
 from jointlab.report import figures
 from jointlab.report.curves import FIGURED_POINTS
-from jointlab.report.joint_matrices import READING, matrix_tables
-from jointlab.report.section import Picture, Section, Table, ends, number
+from jointlab.report.section import Notice, Picture, Section, Table, ends, number
+from jointlab.report.summary import failed_checks, fault_notices, regularisation_notices, remedies
+from jointlab.report.tables import READING, matrix_tables
 
 Rows = tuple[tuple[str, ...], ...]
 
@@ -34,7 +35,7 @@ TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
 
 
 def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section]:
-    """Modes, joints and forward prediction, and what was wrong with the measurement that they are from."""
+    """Modes, joints and forward prediction, and the faults of the measurement that they are from."""
     return [_modes(inverse, measurement), _joints(inverse), _prediction(inverse)]
 
 
@@ -76,8 +77,7 @@ def _modes(inverse: Inverse, measurement: Measurement) -> Section:
             "modes, and the two lowest modes, near-repeated, show it most.",
             *_averaging(inverse, measurement),
             *_misfit(inverse),
-            *(f"Found wrong: {text}." for text in measurement.faults),
-            *(f"In no average: {text}." for text in measurement.left_out),
+            *fault_notices(measurement),
             Table("Table 4: natural frequencies, measured and predicted", head, rows),
             Picture(
                 "Stabilisation: poles of every model order; lines are the modes that were kept",
@@ -172,11 +172,12 @@ def _joints(inverse: Inverse) -> Section:
             Table("Table 2: stiffness", head, _side_by_side(*stiffness)),
             Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
             *fit_statements(inverse.fit),
-            *_regularised(inverse),
+            *regularisation_notices(inverse),
+            *_prior_effect(inverse),
             *_validity_checks(inverse),
             *_cylinders(inverse.cylinders),
             *_weak(inverse),
-            *_remedies(inverse),
+            *remedies(inverse),
             READING,
             *_matrices(inverse),
             Picture(
@@ -202,8 +203,8 @@ def _side_by_side(first: Rows, second: Rows) -> Rows:
     return tuple((*left, *right[1:]) for left, right in zip(first, second, strict=True))
 
 
-def _regularised(inverse: Inverse) -> list[str | Table]:
-    """What was assumed of the terms and how much of each comes from that; nothing where they were free."""
+def _prior_effect(inverse: Inverse) -> list[Table]:
+    """How much of each term comes from what was assumed; nothing where terms were free."""
     if inverse.regularised is None:
         return []
     effects = prior_effect_by_joint(inverse.fit)
@@ -216,18 +217,16 @@ def _regularised(inverse: Inverse) -> list[str | Table]:
                 cells += [f"{100 * share:.1f}", number(bias)]
             rows.append((f"{letter}{p + 1}{q + 1}", *cells))
     columns = [f"joint {name}, {what}" for name in effects for what in ("from the prior (%)", "bias (SI)")]
-    texts = [f"{text}." for text in regularisation_statements(inverse.fit, inverse.regularised)]
-    return [*texts, Table("What the prior does to each term", ("element", *columns), tuple(rows))]
+    return [Table("What the prior does to each term", ("element", *columns), tuple(rows))]
 
 
-def _validity_checks(inverse: Inverse) -> list[str]:
-    """What the fit has to pass; a check that fails is shown as failing."""
+def _validity_checks(inverse: Inverse) -> list[str] | list[Notice]:
+    """The checks that the fit has to pass; those that fail are shown as failing."""
     checks = inverse.fit.all_checks
-    failed = [check for check in checks if not check.passed]
-    if not failed:
-        passed = f"All {len(checks)} checks passed: {'; '.join(check.text for check in checks)}."
-        return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
-    return [f"FAILED: {check.name}: {check.text}. Do not rely on these joints." for check in failed]
+    if not inverse.fit.passed:
+        return failed_checks(inverse)
+    passed = f"All {len(checks)} checks passed: {'; '.join(check.text for check in checks)}."
+    return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
 
 
 def _weak(inverse: Inverse) -> list[str]:
@@ -240,15 +239,6 @@ def _weak(inverse: Inverse) -> list[str]:
     shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]
     more = len(weak) - len(shown)
     return shown + ([f"So are {more} more combinations; the JSON document names them."] if more else [])
-
-
-def _remedies(inverse: Inverse) -> list[Table]:
-    """What would mend the weakest direction of this experiment; nothing where there is none."""
-    if not inverse.remedies:
-        return []
-    rows = tuple((remedy.text,) for remedy in inverse.remedies)
-    title = "What would mend the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
-    return [Table(title, ("remedy",), rows)]
 
 
 def _term_rows(terms: tuple[TermRow, ...]) -> Rows:

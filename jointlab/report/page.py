@@ -1,11 +1,10 @@
-"""The report's page: what an identification found, as one HTML file that needs nothing from outside."""
+"""The report of an identification, and any sections, as one HTML file that loads nothing from outside."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import jinja2
 
@@ -15,8 +14,8 @@ from jointlab.identification.pipeline import Identification
 from jointlab.report.direct import direct_sections
 from jointlab.report.inverse import inverse_sections
 from jointlab.report.levels import levels_section
-from jointlab.report.section import Section, Table
-from jointlab.report.suspended import suspended_section
+from jointlab.report.section import Section
+from jointlab.report.summary import suspended_section
 from store.version import software_version
 
 
@@ -45,7 +44,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
 
 
 def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *, intervals: str = "95 %") -> None:
-    """Write sections as one HTML page that needs nothing from outside.
+    """Write sections as one HTML page that loads nothing from outside.
 
     Args:
         title, lead: heading, and the sentence under it.
@@ -109,9 +108,4 @@ def _template() -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.tests["table"] = _is_table
     return environment.get_template("report.html")
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, Table)

@@ -1,4 +1,4 @@
-"""What a report is made of: sections of paragraphs, tables and pictures."""
+"""Sections of paragraphs, tables and pictures; terminal, report and page show them, each in its own way."""
 
 from __future__ import annotations
 
@@ -17,7 +17,20 @@ class Unknown:
     why: str
 
 
-Cell = str | Unknown
+@dataclass(frozen=True)
+class Share:
+    """A share from 0 to 1 with its text; the page draws it as a bar."""
+
+    value: float
+    text: str
+
+    @classmethod
+    def of(cls, value: float, decimals: int = 0) -> Share:
+        """The share, written in per cent."""
+        return cls(value, f"{100 * value:.{decimals}f} %")
+
+
+Cell = str | Unknown | Share
 
 
 @dataclass(frozen=True)
@@ -38,11 +51,22 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Notice:
+    """A paragraph that a reader must not miss; `failed` where results are not to be relied on."""
+
+    text: str
+    failed: bool = False
+
+
+Item = str | Notice | Table | Picture
+
+
+@dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it, in order; a text is a paragraph."""
+    """A heading and the items under it, in order; a text is a paragraph."""
 
     title: str
-    content: tuple[str | Table | Picture, ...]
+    content: tuple[Item, ...]
 
 
 def number(value: float, digits: int = 3) -> str:

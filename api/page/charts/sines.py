@@ -1,19 +1,18 @@
-"""Sine points: the signals of one, the amplitudes reached, k and gamma over frequency with their intervals."""
+"""Sine points: signals, amplitudes reached, k and gamma over frequency, and intervals of both experiments."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, inked, line, pairs, plot, thinned
 from jointlab.report.curves import Curve, Panel
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
+from store.comparisons import Comparison
 
-Values = tuple[Real, Real]
-"""Frequency in Hz and value, each (points,)."""
-Banded = tuple[Real, Real, Real]
-"""Frequency in Hz, value and the half-width of its interval, each (points,)."""
+NO_BANDS: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 def signals(time: Real, displacement: Real, force: Real) -> Options:
@@ -31,32 +30,44 @@ def signals(time: Real, displacement: Real, force: Real) -> Options:
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
 
 
-def amplitudes(reached: Mapping[float, Values]) -> Options:
+def amplitudes(reached: Mapping[float, Curve]) -> Options:
     """Amplitude reached over amplitude asked, by the amplitude asked in mm peak to peak."""
     series = [
-        dots(f"{asked:g} mm", *curve, color=colour, symbol=symbol)
+        dots(f"{asked:g} mm", curve.frequency, curve.value, color=colour, symbol=symbol)
         for (asked, curve), colour, symbol in zip(reached.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False)
     ]
     return plot(series, axis("frequency (Hz)"), axis("reached / asked"))
 
 
-def over_frequency(curves: Mapping[float, Values], name: str) -> Options:
-    """Something over frequency, a line for each amplitude in mm peak to peak."""
-    return plot(_lines(curves), axis("frequency (Hz)"), axis(name), zoom=True)
+def over_frequency(
+    curves: Mapping[float, Curve], name: str, scale: float = 1.0, bands: Mapping[str, Sequence[float] | Real] = NO_BANDS
+) -> Options:
+    """Something over frequency: a line for each amplitude in mm peak to peak, with 95 % intervals as bars.
 
-
-def with_intervals(curves: Mapping[float, Banded], name: str, bands: Mapping[str, tuple[float, float]]) -> Options:
-    """The same with 95 % intervals as bars, and what another method gives as `bands` across."""
-    series = _lines({amplitude: (frequency, value) for amplitude, (frequency, value, _) in curves.items()})
-    for (amplitude, (frequency, value, half)), colour in zip(curves.items(), AMPLITUDE_COLOURS * 9, strict=False):
-        series.append(_bars(f"{amplitude:g} mm", frequency, value, half, colour))
-    for (method, (low, high)), colour in zip(bands.items(), ("#0072b233", "#d55e0033"), strict=False):
+    Args:
+        curves: by amplitude; one without intervals has no bars.
+        name: of the axis, unit included.
+        scale: by which values, intervals and bands are divided.
+        bands: intervals across the chart that another method gives, by its name.
+    """
+    series: list[Options] = []
+    bars: list[Options] = []
+    for (amplitude, curve), colour, symbol in zip(curves.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False):
+        title, value = f"{amplitude:g} mm", curve.value / scale
+        mark = {"color": colour, "showSymbol": True, "symbol": symbol, "symbolSize": 7}
+        series.append(line(title, curve.frequency, value, **mark))
+        if not np.isnan(curve.half_width).all():
+            bars.append(_bars(title, curve.frequency, value, curve.half_width / scale, colour))
+    series += bars
+    across = {method: (float(low) / scale, float(high) / scale) for method, (low, high) in bands.items()}
+    for (method, (low, high)), colour in zip(across.items(), ("#0072b233", "#d55e0033"), strict=False):
         area = {"itemStyle": {"color": colour}, "data": [[{"yAxis": low}, {"yAxis": high}]]}
         series.append({"type": "line", "name": method, "data": [], "color": colour[:7], "markArea": area})
     made = plot(series, axis("frequency (Hz)"), axis(name), zoom=True)
-    ends = [end for band in bands.values() for end in band]
-    if ends:  # a band alone does not stretch the axis
-        values = [*ends, *(float(end) for _, value, _ in curves.values() for end in (value.min(), value.max()))]
+    if across:  # a band alone does not stretch the axis
+        ends = [end for band in across.values() for end in band]
+        extremes = [end(curve.value) / scale for curve in curves.values() for end in (np.min, np.max)]
+        values = [*ends, *map(float, extremes)]
         room = 0.08 * (max(values) - min(values))
         made["yAxis"] |= {"min": float(f"{min(values) - room:.3g}"), "max": float(f"{max(values) + room:.3g}")}
     return made
@@ -64,11 +75,9 @@ def with_intervals(curves: Mapping[float, Banded], name: str, bands: Mapping[str
 
 def panel(drawn: Panel, name: str, scale: float = 1.0) -> Options:
     """A panel of Fig. 13 or 14: direct points with intervals by amplitude, inverse intervals across, over `scale`."""
-    curves = {a: (c.frequency, c.value / scale, c.half_width / scale) for a, c in drawn.curves.items()}
-    bands = {
-        f"inverse, {method}": (float(low) / scale, float(high) / scale) for method, (low, high) in drawn.inverse.items()
-    }
-    return with_intervals(curves, name, bands)
+    return over_frequency(
+        drawn.curves, name, scale, {f"inverse, {method}": interval for method, interval in drawn.inverse.items()}
+    )
 
 
 def superposition(computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> Options:
@@ -82,13 +91,6 @@ def superposition(computed: Mapping[float, Curve], measured: Mapping[float, Curv
         mark = {"color": colour, "symbol": symbol}
         series.append(dots(f"computed, {amplitude:g} mm", sums.frequency, sums.value / 1e6, **mark))
     return plot(series, axis("frequency (Hz)"), axis("|k| (MN/m)", low=0), zoom=True)
-
-
-def _lines(curves: Mapping[float, Values]) -> list[Options]:
-    return [
-        line(f"{amplitude:g} mm", *curve, color=colour, showSymbol=True, symbol=symbol, symbolSize=7)
-        for (amplitude, curve), colour, symbol in zip(curves.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False)
-    ]
 
 
 def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> Options:
@@ -107,12 +109,38 @@ def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> O
     }
 
 
-def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Values]:
+def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Curve]:
     """Rows of amplitude, frequency and value as one curve for each amplitude, over rising frequency."""
     found: dict[float, list[tuple[float, float]]] = {}
     for amplitude, frequency, value in rows:
         found.setdefault(amplitude, []).append((frequency, value))
-    return {
-        amplitude: (np.array([f for f, _ in sorted(points)]), np.array([v for _, v in sorted(points)]))
-        for amplitude, points in sorted(found.items(), reverse=True)
-    }
+    made = {}
+    for amplitude, points in sorted(found.items(), reverse=True):
+        frequency, values = np.array(sorted(points), dtype=float).T
+        made[amplitude] = Curve(frequency, values, np.full_like(values, np.nan))
+    return made
+
+
+def intervals(compared: Sequence[Comparison], scale: float, unit: str) -> Options:
+    """For each joint element the inverse and the direct 95 % interval, in `unit`, which is `scale` SI units."""
+    names = [f"{each.element} {each.joint}" for each in compared]
+    series = [
+        {
+            "type": "custom",
+            "name": method,
+            "color": colour,
+            "encode": {"x": [1, 2], "y": 0},
+            "data": [[index, low / scale, high / scale] for index, (low, high) in enumerate(ends)],
+            # one bar from end to end, the two methods above and below the element's line
+            ":renderItem": "(params, api) => { const a = api.coord([api.value(1), api.value(0)]), "
+            "b = api.coord([api.value(2), api.value(0)]); return { type: 'rect', shape: { x: a[0], y: a[1] + "
+            f"{offset}, width: Math.max(b[0] - a[0], 3), height: 10 }}, style: {{ fill: '{colour}' }} }} }}",
+        }
+        for method, colour, offset, ends in (
+            ("inverse", BLUE, -12, [each.inverse for each in compared if each.inverse is not None]),
+            ("direct", ORANGE, 2, [each.direct for each in compared]),
+        )
+    ]
+    made = plot(series, axis(unit or "loss factor"), axis("") | {"type": "category", "data": names, "inverse": True})
+    made["yAxis"]["axisLabel"].pop(":formatter")
+    return made | {"tooltip": {"show": False}, "grid": made["grid"] | {"left": 110}}

@@ -1,52 +1,59 @@
-"""The direct method: k and gamma of the cylinders over frequency for each amplitude, with their intervals."""
+"""Results of the tester, and both experiments against each other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
-import numpy as np
 from nicegui import ui
 
 from api.page.charts import sines
 from api.page.controls import chart
-from api.page.markup import paragraph, show
-from api.page.results.section import Section, direct_where_known, newest_of, show_origin
-from jointlab.identification.direct import Direct
-from jointlab.report.curves import superposition_curves
+from api.page.markup import paragraph, show, show_table
+from api.page.results.part import Part, newest_of, show_origin, where_known
+from jointlab.identification.direct import Direct, series_of
+from jointlab.identification.read import METHODS, newest_joints, read_direct
+from jointlab.identification.sine_points import sine_point
+from jointlab.report.curves import (
+    Panel,
+    curves,
+    loss_factor,
+    loss_factor_panels,
+    stiffness,
+    stiffness_panels,
+    superposition_curves,
+)
+from jointlab.report.summary import superposition_texts
+from jointlab.report.tables import comparison_table
 from store.analyses import Analysis
 from store.catalogue import Catalogue
+from store.comparisons import Comparison, list_comparisons
 from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.runs import Run
 from store.states import AnalysisKind
 
-HALF_WIDTH = 1.96  # standard errors of a 95 % interval
-Found = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]
+FoundPoints = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]
 
 
-def _read(catalogue: Catalogue, run: Run) -> Found:
+def _read_points(catalogue: Catalogue, run: Run) -> FoundPoints:
     newest = newest_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS, "dynamic stiffness")
     with catalogue.reading() as session:
         points = list_dynamic_stiffness(session, newest.id)
-    return newest, points, direct_where_known(catalogue, run)
+    return newest, points, where_known(read_direct, catalogue, run) or {}
 
 
-def _draw(_run: Run, found: Found) -> None:
+def _draw_points(_run: Run, found: FoundPoints) -> None:
     analysis, points, direct = found
     show(f"<p>{len(points)} sine points; bars are 95 % intervals. The legend hides and shows amplitudes.</p>")
-    mountings = dict.fromkeys((point.specimen, point.configuration) for point in points)
     with ui.element("div").classes("cards"):
-        for specimen, configuration in mountings:
-            own = [point for point in points if (point.specimen, point.configuration) == (specimen, configuration)]
-            where, name = f"joint {specimen} in {configuration}", f"{specimen}-{configuration}"
-            k = curves(own, lambda p: p.stiffness / 1e6, lambda p: (p.stiffness_se or 0.0) / 1e6)
-            chart(f"k, {where}", sines.with_intervals(k, "k (MN/m)", {}), f"k-{name}")
-            gamma = curves(own, lambda p: p.loss_factor, lambda p: p.loss_factor_se or 0.0)
-            chart(f"γ, {where}", sines.with_intervals(gamma, "γ", {}), f"gamma-{name}")
+        for specimen, by_configuration in series_of(map(sine_point, points)).items():
+            for configuration, series in by_configuration.items():
+                where, name = f"joint {specimen} in {configuration}", f"{specimen}-{configuration}"
+                k = sines.over_frequency(curves(series, stiffness), "k (MN/m)", 1e6)
+                chart(f"k, {where}", k, f"k-{name}")
+                chart(f"γ, {where}", sines.over_frequency(curves(series, loss_factor), "γ"), f"gamma-{name}")
     for name, cylinders in direct.items():
-        if checks := cylinders.superposition:
+        if cylinders.superposition:
             caption = f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees"
-            chart(caption, sines.superposition(*superposition_curves(checks)), f"fig-12-{name}")
-            paragraph(" ".join(f"{amplitude:g} mm: {check.text}." for amplitude, check in checks.items()))
+            chart(caption, sines.superposition(*superposition_curves(cylinders.superposition)), f"fig-12-{name}")
+            paragraph(" ".join(superposition_texts(cylinders)))
     flagged = [point for point in points if point.flags]
     if flagged:
         first = flagged[0]
@@ -55,21 +62,46 @@ def _draw(_run: Run, found: Found) -> None:
     show_origin(analysis)
 
 
-def curves(
-    points: Sequence[StoredStiffness],
-    value: Callable[[StoredStiffness], float],
-    error: Callable[[StoredStiffness], float],
-) -> dict[float, sines.Banded]:
-    """One curve for each amplitude, largest first, over rising frequency, with half-widths of 95 % intervals."""
-    made = {}
-    for amplitude in sorted({point.amplitude_pp_mm for point in points}, reverse=True):
-        own = sorted((p for p in points if p.amplitude_pp_mm == amplitude), key=lambda point: point.frequency)
-        made[amplitude] = (
-            np.array([point.frequency for point in own]),
-            np.array([value(point) for point in own]),
-            np.array([HALF_WIDTH * error(point) for point in own]),
-        )
-    return made
+FoundComparison = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
 
 
-SECTION = Section("Tester", "Press Identify: k and gamma are computed from the records of the sweep.", _read, _draw)
+def _read_comparison(catalogue: Catalogue, run: Run) -> FoundComparison:
+    newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
+    with catalogue.reading() as session:
+        compared = list_comparisons(session, newest.id)
+    joints = {METHODS.get(name, name): own for name, (_, own) in newest_joints(catalogue, run).items()}
+    direct = where_known(read_direct, catalogue, run)
+    if not direct:
+        return newest, compared, [], []
+    return newest, compared, stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
+
+
+def _draw_comparison(_run: Run, found: FoundComparison) -> None:
+    analysis, compared, stiffness_found, loss_found = found
+    for start, title, unit, scale in (("k", "Stiffness, MN/m", "MN/m", 1e6), ("gamma", "Loss factor", "", 1.0)):
+        own = [each for each in compared if each.element.startswith(start) and each.inverse is not None]
+        if own:
+            drawn = sines.intervals(own, scale, unit)
+            chart(f"{title}: 95 % intervals of both methods", drawn, f"comparison-{start}")
+    with ui.element("div").classes("cards"):
+        for each in stiffness_found:
+            chart(f"Fig. 13: {each.title}", sines.panel(each, "k (MN/m)", 1e6), f"fig-13-{_slug(each.title)}")
+        for each in loss_found:
+            chart(f"Fig. 14: {each.title}", sines.panel(each, "γ"), f"fig-14-{_slug(each.title)}")
+    show_table(comparison_table(compared))
+    show_origin(analysis)
+
+
+def _slug(title: str) -> str:
+    return "-".join(title.replace(",", "").split())
+
+
+TESTER = Part(
+    "Tester", "Press Identify: k and gamma are computed from the records of the sweep.", _read_points, _draw_points
+)
+COMPARISON = Part(
+    "Direct against inverse",
+    "Measure both, hammer and sweep, in one run; then press Identify.",
+    _read_comparison,
+    _draw_comparison,
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -13,9 +13,10 @@ from api.page.controls import chart
 from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.gap_curves import gap_curves
-from api.page.markup import Bar, Cell, Link, paragraph, show, table
-from api.page.results.section import show_origin
+from api.page.markup import Link, paragraph, show, show_table, table
+from api.page.results.part import show_origin
 from jointlab.diagnosis import wording
+from jointlab.report.gap_tables import parameters_table, places_table, ranking_table
 from store.analyses import Analysis, get_analysis
 from store.diagnoses import StoredDiagnosis, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
@@ -87,14 +88,16 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
     )
     gap_curves(document.get("curves", ()))
     show("<h2>Which</h2>")
-    show(_ranking(document))
-    show(_parameters(document))
+    show_table(ranking_table(document))
+    if parameters := parameters_table(document):
+        show_table(parameters)
     show("<h2>Where</h2>")
     paragraph(wording.MAP_WARNING, "quiet")
     with ui.element("div").classes("cards"):
         for index, drawn in enumerate(document.get("maps", ())):
             chart(drawn["title"], charts.gap_map(drawn), f"map-{index + 1}", height="24rem")
-    show(_places(document["where"]))
+    if places := places_table(document):
+        show_table(places)
     show_origin(analysis)
 
 
@@ -109,40 +112,6 @@ def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
     if document["verdict"]["status"] != "none":  # then nothing is asked for
         address = f"/page/measure?next={analysis.id}"
         show(f'<p><a class="act main" href="{address}">Open the sequence for it</a></p>')
-
-
-def _ranking(document: Mapping[str, Any]) -> str:
-    rows = [
-        (
-            wording.ranked_name(each["effects"]),
-            Bar(each["probability"], f"{100 * each['probability']:.1f} %"),
-            wording.percent(each.get("held_out_gap_percent")),
-            _explained(each),
-        )
-        for each in document["ranking"]
-    ]
-    head = ("explanation", "probability", "gap with it", "of the misfit explained")
-    return table("Explanations, the most probable first", head, rows)
-
-
-def _explained(entry: Mapping[str, Any]) -> str:
-    share = entry.get("explained")
-    return "–" if share is None else f"{100 * share:.0f} %"
-
-
-def _parameters(document: Mapping[str, Any]) -> str:
-    rows = wording.parameter_lines(document)
-    return table("Its parameters", ("effect", "parameter", "value", "90 %"), rows) if rows else ""
-
-
-def _places(places: Sequence[Mapping[str, Any]]) -> str:
-    rows = map(_place, places)
-    return table("Places, the largest share of the misfit first", ("place", "band", "part", "share"), rows)
-
-
-def _place(place: Mapping[str, Any]) -> tuple[Cell, ...]:
-    share = Bar(place["share"], f"{100 * place['share']:.0f} %")
-    return wording.place_words(place), wording.band_words(place), place["part"], share
 
 
 def _sentence(text: str) -> str:

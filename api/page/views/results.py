@@ -11,19 +11,13 @@ from api.page.current_run import current_run
 from api.page.formatting import moment, standing
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
-from api.page.results import accelerances, comparison, files, joints, modes, tester
-from api.page.results.section import Section
+from api.page.results import files, hammer, tester
+from api.page.results.part import Part
 from store.errors import NotFoundError
 from store.instruments import list_channels
 from store.runs import Run, get_run, list_run_events
 
-SECTIONS: tuple[Section[Any], ...] = (
-    modes.SECTION,
-    accelerances.SECTION,
-    joints.SECTION,
-    tester.SECTION,
-    comparison.SECTION,
-)
+PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)
 EVERYTHING, ORIGIN = "Everything", "Measured how"
 
 
@@ -33,7 +27,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     if run_id is None:
         show("<p>Nothing was measured yet. Press <a href='/page/measure'>Measure</a>, or import a bundle.</p>")
         return
-    part = query.get("part", SECTIONS[0].title)
+    part = query.get("part", PARTS[0].title)
     try:
         with frame.services.catalogue.reading() as session:
             run = get_run(session, run_id)
@@ -42,7 +36,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
         return
     how = standing(run, frame.services.rig_state)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
-    parts = (*(section.title for section in SECTIONS), EVERYTHING, ORIGIN)
+    parts = (*(each.title for each in PARTS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))
 
     async def refresh() -> None:
@@ -59,23 +53,23 @@ async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
         with place:
             _origin(frame, run)
         return
-    for section in SECTIONS:
-        if part in (section.title, EVERYTHING):
+    for each in PARTS:
+        if part in (each.title, EVERYTHING):
             with place:
-                await _show(frame, run, section)
+                await _show(frame, run, each)
 
 
-async def _show(frame: Frame, run: Run, section: Section[Any]) -> None:
-    show(f"<h2>{section.title}</h2>")
+async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
+    show(f"<h2>{part.title}</h2>")
     waiting = show("<p>…</p>")
     try:
-        found = await frame.reading(lambda: section.read(frame.services.catalogue, run))
+        found = await frame.reading(lambda: part.read(frame.services.catalogue, run))
     except NotFoundError:
-        waiting.set_content(f'<p class="notice">{section.missing}</p>')
+        waiting.set_content(f'<p class="notice">{part.missing}</p>')
         return
     waiting.delete()
     if found is not None:
-        section.draw(run, found)
+        part.draw(run, found)
 
 
 def _origin(frame: Frame, run: Run) -> None:

@@ -18,7 +18,7 @@ AT = ("--amplitude", 0.03, "--frequency", 80)
 def test_a_run_is_asked_for_people_and_for_programs(jointlab: Command, measured: int) -> None:
     answer = jointlab("stiffness", measured, *AT, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
-    assert "At 0.03 mm peak to peak and 80 Hz, k and h in kN/m" in answer.stdout
+    assert "Stiffness at 0.03 mm peak to peak and 80 Hz" in answer.stdout
     assert "Where a single specimen lies, if I, II are of one kind" in answer.stdout
     assert "extrapolated" not in answer.stdout
     found = _read("found.json")
@@ -41,7 +41,7 @@ def test_outside_of_what_was_measured_it_says_so(jointlab: Command, measured: in
     assert answer.returncode == 0, answer.stderr
     assert "extrapolated, joint I: 0.2 mm is above the measured 0." in answer.stdout
     assert "extrapolated, joint I: 10 Hz is below the measured 20 Hz" in answer.stdout
-    assert "one specimen alone does not show" in answer.stdout
+    assert "One specimen alone does not show" in answer.stdout
 
 
 def test_a_bundle_is_asked_without_a_database(jointlab: Command, bundle: Path, measured: int, tmp_path: Path) -> None:

@@ -13,13 +13,12 @@ from analysis.frequency_response import FrequencyResponses
 from api.page.charts.axes import pairs, thinned
 from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other
-from api.page.charts.inverse import measured_and_predicted, regression
-from api.page.charts.modal import accelerances, moving_shape
-from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition, with_intervals
-from api.page.markup import Bar, Link, filters, table
+from api.page.charts.hammer import accelerances, measured_and_predicted, moving_shape, regression
+from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition
+from api.page.markup import Link, filters, table
 from jointlab.report.curves import Curve, Panel
 from jointlab.report.plots import stroke
-from jointlab.report.section import Unknown
+from jointlab.report.section import Share, Unknown
 from tests.api.page.diagnosis import example_document
 
 POINT = Dof(3, Direction.Y)
@@ -50,7 +49,7 @@ def test_the_next_point_is_lit_and_no_other() -> None:
 
 def test_what_people_typed_is_escaped() -> None:
     bad = "<script>alert(1)</script>"
-    cells = (bad, Link(bad, f"/{bad}"), Unknown(bad, bad), Bar(0.5, bad))
+    cells = (bad, Link(bad, f"/{bad}"), Unknown(bad, bad), Share(0.5, bad))
     said = table(bad, (bad,), [cells]) + filters({bad: (bad, bad, (bad,))}, bad)
     said += beam_drawing(POSITIONS, {bad: 2}, "3y", {}, None)
     assert "<script" not in said
@@ -59,13 +58,13 @@ def test_what_people_typed_is_escaped() -> None:
 def test_curves_are_sorted_by_amplitude_and_frequency() -> None:
     curves = by_amplitude([(0.01, 20, 2.0), (0.1, 20, 1.0), (0.01, 10, 3.0)])
     assert list(curves) == [0.1, 0.01]
-    assert curves[0.01][0].tolist() == [10, 20]
-    assert curves[0.01][1].tolist() == [3.0, 2.0]
+    assert curves[0.01].frequency.tolist() == [10, 20]
+    assert curves[0.01].value.tolist() == [3.0, 2.0]
 
 
 def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> None:
-    curve = (np.array([10.0]), np.array([2.0]), np.array([0.5]))
-    made = with_intervals({0.1: curve}, "k", {"inverse": (5.0, 6.0)})
+    curve = Curve(np.array([10.0]), np.array([2.0]), np.array([0.5]))
+    made = over_frequency({0.1: curve}, "k", bands={"inverse": (5.0, 6.0)})
     (bars,) = [series for series in made["series"] if series.get("silent")]
     assert bars["data"] == [[10.0, 1.5], [10.0, 2.5], [10.0, None]]
     assert made["yAxis"]["min"] < 2
@@ -124,8 +123,8 @@ def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
         ("scatter", "computed, 0.01 mm"),
     ]
     # an amplitude has one colour in every chart
-    values = dict.fromkeys((0.1, 0.01), (sweep.frequency, sweep.value))
-    assert [each["color"] for each in over_frequency(values, "k")["series"]] == [
+    drawn = over_frequency(dict.fromkeys((0.1, 0.01), sweep), "k")["series"]
+    assert [each["color"] for each in drawn if not each.get("silent")] == [
         each["color"] for each in made["series"][::2]
     ]
 

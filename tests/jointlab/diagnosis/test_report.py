@@ -44,7 +44,7 @@ def test_faults_of_the_measurement_come_before_any_physics(document: Make, tmp_p
 def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_path: Path) -> None:
     write_gap_report(document(status=Status.UNKNOWN, effects=(), confounded=()), tmp_path / "gap.html")
     page = (tmp_path / "gap.html").read_text(encoding="utf-8")
-    assert "What the effect measures" not in page
+    assert "Parameters of the effects" not in page
     assert "cannot tell apart" not in page
     assert 'aria-label="Map: beam rig, 100 N"' in page
 

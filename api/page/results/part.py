@@ -1,4 +1,4 @@
-"""What a section of results is, and where its numbers come from."""
+"""One part of the view of results, and where its numbers come from."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import Any, Generic, TypeVar
 
 from api.page.formatting import moment
 from api.page.markup import Link, details, show, terms
-from jointlab.identification.direct import Direct
-from jointlab.identification.read import StoredInverse, read_direct, read_inverse
 from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -19,8 +17,8 @@ Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
-class Section(Generic[Found]):
-    """One section.
+class Part(Generic[Found]):
+    """One part.
 
     Attributes:
         title: its heading, which is also its name in the address.
@@ -53,20 +51,12 @@ def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
     return analyses[0]
 
 
-def inverse_where_known(catalogue: Catalogue, run: Run) -> StoredInverse | None:
-    """What the joints of a run do on its beam; None where there are none, or nobody knows on what beam."""
+def where_known(read: Callable[[Catalogue, Run], Found], catalogue: Catalogue, run: Run) -> Found | None:
+    """What `read` gives of a run; None where that is not stored, or of no known article."""
     try:
-        return read_inverse(catalogue, run)
+        return read(catalogue, run)
     except NotFoundError:
         return None
-
-
-def direct_where_known(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
-    """What the sine points of a run say of each joint's cylinders; nothing where nobody knows of what article."""
-    try:
-        return read_direct(catalogue, run)
-    except NotFoundError:
-        return {}
 
 
 def show_origin(analysis: Analysis) -> None:

@@ -1,0 +1,47 @@
+"""Tables of a diagnosis: terminal, report and page show the same ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from jointlab.diagnosis import wording
+from jointlab.report.section import Share, Table, number
+
+
+def ranking_table(document: Mapping[str, Any], count: int | None = None) -> Table:
+    """The `count` most probable explanations, or all."""
+    rows = tuple(
+        (
+            wording.ranked_name(each["effects"]),
+            "; ".join(law for law in each.get("laws", {}).values() if law),
+            Share.of(each["probability"], 1),
+            wording.percent(each.get("held_out_gap_percent")),
+            "–" if each.get("explained") is None else f"{100 * each['explained']:.0f} %",
+        )
+        for each in document["ranking"][:count]
+    )
+    head = ("explanation", "law", "probability", "gap with it", "misfit explained")
+    return Table("Explanations, the most probable first", head, rows)
+
+
+def parameters_table(document: Mapping[str, Any]) -> Table | None:
+    """Parameters of the verdict's effects; None where no effect is named."""
+    rows = tuple(wording.parameter_lines(document))
+    return Table("Parameters of the effects", ("effect", "parameter", "value", "90 %"), rows) if rows else None
+
+
+def places_table(document: Mapping[str, Any], count: int | None = None) -> Table | None:
+    """The `count` places with the largest shares of the misfit, or all; None where there is no misfit."""
+    rows = tuple(
+        (
+            wording.place_words(place),
+            wording.band_words(place),
+            str(place["part"]),
+            Share.of(place["share"]),
+            number(place["significance"]),
+        )
+        for place in document["where"][:count]
+    )
+    head = ("place", "band", "mostly", "share", "standard deviations")
+    return Table("Places, the largest share of the misfit first", head, rows) if rows else None

@@ -1,15 +1,14 @@
-"""What the page does to rig and store: by whoever is logged in, holding the control lease, noted in the audit log."""
+"""Actions of the page on rig and store, by the key that is logged in, and noted in the audit log."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from nicegui import run
 
-from api.page.login import Visitor
+from api.page.login import Login
 from api.service.access import Caller, check_scope
 from api.service.problems import AccessError
 from jointlab.audit import AuditedAction
@@ -18,42 +17,49 @@ from jointlab.supervision.lease import Lease, LeaseError
 from jointlab.supervision.manager import RunManager
 from store.states import Scope
 
-Made = TypeVar("Made")
-REFUSALS: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
+ResultT = TypeVar("ResultT")
+Check = Callable[[Caller], None]
+TOLD: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
+"""Errors whose message the page shows."""
 
 
 class Tell(Protocol):
-    """Shows a sentence where the visitor looks, and where another client drives, a way to take over from it."""
+    """Shows a sentence at the top of the view, and where another client drives, a button to take over from it."""
 
     def __call__(self, text: str, *, another_drives: bool = False) -> None:
-        """Show `text`; an empty one takes the former away."""
+        """Show `text`; an empty one removes the former."""
 
 
 @dataclass(frozen=True)
-class Deeds:
-    """Deeds of one visitor in one tab; what goes wrong is told, and the deed then returns None.
+class PageActions:
+    """Actions in one tab. Where one fails, the page shows why, and the action returns None.
 
     Attributes:
-        visitor: does them.
+        login: of the browser.
         tab: names the browser's tab, which holds the lease; the same from view to view.
-        tell: shows a sentence where the visitor looks.
+        tell: shows a sentence at the top of the view.
     """
 
-    visitor: Visitor
+    login: Login
     tab: Callable[[], str]
     tell: Tell
 
-    async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made | None:
-        """Do something with the rig, holding its lease."""
+    async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller], ResultT]) -> ResultT | None:
+        """Carry out an action on the rig, with its lease."""
         tab = self.tab()
-        return await self._told(lambda: self._drive(tab, action, target, do))
 
-    async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made | None:
-        """Do something that needs `scope`."""
-        return await self._told(lambda: self._act(scope, action, target, do))
+        def take_lease(caller: Caller) -> None:
+            check_scope(caller, Scope.CONTROL)
+            self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name)
+
+        return await self._do(action, target, take_lease, lambda caller: do(self._runs(), caller), moves=True)
+
+    async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], ResultT]) -> ResultT | None:
+        """Carry out an action that needs `scope`."""
+        return await self._do(action, target, lambda caller: check_scope(caller, scope), do)
 
     async def take_over(self) -> None:
-        """Take the lease from another tab of one's own or, with the scope engineer, from anybody."""
+        """Take the lease from another tab of the same key or, with the scope engineer, from any client."""
         tab = self.tab()
 
         def take(caller: Caller) -> Lease:
@@ -64,54 +70,40 @@ class Deeds:
 
         await self.act(Scope.CONTROL, "take lease", "rig", take)
 
-    async def _told(self, do: Callable[[], Made]) -> Made | None:
+    async def _do(
+        self, action: str, target: str, check: Check, do: Callable[[Caller], ResultT], *, moves: bool = False
+    ) -> ResultT | None:
         self.tell("")
         try:
-            return await run.io_bound(do)
-        except REFUSALS as error:
+            return await run.io_bound(self._audited, action, target, check, do, moves)
+        except TOLD as error:
             self.tell(str(error), another_drives=isinstance(error, LeaseError))
             return None
 
-    def _drive(self, tab: str, action: str, target: str, do: Callable[[RunManager, Caller], Made]) -> Made:
-        runs, caller = self._runs(), self.visitor.caller()
-        audited = AuditedAction(caller.name, action, target, moves=True)
-        with self._refusing(audited):
-            check_scope(caller, Scope.CONTROL)
-            runs.lease.hold(token_of(caller, tab), _holder(caller), caller.name)
-        return self._done(audited, lambda: do(runs, caller))
-
-    def _act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], Made]) -> Made:
-        caller = self.visitor.caller()
-        audited = AuditedAction(caller.name, action, target)
-        with self._refusing(audited):
-            check_scope(caller, scope)
-        return self._done(audited, lambda: do(caller))
+    def _audited(self, action: str, target: str, check: Check, do: Callable[[Caller], ResultT], moves: bool) -> ResultT:
+        """Do it if `check` raises nothing; a refusal and the outcome are noted."""
+        services, caller = self.login.services, self.login.caller()
+        if moves:
+            self._runs()  # without a rig there is nothing to refuse
+        audited = AuditedAction(caller.name, action, target, moves)
+        try:
+            check(caller)
+        except (AccessError, LeaseError) as error:
+            services.refusals.note(services.catalogue, audited, str(error))
+            raise
+        with services.catalogue.writing() as session:
+            begun = audited.begin(session)
+        return audited.carry_out(services.catalogue, begun, lambda: do(caller))
 
     def _runs(self) -> RunManager:
-        runs = self.visitor.services.runs
+        runs = self.login.services.runs
         if runs is None:
             raise AccessError(409, "this service drives no rig; write [[channels]] into jointlab.toml")
         return runs
 
-    @contextmanager
-    def _refusing(self, action: AuditedAction) -> Iterator[None]:
-        """Note that a deed is refused, where it is."""
-        try:
-            yield
-        except (AccessError, LeaseError) as error:
-            self.visitor.services.refusals.note(self.visitor.services.catalogue, action, str(error))
-            raise
-
-    def _done(self, action: AuditedAction, do: Callable[[], Made]) -> Made:
-        """Do it, noted in the audit log."""
-        catalogue = self.visitor.services.catalogue
-        with catalogue.writing() as session:
-            begun = action.begin(session)
-        return action.carry_out(catalogue, begun, do)
-
 
 def token_of(caller: Caller, tab: str) -> str:
-    """The token by which a tab holds the lease; another one where somebody else logs in there."""
+    """The token by which a tab holds the lease; another one where another key logs in there."""
     return f"{caller.name} in tab {tab}"
 
 

@@ -1,4 +1,4 @@
-"""Which run a view is about."""
+"""The run that a view shows."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from store.runs import list_runs
 
 
 def current_run(services: Services, query: Mapping[str, str]) -> int | None:
-    """The run that the address names, else the one that is carried out or was last; None where there is none."""
-    asked = query.get("run", "")
-    if asked.isdecimal():
-        return int(asked)
+    """The run that the address names, else the present or the latest one; None where there is none."""
+    named = query.get("run", "")
+    if named.isdecimal():
+        return int(named)
     if services.runs is not None and services.runs.state.run_id is not None:
         return services.runs.state.run_id
     with services.catalogue.reading() as session:

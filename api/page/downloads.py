@@ -11,7 +11,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, Response
 from sqlalchemy.orm import Session
 
-from api.page.login import visitor_of
+from api.page.login import login_of
 from api.service.access import check_scope
 from api.service.context import Services
 from jointlab.documents.results import StiffnessPoint
@@ -38,7 +38,7 @@ def add_downloads(app: FastAPI, services: Services) -> None:
     """Routes of files, for whoever may read."""
 
     def check(request: Request) -> None:
-        check_scope(visitor_of(services, request).caller(), Scope.READ)
+        check_scope(login_of(services, request).caller(), Scope.READ)
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
     def file(request: Request, job_id: int) -> Response:

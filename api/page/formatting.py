@@ -1,19 +1,15 @@
-"""What the page says in words: quantities with their units, interlocks, and how long something will take."""
+"""Texts of the page: quantities with their units, interlocks, durations and times."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from datetime import UTC, datetime
-from itertools import pairwise
-from statistics import median
 
 from jointlab import durations
 from jointlab.report.section import ends, number
-from jointlab.supervision.phase import Phase
+from jointlab.supervision.run_progress import is_cut_off
 from jointlab.supervision.state import RigState
 from rig.registers import Interlock
 from store.runs import Run
-from store.states import RunState
 
 THIN = "\u202f"
 """A narrow space that keeps a number and its unit on one line."""
@@ -22,8 +18,8 @@ INTERLOCKS = {
     Interlock.UPPER_DISPLACEMENT: "The actuator went above its displacement limit.",
     Interlock.LOWER_DISPLACEMENT: "The actuator went below its displacement limit.",
     Interlock.FORCE: "The force limit was exceeded.",
-    Interlock.ERROR: "The actuator did not follow what it was told.",
-    Interlock.UNDERPEAK: "The amplitude stayed below what was asked for.",
+    Interlock.ERROR: "The actuator did not follow the command.",
+    Interlock.UNDERPEAK: "The amplitude stayed below the command.",
     Interlock.WATCHDOG: "The tester heard nothing from the program for too long.",
     Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
 }
@@ -38,7 +34,7 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def scaled(value: float | None, unit: str, digits: int = 3) -> str:
-    """The same with the prefix that suits the size: 1.23 MN/m."""
+    """A number with its unit, and the prefix that suits its size: 1.23 MN/m."""
     if value is None or value != value:
         return "–"
     scale, prefix = next(((s, p) for s, p in _PREFIXES if abs(value) >= s), (1.0, ""))
@@ -54,7 +50,7 @@ def interval(low: float | None, high: float | None, scale: float = 1.0, unit: st
 
 
 def duration(seconds: float) -> str:
-    """A length of time as people say it."""
+    """A length of time in the unit that suits its size."""
     return durations.duration(seconds, THIN)
 
 
@@ -63,24 +59,6 @@ def moment(at: datetime | None) -> str:
     return "–" if at is None else f"{at.replace(tzinfo=at.tzinfo or UTC).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
-def standing(run: Run, rig: RigState | None) -> str:
-    """How a run stands: one that the store believes to be running and this rig does not carry out was cut off.
-
-    Args:
-        run: as it is stored.
-        rig: what the rig of this service is at; None where it drives none, and cannot know.
-    """
-    if run.state is RunState.RUNNING and rig is not None and (rig.phase is Phase.IDLE or rig.run_id != run.id):
-        return "cut off"
-    return run.state.value
-
-
-def time_left(times: Sequence[datetime], left: int, latest: int = 20) -> float | None:
-    """Seconds that `left` more take at the pace of the latest; None where there is no pace yet or nothing left.
-
-    Half of the latest gaps are longer than the one that counts: a hold, a mounting or a night between says nothing.
-    """
-    recent = sorted(times)[-latest - 1 :]
-    if left <= 0 or len(recent) < 2:
-        return None
-    return left * median((later - earlier).total_seconds() for earlier, later in pairwise(recent))
+def run_state(run: Run, rig: RigState | None) -> str:
+    """The state of a run; `rig` is the state of this service's rig, None where it drives none."""
+    return "cut off" if is_cut_off(run, rig) else run.state.value

@@ -1,4 +1,4 @@
-"""What every view stands in: the rig's state, STOP, the way to the other views, and where trouble is told."""
+"""The frame of every view: state of the rig, STOP, links to the other views, and a place for messages."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TypeVar
 
 from nicegui import run, ui
 
-from api.page.actions import Deeds, token_of
+from api.page.actions import PageActions, token_of
 from api.page.controls import button
-from api.page.login import STOP, Visitor, file_text
+from api.page.login import STOP, Login, file_text
 from api.page.markup import show, tabs
 from api.service.access import Caller
 from api.service.problems import AccessError
@@ -31,10 +31,12 @@ VIEWS = {
     "Gap": "/page/gap",
     "Laboratory": "/page/laboratory",
 }
-LOOK = 0.25  # s between looks for news
-RENEW = 40  # looks before the lease is renewed
-DEAD = (
-    '<div id="dead" role="alert">No connection to the service. What is shown may be old, and only STOP works. '
+POLL_INTERVAL = 0.25
+"""Seconds between two checks for events of the rig."""
+RENEW_AFTER = 40
+"""The number of such checks after which the lease is renewed and the key is checked."""
+NO_CONNECTION = (
+    '<div id="dead" role="alert">No connection to the service. The values shown may be old, and only STOP works. '
     "If STOP does not answer, press the red button on the machine.</div>"
 )
 PHASES = {
@@ -45,11 +47,11 @@ PHASES = {
     Phase.STOPPING: ("stopping", "held"),
 }
 Refresh = Callable[[], Awaitable[None]]
-Found = TypeVar("Found")
+ResultT = TypeVar("ResultT")
 
 
 def badge_of(state: RigState | None) -> tuple[str, str]:
-    """What the rig is at, in a word or two, and the class that colours it."""
+    """The state of the rig in a word or two, and the CSS class that colours it."""
     if state is None:
         return "no rig here", "idle"
     if state.interlocks:
@@ -61,57 +63,57 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
 
 @dataclass(eq=False)
 class Frame:
-    """The frame of one page of one visitor, in which a view puts its own elements.
+    """The frame of one page in one tab; a view adds its own elements.
 
     Attributes:
-        visitor, caller: who looks.
+        login, caller: of the browser.
         title: of the view, one of `VIEWS`.
-        refreshes: what is done once at the beginning and whenever something happened at the rig.
+        refreshes: functions that are called once at the beginning, and after every event of the rig.
     """
 
-    visitor: Visitor
+    login: Login
     caller: Caller
     title: str
     refreshes: list[Refresh] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.services = self.visitor.services
+        self.services = self.login.services
         self._client = ui.context.client
         self._connected_as: str | None = None
-        self.deeds = Deeds(self.visitor, self._tab, self.tell)
+        self.actions = PageActions(self.login, self._tab, self.tell)
         ui.add_css(file_text("page.css"))
         ui.add_head_html(f"<script>{file_text('page.js')}</script>")
-        ui.add_body_html(STOP + DEAD)
+        ui.add_body_html(STOP + NO_CONNECTION)
         with ui.header():
             self._top = show(self._state())
             show(tabs("views", VIEWS, self.title))
         show(f"<h1>{escape(self.title)}</h1>")
         self._trouble = show("").props('role="alert"')
-        self._take_over = button("Drive from here", self.deeds.take_over)
+        self._take_over = button("Drive from here", self.actions.take_over)
         self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
-        self._looks = 0
-        ui.timer(LOOK, self._look)
+        self._polls = 0
+        ui.timer(POLL_INTERVAL, self._poll)
 
     def tell(self, text: str, *, another_drives: bool = False) -> None:
-        """Show a sentence of trouble at the top of the view; an empty one takes it away.
+        """Show a sentence of trouble at the top of the view; an empty one removes it.
 
-        Where another client drives from whom this visitor may take over, the way to that is shown, too.
+        Where another client drives, and this login may take over from it, the button for that is shown, too.
         """
         self._trouble.set_content(f'<p class="notice trouble">{escape(text)}</p>' if text else "")
         self._take_over.set_visibility(another_drives and self._may_take_over())
 
-    async def read(self, look: Callable[[], Found]) -> Found | None:
-        """What `look` reads, in a thread of its own; None, and trouble is told, where that fails."""
+    async def read(self, query: Callable[[], ResultT]) -> ResultT | None:
+        """The result of `query`, which runs in another thread; None where it fails, and the page then shows why."""
         try:
-            return await self.reading(look)
+            return await self.reading(query)
         except EXPECTED as error:
             self.tell(str(error))
             return None
 
-    async def reading(self, look: Callable[[], Found]) -> Found | None:
-        """What `look` reads, in a thread of its own; None where the service is being stopped."""
-        return await run.io_bound(look)
+    async def reading(self, query: Callable[[], ResultT]) -> ResultT | None:
+        """The result of `query`, which runs in another thread; None where the service is being stopped."""
+        return await run.io_bound(query)
 
     def _may_take_over(self) -> bool:
         runs = self.services.runs
@@ -119,18 +121,18 @@ class Frame:
         return driver is not None and (driver == self.caller.name or Scope.ENGINEER in self.caller.scopes)
 
     def _tab(self) -> str:
-        """Names the browser's tab, which outlives its connection."""
+        """The name of the browser's tab, which outlives its connection."""
         self._connected_as = self._client.tab_id or self._connected_as
-        assert self._connected_as is not None, "nothing is pressed or looked for before the browser has connected"
+        assert self._connected_as is not None, "no button is pressed before the browser has connected"
         return self._connected_as
 
-    async def _look(self) -> None:
-        """Show what has changed since the last look."""
+    async def _poll(self) -> None:
+        """Refresh the view where something has happened at the rig since the last time."""
         runs = self.services.runs
-        self._looks += 1
-        if runs is not None and self._looks % RENEW == 0:
-            runs.lease.keep(token_of(self.caller, self._tab()))  # who looks on while a run goes keeps driving it
-        if self._looks % RENEW == 0 and not self._is_still_known():
+        self._polls += 1
+        if runs is not None and self._polls % RENEW_AFTER == 0:
+            runs.lease.keep(token_of(self.caller, self._tab()))  # a tab that stays open keeps the lease
+        if self._polls % RENEW_AFTER == 0 and not self._is_still_logged_in():
             return
         now: tuple[object, ...] = () if runs is None else (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
         if now == self._seen:
@@ -140,10 +142,10 @@ class Frame:
         for refresh in self.refreshes:
             await refresh()
 
-    def _is_still_known(self) -> bool:
-        """Whether the key still opens the page; where it does not, to the log-in."""
+    def _is_still_logged_in(self) -> bool:
+        """Whether the key still opens the page; where it does not, the browser goes to the form."""
         try:
-            self.visitor.caller()
+            self.login.caller()
         except AccessError as error:
             ui.navigate.to(f"/log-in?why={error}")
             return False
@@ -153,11 +155,11 @@ class Frame:
         runs = self.services.runs
         state = self.services.rig_state
         text, colour = badge_of(state)
-        said = state.activity if state is not None else "this service shows results and drives nothing"
+        activity = state.activity if state is not None else "this service shows results and drives nothing"
         holder = None if runs is None else runs.lease.holder
         return (
             f'<div class="top"><a class="brand" href="/page/">Jointlab</a>'
-            f'<span class="badge {colour}" id="rig-state">{escape(text)}</span><span>{escape(said)}</span>'
+            f'<span class="badge {colour}" id="rig-state">{escape(text)}</span><span>{escape(activity)}</span>'
             f'<span class="quiet">{escape(self.caller.name)}{_driven(holder)}</span></div>'
         )
 

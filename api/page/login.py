@@ -1,4 +1,4 @@
-"""Who looks at the page: logged in by a key, which the browser keeps in a cookie that no script can read."""
+"""Logging in to the page by a key, which the browser keeps in a cookie that no script can read."""
 
 from __future__ import annotations
 
@@ -25,15 +25,20 @@ STOP = """<form class="stop" method="post" action="/api/rig/stop" target="stoppe
 
 
 @dataclass(frozen=True)
-class Visitor:
-    """Whoever looks at one page; who they are is asked anew for every deed, because keys end and are revoked."""
+class Login:
+    """The login of a browser. Its key is checked again for every action, because keys end and are revoked.
+
+    Attributes:
+        secret: of the key; None where there is none.
+        host: name by which the browser asks for the page.
+    """
 
     services: Services
     secret: str | None
     host: str | None
 
     def caller(self) -> Caller:
-        """Who it is.
+        """The caller with this key.
 
         Raises:
             AccessError: the key opens nothing, or one is needed.
@@ -41,9 +46,9 @@ class Visitor:
         return authenticate(self.services, self.secret, self.host)
 
 
-def visitor_of(services: Services, request: Request) -> Visitor:
-    """Whoever sent a request."""
-    return Visitor(services, request.cookies.get(COOKIE), request.url.hostname)
+def login_of(services: Services, request: Request) -> Login:
+    """The login of the browser that sent a request."""
+    return Login(services, request.cookies.get(COOKIE), request.url.hostname)
 
 
 def file_text(name: str) -> str:
@@ -57,8 +62,8 @@ def add_log_in(app: FastAPI, services: Services) -> None:
     template = environment.get_template("log_in.html")
     css, js = file_text("page.css"), file_text("page.js")
 
-    def form(trouble: str, wanted: str, status: int = 200) -> HTMLResponse:
-        return HTMLResponse(template.render(css=css, js=js, stop=STOP, trouble=trouble, next=wanted), status)
+    def form(trouble: str, target: str, status: int = 200) -> HTMLResponse:
+        return HTMLResponse(template.render(css=css, js=js, stop=STOP, trouble=trouble, next=target), status)
 
     @app.get("/page/log-in", include_in_schema=False)
     def ask(request: Request, why: str = "", next: str = HOME) -> Response:
@@ -68,12 +73,12 @@ def add_log_in(app: FastAPI, services: Services) -> None:
     @app.post("/page/log-in", include_in_schema=False)
     def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
         """Keep the key in a cookie, if it opens something."""
-        wanted, secret = _own_address(next, request), key.strip()
+        target, secret = _own_address(next, request), key.strip()
         try:
             authenticate(services, secret, request.url.hostname)
         except AccessError as error:
-            return form(str(error), wanted, error.status)
-        answer = RedirectResponse(wanted, 303)
+            return form(str(error), target, error.status)
+        answer = RedirectResponse(target, 303)
         answer.set_cookie(
             COOKIE, secret, max_age=30 * DAYS, httponly=True, samesite="strict", secure=request.url.scheme == "https"
         )  # fmt: skip
@@ -88,11 +93,11 @@ def add_log_in(app: FastAPI, services: Services) -> None:
 
 
 def log_in_address(request: Request, why: str) -> str:
-    """Where to log in, to come back here."""
-    wanted = f"/page{request.url.path.removeprefix('/page')}" + (f"?{request.url.query}" if request.url.query else "")
-    return f"/page/log-in?why={quote(why)}&next={quote(wanted)}"
+    """The address of the form, which leads back to this page."""
+    target = f"/page{request.url.path.removeprefix('/page')}" + (f"?{request.url.query}" if request.url.query else "")
+    return f"/page/log-in?why={quote(why)}&next={quote(target)}"
 
 
-def _own_address(wanted: str, request: Request) -> str:
-    """An address on this page; home in place of anybody else's."""
-    return wanted if wanted.startswith("/page") and "\\" not in wanted and request.url.hostname else HOME
+def _own_address(target: str, request: Request) -> str:
+    """`target` if it is an address on this page, else the address of the dashboard."""
+    return target if target.startswith("/page") and "\\" not in target and request.url.hostname else HOME

@@ -1,4 +1,4 @@
-"""The page as a part of the service: each view under /page, in front of the same rig and catalogue."""
+"""Routes of the page: each view under /page, on the same rig and catalogue as the service."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nicegui import ui
 from api.page import views
 from api.page.downloads import add_downloads
 from api.page.frame import VIEWS, Frame
-from api.page.login import HOME, add_log_in, log_in_address, visitor_of
+from api.page.login import HOME, add_log_in, log_in_address, login_of
 from api.service.context import Services
 from api.service.problems import AccessError
 from store.states import Scope
@@ -40,7 +40,7 @@ _VIEWS = (
 
 
 def mount(app: FastAPI, services: Services) -> None:
-    """Put the page in front of `services`. Once a process: NiceGUI keeps its pages for the whole of it."""
+    """Add the page to the application, once in a process: NiceGUI keeps its pages for the whole process."""
     nicegui.run.process_pool_start_method = "spawn"  # a fork would inherit the threads that drive the rig
     nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
     add_log_in(app, services)
@@ -48,7 +48,7 @@ def mount(app: FastAPI, services: Services) -> None:
 
     @app.get("/", include_in_schema=False)
     def home() -> Response:
-        """The page is what a person looks for."""
+        """To the dashboard."""
         return RedirectResponse(HOME)
 
     for view in _VIEWS:
@@ -62,13 +62,13 @@ def mount(app: FastAPI, services: Services) -> None:
 def _add(view: _View, services: Services) -> None:
     @ui.page(VIEWS[view.title].removeprefix("/page"), title=f"{view.title} · Jointlab")
     def page(request: Request) -> Response | None:
-        visitor = visitor_of(services, request)
+        login = login_of(services, request)
         try:
-            caller = visitor.caller()
+            caller = login.caller()
             if Scope.READ not in caller.scopes:
                 raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
         except AccessError as error:
-            why = str(error) if visitor.secret else ""  # whoever has no key yet did nothing wrong
+            why = str(error) if login.secret else ""  # without any key there is nothing to explain
             return RedirectResponse(log_in_address(request, why))
-        view.build(Frame(visitor, caller, view.title), request.query_params)
+        view.build(Frame(login, caller, view.title), request.query_params)
         return None

@@ -1,4 +1,4 @@
-"""What drives the run that is carried out: the operator's prompt, hold, go on, and resume after it has ended."""
+"""The row that drives a run: the operator's prompt, hold, go on, and resume after the run has ended."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ ENDED = {
     RunState.STOPPED: "is stopped",
     RunState.FAILED: "has failed",
 }
-"""How a run stands that is not carried out; one that the store believes to be running lost its computer."""
+"""The state of a run that is not carried out; one that the store calls running was cut off."""
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
 def steering(frame: Frame, query: Mapping[str, str]) -> None:
-    """A row that follows the rig: what the operator is to do, how to hold and go on; of the run that the view shows."""
+    """A row that follows the rig: the prompt to the operator, and buttons for the run that the view shows."""
     runs = frame.services.runs
     if runs is None:
-        show("<p>This service drives no rig; it shows what was measured.</p>")
+        show("<p>This service drives no rig; it only shows results.</p>")
         return
     row = ui.element("div").classes("card w-full").props('aria-live="polite"')
     shown: list[tuple[RigState, Prompt | None]] = []
@@ -42,7 +42,7 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         state, prompt = runs.state, runs.prompt
         now = [(without_counts(state), prompt)]
         if now == shown:
-            return  # a button that is made anew with every point can hardly be pressed
+            return  # a button that is rebuilt with every point can hardly be pressed
         run = await frame.read(lambda: _latest(frame, query)) if state.phase is Phase.IDLE else None
         shown[:] = now
         row.clear()
@@ -57,16 +57,16 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
 
 
 def without_counts(state: RigState) -> RigState:
-    """What of a state does not change with every blow and sine point."""
+    """A state without the counts that change with every blow and sine point."""
     return replace(state, blows=0, sines=0)
 
 
 def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
-    """What the operator is to do, or how the run that was carried out last stands."""
+    """The text for the operator: what to do, or the state of the last run."""
     if state.phase is Phase.IDLE:
         if run is None:
             return "Nothing is carried out."
-        # why, from the rig where the store could not be told
+        # from the rig, where it could not be stored
         reason = run.reason or (state.reason if state.run_id == run.id else None)
         return f"Run {run.id} {ENDED[run.state]}{f': {reason}' if reason else ''}."
     if state.phase is Phase.PAUSED:
@@ -91,7 +91,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
         show('<a class="act" href="/page/measure">Measure something</a>')
         return
     run_id = state.run_id
-    assert run_id is not None, "whatever is carried out has a number"
+    assert run_id is not None, "a run that is carried out has a number"
     if prompt is not None and prompt.waits:
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
@@ -102,7 +102,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
 
 
 def _after(frame: Frame, state: RigState, run: Run) -> None:
-    """What can be done with a run that is not carried out."""
+    """Buttons for a run that is not carried out."""
     if run.state in RESUMABLE and run.sequence and not state.interlocks:
         button(f"Resume run {run.id}", lambda: resume(frame, run.id), main=True, key="r")
     show(f'<a class="act" href="/page/results?run={run.id}">Results of run {run.id}</a>')
@@ -110,14 +110,14 @@ def _after(frame: Frame, state: RigState, run: Run) -> None:
 
 async def resume(frame: Frame, run_id: int) -> None:
     """Let a run go on that is on hold, was stopped or has failed."""
-    await frame.deeds.drive(
+    await frame.actions.drive(
         "resume run", f"run {run_id}", lambda runs, caller: runs.resume(run_id, caller.name, reset=False)
     )  # fmt: skip
 
 
 async def _pause(frame: Frame, run_id: int) -> None:
-    await frame.deeds.drive("pause run", f"run {run_id}", lambda runs, _: runs.pause(run_id))
+    await frame.actions.drive("pause run", f"run {run_id}", lambda runs, _: runs.pause(run_id))
 
 
 async def _answer(frame: Frame, run_id: int, number: int) -> None:
-    await frame.deeds.drive("answer prompt", f"run {run_id}", lambda runs, _: runs.answer(run_id, number))
+    await frame.actions.drive("answer prompt", f"run {run_id}", lambda runs, _: runs.answer(run_id, number))

@@ -54,7 +54,7 @@ def _queue(frame: Frame, kind: str, parameters: dict[str, object]) -> Awaitable[
     def add(caller: Caller) -> Job:
         return queue(frame.services).add(kind, parameters, caller.name)
 
-    return frame.deeds.act(Scope.ANALYSE, f"queue {kind}", f"run {parameters['run']}", add)
+    return frame.actions.act(Scope.ANALYSE, f"queue {kind}", f"run {parameters['run']}", add)
 
 
 def _jobs(frame: Frame, run: Run) -> list[Job]:

@@ -1,4 +1,4 @@
-"""What the rig does now: its state, interlocks in words, temperature, progress and time left; what to do first."""
+"""The dashboard: state of the rig, interlocks, temperature, progress and time left, and the latest runs."""
 
 from __future__ import annotations
 
@@ -10,28 +10,26 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import INTERLOCKS, THIN, duration, moment, quantity, standing, time_left
+from api.page.formatting import INTERLOCKS, THIN, duration, moment, quantity, run_state
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
 from api.service.context import Services
 from jointlab.supervision.idle_monitor import INTERVAL
 from jointlab.supervision.phase import Phase
+from jointlab.supervision.run_progress import points_taken, time_left
 from jointlab.supervision.state import RigState
-from store.blows import list_blows
-from store.catalogue import Catalogue
 from store.runs import Run, list_runs
-from store.sine_records import list_sine_records
 
 
 @dataclass(frozen=True)
 class Overview:
-    """What the dashboard shows beside the rig's own state.
+    """The data of the dashboard beside the state of the rig.
 
     Attributes:
         runs: the latest.
         temperature: of the latest blow or sine point in degrees Celsius, and when that was; None where there is none.
-        seconds_left: of the run that is carried out, at its latest pace.
+        seconds_left: of the present run, at its latest pace.
     """
 
     runs: tuple[Run, ...]
@@ -40,26 +38,17 @@ class Overview:
 
 
 def overview(services: Services, state: RigState | None) -> Overview:
-    """Read what the dashboard shows."""
+    """Read the data of the dashboard."""
     with services.catalogue.reading() as session:
         runs = tuple(list_runs(session, limit=6))
     number = runs[0].id if runs and (state is None or state.run_id is None) else state.run_id if state else None
     if number is None:
         return Overview(runs, None, None)
-    read = measured_at(services.catalogue, number)
-    known = [(celsius, at) for at, celsius in read if celsius is not None]
+    taken = points_taken(services.catalogue, number)
+    known = [(celsius, at) for at, celsius in taken if celsius is not None]
     left = 0 if state is None else state.blows_wanted + state.sines_wanted - state.blows - state.sines
     busy = state is not None and state.phase is not Phase.IDLE
-    return Overview(runs, known[-1] if known else None, time_left([at for at, _ in read], left) if busy else None)
-
-
-def measured_at(catalogue: Catalogue, run_id: int) -> list[tuple[datetime, float | None]]:
-    """When each accepted blow and each sine point of a run was taken, and the temperature, in the order of time."""
-    with catalogue.reading() as session:
-        blows, records = list_blows(session, run_id), list_sine_records(session, run_id)
-    struck = [(blow.struck_at, blow.temperature_c) for blow in blows if blow.accepted]
-    recorded = [(record.recorded_at, record.temperature_c) for record in records]
-    return sorted((at, celsius) for at, celsius in (*struck, *recorded) if at is not None)
+    return Overview(runs, known[-1] if known else None, time_left([at for at, _ in taken], left) if busy else None)
 
 
 def build(frame: Frame, _query: Mapping[str, str]) -> None:
@@ -69,7 +58,7 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         with ui.element("section").classes("card"):
             now = show(_now(services.rig_state, None))
             with ui.element("div").classes("row-of"):
-                acts = ui.element("div").classes("row-of")
+                ways_on = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
             trouble = show(_interlocks(services.rig_state))
             reset = ui.element("div").classes("row-of")
@@ -91,19 +80,19 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         if [steady] == shown:
             return
         shown[:] = [steady]
-        acts.clear()
-        with acts:
+        ways_on.clear()
+        with ways_on:
             _ways_on(state)
         reset.clear()
         if state is not None and state.interlocks and state.phase is Phase.IDLE:
             with reset:
-                button("I have seen to the cause: reset", lambda: _reset(frame))
+                button("I have removed the cause: reset", lambda: _reset(frame))
 
     frame.refreshes.append(refresh)
 
 
 async def _reset(frame: Frame) -> None:
-    await frame.deeds.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
+    await frame.actions.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
 
 
 def _ways_on(state: RigState | None) -> None:
@@ -122,17 +111,17 @@ def _now(state: RigState | None, seconds_left: float | None) -> str:
     if state is None:
         return (
             "<h2>Rig</h2><p>This service drives no rig: its channel table is empty. Write [[channels]] into "
-            "jointlab.toml and start it anew, or start <code>jointlab serve --simulated</code>.</p>"
+            "jointlab.toml and start it again, or start <code>jointlab serve --simulated</code>.</p>"
         )
     text, colour = badge_of(state)
     parts = [f'<h2>Rig</h2><p class="big"><span class="badge {colour}">{escape(text)}</span></p>']
     if state.run_id is None:
-        parts.append("<p>Nothing was measured yet since the service was started. Press “Measure something”.</p>")
+        parts.append("<p>The service has measured nothing since it was started. Press “Measure something”.</p>")
     else:
         parts.append(f"<p>Run {state.run_id}: {escape(state.title)}</p>")
     if state.activity:
         parts.append(f"<p>{escape(state.activity)}</p>")
-    parts += [_progress(what, *counts) for what, counts in _counts(state).items() if counts[1]]
+    parts += [_progress(name, *counts) for name, counts in _counts(state).items() if counts[1]]
     if seconds_left is not None:
         parts.append(f'<p>Time left at this pace: <b id="time-left">{duration(seconds_left)}</b></p>')
     if state.ended_as is not None:
@@ -144,10 +133,10 @@ def _counts(state: RigState) -> dict[str, tuple[int, int]]:
     return {"blows": (state.blows, state.blows_wanted), "sine points": (state.sines, state.sines_wanted)}
 
 
-def _progress(what: str, done: int, wanted: int) -> str:
+def _progress(name: str, done: int, required: int) -> str:
     return (
-        f"<p><label>{done} of {wanted} {what}"
-        f'<progress value="{done}" max="{wanted}">{done} of {wanted}</progress></label></p>'
+        f"<p><label>{done} of {required} {name}"
+        f'<progress value="{done}" max="{required}">{done} of {required}</progress></label></p>'
     )
 
 
@@ -164,7 +153,7 @@ def _interlocks(state: RigState | None) -> str:
         )
     if state is not None and state.interlocks:
         said = "".join(f"<li><b>{INTERLOCKS[each]}</b></li>" for each in state.interlocks)
-        trouble.append(f'<div class="notice trouble"><ul>{said}</ul>See to the cause, then reset.</div>')
+        trouble.append(f'<div class="notice trouble"><ul>{said}</ul>Remove the cause, then reset.</div>')
     return "<h2>Interlocks</h2>" + ("".join(trouble) or "<p>No interlock has stopped the actuator.</p>")
 
 
@@ -179,7 +168,7 @@ def _latest(runs: tuple[Run, ...], rig: RigState | None) -> str:
     if not runs:
         return (
             "<h2>Runs</h2><p>There are none. First: check that hammer, accelerometer and tester are connected, then "
-            'press <a href="/page/measure">Measure</a>. A bundle that was measured elsewhere comes in with '
+            'press <a href="/page/measure">Measure</a>. A bundle from elsewhere comes in with '
             "<code>jointlab import</code>.</p>"
         )
     return table("Latest runs", ("run", "title", "article", "state", "started"), [_row(run, rig) for run in runs])
@@ -190,6 +179,6 @@ def _row(run: Run, rig: RigState | None) -> tuple[Link | str, ...]:
         Link(str(run.id), f"/page/results?run={run.id}"),
         run.title,
         run.article,
-        standing(run, rig),
+        run_state(run, rig),
         moment(run.started_at),
     )

@@ -1,4 +1,4 @@
-"""The hammer session: where to strike next, each blow with its verdict, and what the blows say so far."""
+"""The hammer session: the next point, each blow with its verdict, and the accelerance so far."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from api.page.controls import chart, redraw
 from api.page.current_run import current_run
 from api.page.formatting import quantity
 from api.page.frame import Frame
-from api.page.hammer_session import HammerSession, hammer_session
 from api.page.markup import show, table
-from api.page.repeat_point import Redo
+from api.page.repeat_point import RepeatPoint
 from api.page.steering import steering
 from jointlab.report.section import number
+from jointlab.supervision.hammer_progress import HammerProgress, hammer_progress
 from store.blows import Blow
 
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:
-    """Build the view of the run that the address names, or of the one that is carried out or was last."""
+    """Build the view of the run that the address names, or of the present or the latest one."""
     steering(frame, query)
     drawing = show("")
     verdict = show("").props('aria-live="polite"')
@@ -35,65 +35,67 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
             chart("Coherence so far", {}, "coherence", height="15rem"),
         ]
     listed = show("")
-    redo = Redo(frame)
+    repeat = RepeatPoint(frame)
 
     async def refresh() -> None:
         run_id = current_run(frame.services, query)
         if run_id is None:
             drawing.set_content("<p>No hammer session yet. Press <a href='/page/measure'>Measure</a> to start one.</p>")
             return
-        found = await frame.read(lambda: hammer_session(frame.services.catalogue, run_id, _at_work(frame, run_id)))
+        found = await frame.read(
+            lambda: hammer_progress(frame.services.catalogue, run_id, _present_point(frame, run_id))
+        )
         if found is None:
             return
         drawing.set_content(_drawing(found))
         verdict.set_content(_verdict(found))
         listed.set_content(_list(found))
-        redo.offer(found)
+        repeat.offer(found)
         _draw(drawn, found)
 
     frame.refreshes.append(refresh)
 
 
-def _at_work(frame: Frame, run_id: int) -> str | None:
-    """The point that is struck now, where the run is the one that is carried out."""
+def _present_point(frame: Frame, run_id: int) -> str | None:
+    """The point that is being struck, where the run is carried out."""
     runs = frame.services.runs
     return runs.state.point if runs is not None and runs.state.run_id == run_id else None
 
 
-def _drawing(found: HammerSession) -> str:
+def _drawing(found: HammerProgress) -> str:
     article = found.article
     drawn = beam_drawing(
         article.node_positions,
         {joint.name: joint.node for joint in article.joints},
         f"{article.accelerometer.node}{article.accelerometer.direction}",
         found.counts,
-        found.following,
+        found.next_point,
     )
-    done, wanted = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
-    return f'{drawn}<p id="count">{done} of {wanted} blows accepted in set {found.set_number}.</p>'
+    done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
+    return f'{drawn}<p id="count">{done} of {required} blows accepted in set {found.set_number}.</p>'
 
 
-def _verdict(found: HammerSession) -> str:
+def _verdict(found: HammerProgress) -> str:
     if not found.blows:
-        return "<p>No blow yet: strike the lit point once, straight and short, as hard as before.</p>"
-    blow, suspicion = found.blows[-1]
-    text, colour = verdict_of(blow, suspicion)
+        return "<p>No blow yet: strike the highlighted point once, straight and short, as hard as before.</p>"
+    blow, inconsistency = found.blows[-1]
+    text, colour = verdict_of(blow, inconsistency)
     return (
         f'<p class="big" id="verdict"><span class="badge {colour}">{escape(text)}</span></p>'
         f"<p>Blow {blow.number} at {blow.point}, peak {quantity(blow.peak_force, 'N')}</p>"
     )
 
 
-def verdict_of(blow: Blow, suspicion: str | None) -> tuple[str, str]:
-    """What became of a blow, in words, and the class that colours them."""
+def verdict_of(blow: Blow, inconsistency: str | None) -> tuple[str, str]:
+    """The verdict on a blow in words, and the CSS class that colours them."""
     if not blow.accepted:
         return f"✗ refused: {blow.reason}", "refused"
-    if suspicion is not None:
-        return f"✗ left out: {suspicion}", "refused"
+    if inconsistency is not None:
+        return f"✗ left out: {inconsistency}", "refused"
     return "✓ accepted", "accepted"
 
 
-def _list(found: HammerSession) -> str:
+def _list(found: HammerProgress) -> str:
     if not found.blows:
         return ""
     point = found.blows[0][0].point
@@ -103,12 +105,12 @@ def _list(found: HammerSession) -> str:
     return table(f"Blows at {point}", ("blow", "peak force (N)", "verdict"), reversed(rows))
 
 
-def _draw(drawn: list[ui.echart], found: HammerSession) -> None:
+def _draw(drawn: list[ui.echart], found: HammerProgress) -> None:
     force, response, accelerance, coherence = drawn
     if found.last is not None:
         redraw(force, charts.force(found.last.time, found.last.force))
         redraw(response, charts.response(found.last.time, found.last.acceleration))
-    if found.so_far is not None:
-        redraw(accelerance, charts.accelerance(found.so_far.frequency, np.abs(found.so_far.accelerance[0])))
-        if found.so_far.coherence is not None:
-            redraw(coherence, charts.coherence(found.so_far.frequency, found.so_far.coherence[0]))
+    if found.responses is not None:
+        redraw(accelerance, charts.accelerance(found.responses.frequency, np.abs(found.responses.accelerance[0])))
+        if found.responses.coherence is not None:
+            redraw(coherence, charts.coherence(found.responses.frequency, found.responses.coherence[0]))

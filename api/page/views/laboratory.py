@@ -1,4 +1,4 @@
-"""The laboratory: instruments with their calibrations, limits in force, keys, and who did what."""
+"""The laboratory: instruments with their calibrations, limits in force, keys, and the audit log."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _instruments(frame: Frame) -> None:
 
 
 def due(calibrated_on: date | None) -> str:
-    """When something was calibrated, and whether that is more than a year ago."""
+    """The date of a calibration, and whether it is more than a year ago."""
     if calibrated_on is None:
         return "–"
     late = date.today() - calibrated_on > DUE
@@ -80,7 +80,7 @@ def _limits(frame: Frame) -> None:
 
 def _keys(frame: Frame) -> None:
     if Scope.ADMIN not in frame.caller.scopes:
-        show(f"<p>Keys are looked after by whoever has the scope {Scope.ADMIN}; ask them.</p>")
+        show(f"<p>Only a key with the scope {Scope.ADMIN} manages keys.</p>")
         return
     place = ui.element("div").classes("w-full")
 
@@ -110,7 +110,7 @@ def _keys(frame: Frame) -> None:
             with frame.services.catalogue.writing() as session:
                 return add_key(session, name.value or "", scopes, ends)[1]
 
-        made = await frame.deeds.act(Scope.ADMIN, "create key", f"key of {name.value}", add)
+        made = await frame.actions.act(Scope.ADMIN, "create key", f"key of {name.value}", add)
         if made is not None:
             secret.set_content(
                 f'<p class="notice">The new key, shown only now: <code id="secret">{escape(made)}</code></p>'
@@ -125,7 +125,7 @@ async def _revoke(frame: Frame, number: int, draw: Callable[[], None]) -> None:
         with frame.services.catalogue.writing() as session:
             return revoke_key(session, number)
 
-    if await frame.deeds.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
+    if await frame.actions.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
         draw()
 
 
@@ -137,7 +137,7 @@ def _key(key: ApiKey) -> tuple[Cell, ...]:
 def _audit(frame: Frame, query: Mapping[str, str]) -> None:
     action, words = query.get("action", ""), query.get("text", "")
     if Scope.ADMIN not in frame.caller.scopes:
-        show(f"<p>The audit log is read by whoever has the scope {Scope.ADMIN}; ask them.</p>")
+        show(f"<p>Only a key with the scope {Scope.ADMIN} reads the audit log.</p>")
         return
     with frame.services.catalogue.reading() as session:
         found = list_audit_entries(session, action=action or None, limit=200)
@@ -152,4 +152,4 @@ def _audit(frame: Frame, query: Mapping[str, str]) -> None:
     if rows:
         show(table("Who did what, newest first", ("when", "who", "what", "to what", "outcome"), rows))
     else:
-        show("<p>Nothing that fits was done yet. Everything that moves the machine is noted here.</p>")
+        show("<p>There is no such entry yet. Every action that moves the machine is noted here.</p>")

@@ -1,4 +1,4 @@
-"""Start a run: a sequence, which part of it, and what is to be otherwise. The address can ask for all of it."""
+"""Start a run: a sequence, the part of it to measure, and changes to it. The address can give all of them."""
 
 from __future__ import annotations
 
@@ -10,114 +10,121 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.frame import Frame
 from api.page.markup import filters, paragraph, show
-from api.page.sequence_form import (
-    FIELDS,
-    HAMMER_FIELDS,
-    SWEEP_FIELDS,
-    base_sequence,
-    choices_of,
-    sequence_names,
-    wanted_sequence,
-)
-from api.page.sequence_of_run import sequence_to_decide
 from api.service.access import Caller
 from jointlab.errors import EXPECTED
+from jointlab.sequences import BUILT_IN, sequence_named
+from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
+from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
 from jointlab.sequences.wording import step_words
 from jointlab.supervision.manager import RunManager
 from rig.sequence import HammerStep, SineStep
 from rig.sequence import Sequence as Document
+from rig.tester_limits import TesterLimits
+from store.sequence_documents import list_sequences
 
-PARTS = ("hammer", "sweep")
+LABELS = {
+    "title": "Title",
+    "article_name": "Test article",
+    "points": "Points to strike",
+    "blows": "Blows at each point",
+    "specimens": "Joints in the tester",
+    "configurations": "Configurations",
+    "amplitudes": "Amplitudes, mm peak to peak",
+    "frequencies": "Frequencies: first, last, step, Hz",
+}
 
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:
-    """Build the view: first which sequence, in the address; then its fields; then start."""
-    parts = query.get("parts", "")
-    show(filters(_source(frame, query) | {"parts": ("Part of it", parts, PARTS)}, "Choose"))
+    """Build the view: first the choice of a sequence, in the address; then its fields; then the start."""
+    part = query.get("parts", "")
+    show(filters(_source(frame, query) | {"parts": ("Part of it", part, tuple(STEPS_OF_PART))}, "Choose"))
     try:
         base = _base(frame, query)
     except EXPECTED as error:
         frame.tell(str(error))
         return
-    _form(frame, base, parts, choices_of(base) | {name: query[name] for name in FIELDS if name in query})
+    _form(frame, base, part, form_of(base) | {name: query[name] for name in LABELS if name in query})
 
 
 def _source(frame: Frame, query: Mapping[str, str]) -> dict[str, tuple[str, str, Sequence[str]]]:
-    """Where the sequence is from, as a field of the address: a diagnosis, a run, or a name."""
+    """The source of the sequence, as a field of the address: a diagnosis, a run, or a name."""
     for name, label in (("next", "For diagnosis"), ("like", "Like run")):
         if query.get(name, "").isdecimal():
             return {name: (label, query[name], (query[name],))}
-    names = sequence_names(frame.services)
+    with frame.services.catalogue.reading() as session:
+        names = (BUILT_IN, *(stored.name for stored in list_sequences(session)))
     return {"sequence": ("Sequence", query.get("sequence", "") or names[0], names)}
 
 
 def _base(frame: Frame, query: Mapping[str, str]) -> Document:
-    """The sequence to begin with: the one that the diagnosis `next` asks for, which is said, or what else is named."""
-    diagnosis = query.get("next", "")
-    if not diagnosis.isdecimal():
-        return base_sequence(frame.services, query)
-    experiment, sequence = sequence_to_decide(frame.services, int(diagnosis))
-    paragraph(f"Diagnosis {diagnosis} asks for it: {experiment}.", "notice")
-    return sequence
+    """The sequence to change: the one that the diagnosis `next` asks for, that of the run `like`, or a named one."""
+    diagnosis, like, runs = query.get("next", ""), query.get("like", ""), frame.services.runs
+    with frame.services.catalogue.reading() as session:
+        if diagnosis.isdecimal():
+            limits = TesterLimits() if runs is None else runs.instruments.limits
+            experiment, sequence = sequence_for_diagnosis(session, int(diagnosis), limits)
+            paragraph(f"Diagnosis {diagnosis} asks for this: {experiment}.", "notice")
+            return sequence
+        if like.isdecimal():
+            return sequence_of_run(session, int(like))
+        return sequence_named(session, query.get("sequence") or BUILT_IN)
 
 
-def _form(frame: Frame, base: Document, parts: str, values: Mapping[str, str]) -> None:
-    unwanted = {"hammer": SWEEP_FIELDS, "sweep": HAMMER_FIELDS}.get(parts, ())
+def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) -> None:
+    hidden = {"hammer": SWEEP_FIELDS, "sweep": HAMMER_FIELDS}.get(part, ())
     inputs = {}
     with ui.element("section").classes("card w-full"):
         with ui.element("div").classes("cards"):
-            for name, label in FIELDS.items():
-                if name in values and name not in unwanted:
+            for name, label in LABELS.items():
+                if name in values and name not in hidden:
                     field = ui.input(label, value=values[name]).props(f'outlined input-class="{name}"')
                     inputs[name] = field.classes("w-full")
         show("<h2>What will be done</h2>")
         steps = show("")
-        by_itself = ui.checkbox("Let a simulated bench strike and mount by itself (on a real rig this changes nothing)")
+        automatic = ui.checkbox("Let a simulated bench strike and mount by itself (on a real rig this changes nothing)")
         show(
             "<p>Decimals may be written 0.1 or 0,1. The rig checks every point against its limits before anything "
             "moves. Keep clear of the actuator once the run has started.</p>"
         )
 
-        def chosen() -> dict[str, str]:
+        def filled() -> dict[str, str]:
             return dict(values) | {name: field.value or "" for name, field in inputs.items()}
 
         def list_steps() -> None:
-            steps.set_content(_steps(base, parts, chosen()))
+            steps.set_content(_steps(base, part, filled()))
 
         list_steps()
         for field in inputs.values():
             field.on("change", list_steps)
 
         async def begin() -> None:
-            choices = chosen()
-            started = await _start(frame, base, parts, choices, by_itself.value)
+            form = filled()
+            started = await _start(frame, base, part, form, automatic.value)
             if started is not None:
-                ui.navigate.to(_live_view(wanted_sequence(base, parts, choices)))
+                ui.navigate.to(_live_view(sequence_of_form(base, part, form)))
 
         button("Start", begin, main=True)
 
 
-def _steps(base: Document, parts: str, choices: Mapping[str, str]) -> str:
-    """What would be done, in order; or why it cannot be."""
+def _steps(base: Document, part: str, form: Mapping[str, str]) -> str:
+    """The steps of the run in order, or why it cannot be measured."""
     try:
-        wanted = wanted_sequence(base, parts, choices)
+        sequence = sequence_of_form(base, part, form)
     except EXPECTED as error:
         return f'<p class="notice">{escape(str(error))}</p>'
-    return f'<ol id="steps">{"".join(f"<li>{escape(step_words(step))}</li>" for step in wanted.steps)}</ol>'
+    return f'<ol id="steps">{"".join(f"<li>{escape(step_words(step))}</li>" for step in sequence.steps)}</ol>'
 
 
 def _live_view(sequence: Document) -> str:
-    """Where what is measured first is seen; NiceGUI puts /page before it."""
+    """The view of the step that measures first; NiceGUI puts /page before it."""
     strikes = next((step.step == "hammer" for step in sequence.steps if isinstance(step, HammerStep | SineStep)), False)
     return "/hammer" if strikes else "/sweep"
 
 
-async def _start(
-    frame: Frame, base: Document, parts: str, choices: Mapping[str, str], automatic: bool
-) -> int | None:  # fmt: skip
+async def _start(frame: Frame, base: Document, part: str, form: Mapping[str, str], automatic: bool) -> int | None:
     """Plan the run and start it; its number."""
-    run_id = await frame.deeds.drive(
-        "create run", "new run", lambda runs, caller: runs.plan(wanted_sequence(base, parts, choices), caller.name)
+    run_id = await frame.actions.drive(
+        "create run", "new run", lambda runs, caller: runs.plan(sequence_of_form(base, part, form), caller.name)
     )
     if run_id is None:
         return None
@@ -126,4 +133,4 @@ async def _start(
         runs.start(run_id, caller.name, automatic=automatic)
         return run_id
 
-    return await frame.deeds.drive("start run", f"run {run_id}", start)
+    return await frame.actions.drive("start run", f"run {run_id}", start)

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from api.page.current_run import current_run
-from api.page.formatting import moment, standing
+from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
 from api.page.results import files, hammer, tester
@@ -34,7 +34,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     except NotFoundError as error:
         frame.tell(f"{error}; the list of runs has those that there are")
         return
-    how = standing(run, frame.services.rig_state)
+    how = run_state(run, frame.services.rig_state)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
     parts = (*(each.title for each in PARTS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from api.page.formatting import moment, standing
+from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
 from jointlab.supervision.state import RigState
@@ -44,7 +44,7 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     if not shown:
         show(
             "<p>No run fits. Take a filter away, or press <a href='/page/measure'>Measure</a> to make one; "
-            "<code>jointlab import</code> brings in what was measured elsewhere.</p>"
+            "<code>jointlab import</code> brings in runs from elsewhere.</p>"
         )
     else:
         rows = [_row(run, frame.services.rig_state) for run in shown]
@@ -68,7 +68,7 @@ def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
         run.title,
         Link(run.article, f"/page/runs?article={run.article}"),
         run.kind,
-        standing(run, rig) + (f": {run.reason}" if run.reason else ""),
+        run_state(run, rig) + (f": {run.reason}" if run.reason else ""),
         moment(run.started_at),
         way_on,
     )

@@ -10,13 +10,14 @@ from nicegui import ui
 from api.page.charts import sines
 from api.page.controls import chart, redraw
 from api.page.current_run import current_run
-from api.page.formatting import duration, quantity, scaled, time_left
+from api.page.formatting import duration, quantity, scaled
 from api.page.frame import Frame
 from api.page.markup import show, tabs
 from api.page.steering import steering
-from api.page.sweep_progress import Point, SweepProgress, sweep_progress
 from jointlab.supervision.phase import Phase
+from jointlab.supervision.run_progress import time_left
 from jointlab.supervision.state import RigState
+from jointlab.supervision.sweep_progress import SweepProgress, UncorrectedPoint, sweep_progress
 
 
 def build(frame: Frame, query: Mapping[str, str]) -> None:
@@ -58,7 +59,7 @@ def _progress(found: SweepProgress, state: RigState | None) -> str:
     return f"<div>{text}{bar}</div>{_latest(found.points[-1]) if found.points else ''}"
 
 
-def _latest(point: Point) -> str:
+def _latest(point: UncorrectedPoint) -> str:
     record = point.record
     return (
         f'<p id="latest">Latest: {quantity(record.frequency, "Hz")}, '

@@ -126,7 +126,7 @@ def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand
     jobs.get_by_role("link", name="Open the diagnosis").click()
     expect(page.locator("#verdict")).to_contain_text("explained")  # or not: k depends on amplitude, by four sines
     page.get_by_role("link", name="Open the sequence for it").click()
-    expect(page.get_by_text("asks for it:")).to_be_visible()
+    expect(page.get_by_text("asks for this:")).to_be_visible()
     expect(page.locator("#steps")).to_contain_text("sweep: ")
 
 
@@ -173,7 +173,7 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
     assert not grave_faults(page)
     page.get_by_role("link", name="Dashboard").click()
-    expect(page.get_by_role("button", name="I have seen to the cause")).to_be_visible()
+    expect(page.get_by_role("button", name="I have removed the cause")).to_be_visible()
     assert not grave_faults(page)
 
 
@@ -189,8 +189,8 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: 
 def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient) -> None:
     page = struck_twice(tab, hand)
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
-    page.get_by_label("A point to do again").select_option("1y")
-    page.get_by_role("button", name="Do this point again").click()
+    page.get_by_label("Point to repeat").select_option("1y")
+    page.get_by_role("button", name="Repeat this point").click()
     expect(page.locator("#count")).to_contain_text("0 of 4 blows accepted")
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "3y")  # first what was begun
     for blow in (1, 2):
@@ -206,7 +206,7 @@ def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient
     expect(page.locator("#count")).to_contain_text("4 of 4 blows accepted")
     taken_back = page.get_by_role("region", name="Blows at 1y").get_by_role("row").filter(has_text="withdrawn")
     expect(taken_back).to_have_count(2)
-    page.get_by_role("button", name="Do this point again").click()  # of a finished run: a run of its own
+    page.get_by_role("button", name="Repeat this point").click()  # of a finished run: a run of its own
     expect(page.get_by_label("Points to strike")).to_have_value("3y")
 
 
@@ -232,10 +232,10 @@ def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: Operator
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
     page.get_by_role("link", name="Dashboard").click()
     expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
-    page.get_by_role("button", name="I have seen to the cause").click()
+    page.get_by_role("button", name="I have removed the cause").click()
     expect(page.get_by_role("alert").filter(has_text="cause still present")).to_be_visible()  # it is still pressed
     laboratory.tester.release_emergency_stop()
-    page.get_by_role("button", name="I have seen to the cause").click()
+    page.get_by_role("button", name="I have removed the cause").click()
     expect(page.locator("#rig-state")).to_have_text("at rest")
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
 
@@ -247,7 +247,7 @@ def test_a_trip_while_nothing_runs_is_shown_with_the_reset_beside_it(tab: Tab, l
     expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
     laboratory.tester.release_emergency_stop()
-    page.get_by_role("button", name="I have seen to the cause").click()
+    page.get_by_role("button", name="I have removed the cause").click()
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
 
 

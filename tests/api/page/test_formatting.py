@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
 from typing import cast
 
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-from api.page.formatting import INTERLOCKS, duration, interval, quantity, scaled, standing, time_left
+from api.page.formatting import INTERLOCKS, duration, interval, quantity, run_state, scaled
 from jointlab.supervision.phase import Phase
 from jointlab.supervision.state import RigState
 from rig.registers import Interlock
 from store.runs import Run
 from store.states import RunState
-
-NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
 
 
 def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None:
@@ -38,28 +31,10 @@ def test_lengths_of_time_are_said_in_the_unit_that_suits() -> None:
     assert [duration(seconds) for seconds in (12, 600, 9000)] == ["12\u202fs", "10\u202fmin", "2\u202fh 30\u202fmin"]
 
 
-@given(pace=st.floats(0.1, 100), done=st.integers(2, 60), left=st.integers(1, 700))
-def test_time_left_is_what_is_left_at_the_pace_of_the_latest(pace: float, done: int, left: int) -> None:
-    times = [NOON + timedelta(seconds=pace * index) for index in range(done)]
-    found = time_left(times, left)
-    assert found is not None
-    assert abs(found - pace * left) < 1e-3 * pace * left
-
-
 def test_a_run_that_nobody_carries_out_was_cut_off() -> None:
     run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING))
-    assert standing(run, RigState(phase=Phase.RUNNING, run_id=3)) == "running"
-    assert standing(run, RigState(phase=Phase.RUNNING, run_id=4)) == "cut off"
-    assert standing(run, RigState(run_id=3)) == "cut off"
-    assert standing(run, None) == "running"  # a service that drives no rig cannot know
-    assert standing(cast(Run, SimpleNamespace(id=3, state=RunState.FAILED)), RigState()) == "failed"
-
-
-def test_a_night_between_two_points_does_not_count_for_their_pace() -> None:
-    times = [NOON + timedelta(seconds=10 * point + 36_000 * (point > 10)) for point in range(20)]
-    assert time_left(times, 100) == pytest.approx(1000)
-
-
-def test_there_is_no_time_left_before_there_is_a_pace() -> None:
-    assert time_left([NOON], 10) is None
-    assert time_left([NOON, NOON + timedelta(seconds=1)], 0) is None
+    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=3)) == "running"
+    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=4)) == "cut off"
+    assert run_state(run, RigState(run_id=3)) == "cut off"
+    assert run_state(run, None) == "running"  # a service that drives no rig cannot know
+    assert run_state(cast(Run, SimpleNamespace(id=3, state=RunState.FAILED)), RigState()) == "failed"

@@ -124,7 +124,7 @@ def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(page
     expect(page.get_by_role("img", name="Beam rig, level 1").locator("canvas").first).to_be_visible()
     expect(page.get_by_text("cannot tell apart")).to_be_visible()
     page.get_by_role("link", name="Open the sequence for it").click()
-    expect(page.get_by_text("asks for it: turn the accelerometer")).to_be_visible()
+    expect(page.get_by_text("asks for this: turn the accelerometer")).to_be_visible()
     expect(page.get_by_label("Points to strike")).to_have_value("1y 3y 4y 5y 6y 7y 8y 9y 11y 1x 11x")
     steps = page.locator("#steps li")
     expect(steps).to_have_count(2)

@@ -9,7 +9,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
-from api.page.sequence_of_run import sequence_again
+from jointlab.sequences.of_run import sequence_of_run
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
 
@@ -41,4 +41,4 @@ def test_what_one_rig_measured_is_identified_exported_and_measured_again(
     again, before = read_bundle(tmp_path / "out"), read_bundle(bundle)
     assert (len(again.inverse), len(again.direct)) == (len(before.inverse), len(before.direct))
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
-        assert sequence_again(session, 1).title == before.setup.title
+        assert sequence_of_run(session, 1).title == before.setup.title

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.page.sequence_of_run import sequence_again
 from jointlab.diagnosis.load import subject_of_bundle
 from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.pipeline import identify
+from jointlab.sequences.of_run import sequence_of_run
 from simlab.article import NODE_POSITIONS
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
@@ -129,7 +129,7 @@ def test_the_hammer_levels_of_an_imported_run_are_struck_again_and_its_sines_are
         found = measurement_of_run(catalogue, run)
         assert [each.excitation for each in found.sets] == ["hammer", "sine", "sine"]
         with catalogue.reading() as session:
-            again = sequence_again(session, run)
+            again = sequence_of_run(session, run)
     assert [step.peak_force for step in again.hammer_steps] == [100.0]
 
 

@@ -1,6 +1,12 @@
 """The fixtures of the service: its run manager needs the same."""
 
-from tests.api.conftest import laboratory, running_laboratory
 from tests.api.service.conftest import acting, catalogue, impatient, make_key, rig, rig_client
 
-__all__ = ["acting", "catalogue", "impatient", "laboratory", "make_key", "rig", "rig_client", "running_laboratory"]
+__all__ = [
+    "acting",
+    "catalogue",
+    "impatient",
+    "make_key",
+    "rig",
+    "rig_client",
+]

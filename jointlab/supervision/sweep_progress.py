@@ -1,4 +1,4 @@
-"""How far a sweep is, and what its sine points say, read from the store one mounting at a time."""
+"""Progress of a sweep, and the sine points of one mounting before any correction of the tester, read from the store."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from api.page.charts.axes import Real
 from rig.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep, sequence_from
 from rig.sweep import uncorrected
 from store.catalogue import Catalogue
@@ -20,7 +20,7 @@ from store.sine_records import BLANK, SineRecord, list_sine_records
 CYCLES_SHOWN = 3
 
 
-class Point(NamedTuple):
+class UncorrectedPoint(NamedTuple):
     """One sine point before any correction of the tester: k in N/m; None where the record is no sine."""
 
     record: SineRecord
@@ -32,35 +32,35 @@ class Point(NamedTuple):
 class Signals:
     """The last cycles of a record: time in s, displacement in m, force in N, each (samples,)."""
 
-    time: Real
-    displacement: Real
-    force: Real
+    time: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class SweepProgress:
-    """How far it is.
+    """Progress of a sweep.
 
     Attributes:
-        mounting: the specimen and configuration whose points these are.
-        mountings: all that were measured so far or are at work.
+        mounting: the specimen and configuration of the points.
+        mountings: all that were measured so far, and the present one.
         points: of that mounting, in the order of measuring.
         signals: of the latest record of the run; None before the first.
         taken_at: when each point of the run was recorded.
-        step: what was asked for; None where it was no sweep.
+        step: the sweep of the sequence; None where the sequence has only blank steps.
     """
 
     run: Run
     mounting: tuple[str, str]
     mountings: tuple[tuple[str, str], ...]
-    points: tuple[Point, ...]
+    points: tuple[UncorrectedPoint, ...]
     signals: Signals | None
     taken_at: tuple[datetime, ...]
     step: SweepStep | None
 
 
 def sweep_progress(catalogue: Catalogue, run_id: int, mounting: tuple[str, str] | None = None) -> SweepProgress:
-    """Read how far the sweep of a run is, and the points of `mounting`, or of the one at work.
+    """Read the progress of the sweep of a run, and the points of `mounting`, by default of the latest one.
 
     Raises:
         NotFoundError: there is no such run, or it has no sine points to measure.
@@ -73,33 +73,29 @@ def sweep_progress(catalogue: Catalogue, run_id: int, mounting: tuple[str, str] 
     if sequence is None or not sequence.sine_steps:
         raise NotFoundError(f"run {run_id} has no sweep; press Measure to start one")
     mountings = tuple(dict.fromkeys((record.specimen, record.configuration) for record in records))
-    shown = mounting or (mountings[-1] if mountings else _first(sequence))
+    shown = mounting or (mountings[-1] if mountings else _first_mounting(sequence))
     own = [record for record in records if (record.specimen, record.configuration) == shown]
     return SweepProgress(
         run,
         shown,
         mountings,
-        tuple(_point(catalogue, record) for record in own),
+        tuple(UncorrectedPoint(record, *(_estimate(catalogue, record) or (None, None))) for record in own),
         _signals(catalogue, records[-1]) if records else None,
         tuple(record.recorded_at for record in records if record.recorded_at is not None),
         sequence.sweep,
     )
 
 
-def _first(sequence: Sequence) -> tuple[str, str]:
+def _first_mounting(sequence: Sequence) -> tuple[str, str]:
     step = sequence.sine_steps[0][0]
     return (step.specimens[0], step.configurations[0]) if isinstance(step, SweepStep) else (step.piece, BLANK)
 
 
-def _point(catalogue: Catalogue, record: SineRecord) -> Point:
-    known = _estimate(catalogue, record) if record.waveform is not None else None
-    return Point(record, None, None) if known is None else Point(record, *known)
-
-
 @lru_cache(maxsize=5000)
 def _estimate(catalogue: Catalogue, record: SineRecord) -> tuple[float, float] | None:
-    """k and gamma of a record, which never change."""
-    assert record.waveform is not None
+    """k in N/m and gamma of a record, which never change; None where it has no waveform or is no sine."""
+    if record.waveform is None:
+        return None
     waveform = catalogue.waveforms.read(record.waveform)
     signals = waveform.value(DISPLACEMENT), waveform.value(FORCE)
     return uncorrected(*signals, waveform.sample_rate, record.frequency)

@@ -1,4 +1,4 @@
-"""What a technician asks for becomes a sequence, or a sentence that says what is wrong with it."""
+"""A filled form becomes a sequence, or a sentence that says what is wrong with it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from importlib import resources
 
 import pytest
 
-from api.page.sequence_form import choices_of, numbers, wanted_sequence
 from jointlab.errors import JointlabError
+from jointlab.sequences.form import form_of, numbers, sequence_of_form
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, load_sequence
 
 
@@ -17,20 +17,20 @@ def paper() -> Sequence:
         return load_sequence(path)
 
 
-def test_the_choices_of_a_sequence_make_the_same_sequence_again(paper: Sequence) -> None:
-    assert wanted_sequence(paper, "", choices_of(paper)) == paper
+def test_the_form_of_a_sequence_makes_the_same_sequence(paper: Sequence) -> None:
+    assert sequence_of_form(paper, "", form_of(paper)) == paper
 
 
-def test_a_part_is_measured_with_what_was_chosen(paper: Sequence) -> None:
-    choices = choices_of(paper) | {"points": "1y 3y", "blows": "3", "title": "Two points"}
-    (step,) = wanted_sequence(paper, "hammer", choices).steps
+def test_a_part_is_measured_as_the_form_says(paper: Sequence) -> None:
+    form = form_of(paper) | {"points": "1y 3y", "blows": "3", "title": "Two points"}
+    (step,) = sequence_of_form(paper, "hammer", form).steps
     assert isinstance(step, HammerStep)
     assert (step.points, step.blows) == (("1y", "3y"), 3)
 
 
 def test_decimals_are_read_after_a_point_and_after_a_comma(paper: Sequence) -> None:
-    choices = choices_of(paper) | {"amplitudes": "0,1 0.05; 0,01", "frequencies": "10 20 2,5"}
-    (step,) = wanted_sequence(paper, "sweep", choices).steps
+    form = form_of(paper) | {"amplitudes": "0,1 0.05; 0,01", "frequencies": "10 20 2,5"}
+    (step,) = sequence_of_form(paper, "sweep", form).steps
     assert isinstance(step, SweepStep)
     assert step.amplitudes_pp_mm == (0.1, 0.05, 0.01)
     assert step.frequencies.values == (10.0, 12.5, 15.0, 17.5, 20.0)
@@ -47,11 +47,11 @@ def test_decimals_are_read_after_a_point_and_after_a_comma(paper: Sequence) -> N
         ({"specimens": "III"}, "no joint III"),
     ],
 )
-def test_what_cannot_be_measured_is_said(paper: Sequence, choice: dict[str, str], said: str) -> None:
+def test_a_form_that_cannot_be_measured_is_explained(paper: Sequence, choice: dict[str, str], said: str) -> None:
     with pytest.raises((JointlabError, SequenceError), match=said):
-        wanted_sequence(paper, "", choices_of(paper) | choice)
+        sequence_of_form(paper, "", form_of(paper) | choice)
 
 
-def test_no_numbers_are_said_where_there_are_none() -> None:
+def test_a_text_without_numbers_is_named_by_its_field() -> None:
     with pytest.raises(JointlabError, match="amplitudes"):
         numbers("0.1mm", "amplitudes")

@@ -1,4 +1,4 @@
-"""The sequence by which a run can be measured again: its own, or the paper's on the article of an imported one."""
+"""The sequence that measures a run again: its own one, or the paper's steps on the article of an imported run."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from api.service.context import Services
 from jointlab.diagnosis.experiment_text import experiment_of
 from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
-from jointlab.sequences import BUILT_IN, sequence_named
+from jointlab.sequences import BUILT_IN, built_in
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from store.analyses import get_analysis
@@ -22,42 +21,39 @@ from store.frequency_responses import FrequencyResponseSet, list_frequency_respo
 from store.runs import Run, get_run
 
 
-def sequence_again(session: Session, run_id: int) -> Sequence:
+def sequence_of_run(session: Session, run_id: int) -> Sequence:
     """The sequence that run `run_id` was measured by, or one that measures an imported run again.
 
     Raises:
         NotFoundError: there is no such run.
-        StoreError, RigError: what is stored of it makes no sequence.
+        StoreError, RigError: its stored data make no sequence.
     """
     run = get_run(session, run_id)
-    source = f"sequence of run {run_id}"
-    return sequence_from(run.sequence or _on_article_of(session, run), source)
+    return sequence_from(run.sequence or _on_article_of(session, run), f"sequence of run {run_id}")
 
 
-def sequence_to_decide(services: Services, diagnosis: int) -> tuple[str, Sequence]:
-    """What a diagnosis asks for next, and the sequence for it within the limits in force.
+def sequence_for_diagnosis(session: Session, diagnosis: int, limits: TesterLimits) -> tuple[str, Sequence]:
+    """The experiment that a diagnosis asks for next, in words, and the sequence for it within `limits`.
 
     Raises:
         NotFoundError: there is no such diagnosis.
         JointlabError: it asks for nothing.
-        StoreError, RigError: what is stored makes no sequence.
+        StoreError, RigError: the stored data make no sequence.
     """
-    with services.catalogue.reading() as session:
-        verdict = get_diagnosis(session, diagnosis).document["verdict"]
-        text, experiment = verdict.get("next_experiment"), experiment_of(verdict)
-        if not text:
-            raise JointlabError(f"diagnosis {diagnosis} asks for no further experiment")
-        base = sequence_again(session, get_analysis(session, diagnosis).runs[0])
-    limits = TesterLimits() if services.runs is None else services.runs.instruments.limits
+    verdict = get_diagnosis(session, diagnosis).document["verdict"]
+    text, experiment = verdict.get("next_experiment"), experiment_of(verdict)
+    if not text:
+        raise JointlabError(f"diagnosis {diagnosis} asks for no further experiment")
+    base = sequence_of_run(session, get_analysis(session, diagnosis).runs[0])
     if experiment is None:
         return text, sequence_for_text(text, base, limits)
     return text, next_sequence(experiment, base, limits)
 
 
 def _on_article_of(session: Session, run: Run) -> dict[str, Any]:
-    """The paper's steps with the points, the hammer levels and the preset that the imported run has."""
+    """The paper's steps with the points, the hammer levels and the preset of the imported run."""
     article = article_from(run.setup)
-    document = sequence_named(session, BUILT_IN).model_dump(mode="json", exclude_none=True)
+    document = built_in(BUILT_IN).model_dump(mode="json", exclude_none=True)
     hammer, sweep = document["steps"]
     try:
         sets = list_frequency_responses(session, run.id)

@@ -1,0 +1,90 @@
+"""A sequence as the texts of a form, and back: the points, blows and sines that a technician may change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from jointlab.errors import JointlabError
+from rig.sequence import HammerStep, Sequence, SweepStep, sequence_from
+
+HAMMER_FIELDS = ("points", "blows")
+SWEEP_FIELDS = ("specimens", "configurations", "amplitudes", "frequencies")
+STEPS_OF_PART = {"hammer": {"hammer", "prompt"}, "sweep": {"sweep", "blank", "soak", "prompt"}}
+"""Kinds of the steps that belong to a part of a sequence."""
+
+
+def form_of(sequence: Sequence) -> dict[str, str]:
+    """The texts of a form for `sequence`, by field."""
+    texts = {"title": sequence.title, "article_name": sequence.article_name}
+    for step in sequence.steps:
+        if isinstance(step, HammerStep):
+            texts |= {"points": " ".join(step.points), "blows": str(step.blows)}
+        elif isinstance(step, SweepStep):
+            span = step.frequencies
+            texts |= {
+                "specimens": " ".join(step.specimens),
+                "configurations": " ".join(step.configurations),
+                "amplitudes": " ".join(f"{amplitude:g}" for amplitude in step.amplitudes_pp_mm),
+                "frequencies": f"{span.first:g} {span.last:g} {span.step:g}",
+            }
+    return texts
+
+
+def sequence_of_form(base: Sequence, part: str, form: Mapping[str, str]) -> Sequence:
+    """`base`, changed as a form says.
+
+    Args:
+        base: the sequence to change.
+        part: of its steps that is kept: hammer or sweep, anything else for all.
+        form: texts by field, as `form_of` gives them.
+
+    Raises:
+        RigError: the result cannot be measured.
+        JointlabError: a text is not written as numbers.
+    """
+    document: dict[str, Any] = base.model_dump(mode="json", exclude_none=True)
+    kinds = STEPS_OF_PART.get(part)
+    steps = [step for step in document["steps"] if kinds is None or step["step"] in kinds]
+    if all(step["step"] == "prompt" for step in steps):
+        raise JointlabError(f"{base.title}: it has no {part} step; choose another part or another sequence")
+    for step in steps:
+        if step["step"] == "hammer":
+            step |= {"points": form["points"].split(), "blows": _whole(form["blows"], "blows")}
+        elif step["step"] == "sweep":
+            step |= _sines(form)
+    document |= {"title": form["title"], "article_name": form["article_name"], "steps": steps}
+    return sequence_from(document, "the form")
+
+
+def numbers(text: str, field: str) -> list[float]:
+    """Numbers with blanks between them, decimals after a point or a comma.
+
+    Raises:
+        JointlabError: something in `text` is no number.
+    """
+    try:
+        return [float(word.replace(",", ".")) for word in text.replace(";", " ").split()]
+    except ValueError as error:
+        raise JointlabError(
+            f"{field}: {text!r} are no numbers; write them with blanks between, such as 0.1 0.05"
+        ) from error
+
+
+def _whole(text: str, field: str) -> int:
+    found = numbers(text, field)
+    if len(found) != 1 or not found[0].is_integer():
+        raise JointlabError(f"{field}: {text!r} is no whole number")
+    return int(found[0])
+
+
+def _sines(form: Mapping[str, str]) -> dict[str, Any]:
+    span = numbers(form["frequencies"], "frequencies")
+    if len(span) != 3:
+        raise JointlabError(f"frequencies: {form['frequencies']!r}; give the first, the last and the step in Hz")
+    return {
+        "specimens": form["specimens"].split(),
+        "configurations": form["configurations"].split(),
+        "amplitudes_pp_mm": numbers(form["amplitudes"], "amplitudes"),
+        "frequencies": dict(zip(("first", "last", "step"), span, strict=True)),
+    }

@@ -85,11 +85,7 @@ class SineRecorder:
         self._started = time.monotonic() - already
 
     def add_sine(self, point: SinePoint) -> None:
-        """Keep a sine point with its record.
-
-        Raises:
-            StoreError: it could not be stored.
-        """
+        """Keep a sine point with its record. Raises StoreError where it could not be stored."""
         reference = save_block(self._catalogue, self._run, point.block)
         record = SineRecord(
             order_number=point.order_number,

@@ -61,6 +61,8 @@ RESUMED_WITHOUT_END = (
     "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
 )
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each record has a length of its own
+CarryOut = Callable[[Instruments, Catalogue, Operator, Observer, RunControl], object]
+"""`run_sequence` or `resume_run`, when it is known which run to carry out."""
 log = logging.getLogger(__name__)
 
 

@@ -99,11 +99,7 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
 
 
 def channels_of(step: HammerStep | SineStep, instruments: Instruments) -> tuple[Channel, ...]:
-    """The channels of a step.
-
-    Raises:
-        ChannelError: one is missing, or measures something else.
-    """
+    """The channels of a step. Raises ChannelError where one is missing, or measures something else."""
     channels = instruments.channels_named(*_channel_names(step))
     units = ("N", "m/s^2") if isinstance(step, HammerStep) else ("m", "N")
     for channel, unit in zip(channels, units, strict=True):

@@ -46,11 +46,7 @@ class TesterLimits:
     force: float = 4e3
 
     def check_preset(self, preset: float) -> None:
-        """Check a preset in m.
-
-        Raises:
-            LimitExceededError: it is beyond a limit, or not a number.
-        """
+        """Check a preset in m. Raises LimitExceededError where it is beyond a limit, or not a number."""
         _check("preset", preset, self.lowest_preset, self.highest_preset, "m")
 
     def check_cycle(self, amplitude_pp: float, frequency: float) -> None:

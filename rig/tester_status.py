@@ -105,11 +105,7 @@ _NUMBERS = ("sequence", "cycles", "preset", "frequency", "displacement_mean", "f
 
 
 def status_from(values: Mapping[str, Value]) -> TesterStatus:
-    """Make a status of the values of the STATUS block.
-
-    Raises:
-        RigError: a code that the map does not have.
-    """
+    """Make a status of the values of the STATUS block. Raises RigError where the map does not have a code."""
     with _known_codes():
         codes = {name: kind(cast(int, values[name])) for name, kind in _CODES.items()}
     cycles = (cycle for cycle in cast(tuple[float, ...], values["displacement_pp"]) if cycle > 0)
@@ -120,11 +116,7 @@ def status_from(values: Mapping[str, Value]) -> TesterStatus:
 
 
 def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
-    """Make detectors of the values of the DETECTORS block.
-
-    Raises:
-        RigError: a code that the map does not have.
-    """
+    """Make detectors of the values of the DETECTORS block. Raises RigError where the map does not have a code."""
     with _known_codes():
         return {
             interlock: Detector(

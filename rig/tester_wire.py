@@ -77,11 +77,7 @@ class TesterWire:
         self._in_force = {0}  # more than one after a command that failed: it may have been applied
 
     def join(self) -> None:
-        """Go on from the sequence number that the instrument has.
-
-        Raises:
-            RigError: it does not answer.
-        """
+        """Go on from the sequence number that the instrument has. Raises RigError where it does not answer."""
         self._sequence = self.status().sequence
         self._in_force = {self._sequence}
 
@@ -95,11 +91,7 @@ class TesterWire:
         return self._read(block, _Allowance(self._link.timeout))
 
     def status(self) -> TesterStatus:
-        """What the instrument reports now.
-
-        Raises:
-            RigError: it does not answer.
-        """
+        """What the instrument reports now. Raises RigError where it does not answer."""
         return status_from(self.read(STATUS))
 
     def status_and_command(self) -> tuple[TesterStatus, bool]:
@@ -113,19 +105,11 @@ class TesterWire:
             return status, status.sequence in self._in_force
 
     def beat(self, count: int) -> None:
-        """Send one heartbeat, once.
-
-        Raises:
-            RigError: it did not arrive, or its reply did not.
-        """
+        """Send one heartbeat, once. Raises RigError where it did not arrive, or its reply did not."""
         self._link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": count}))
 
     def emergency_stop(self) -> None:
-        """Trip the emergency stop.
-
-        Raises:
-            RigError: the instrument does not answer.
-        """
+        """Trip the emergency stop. Raises RigError where the instrument does not answer."""
         allowance = _Allowance(self._link.timeout)
         self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, allowance.by), allowance)
 

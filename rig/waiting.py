@@ -22,11 +22,7 @@ class SoakError(RigError):
 
 
 def wait(duration: float, observer: Observer, control: RunControl) -> None:
-    """Wait for `duration` s; a pause does not prolong it.
-
-    Raises:
-        RunStoppedError: `control` asked for it.
-    """
+    """Wait for `duration` s; a pause does not prolong it. Raises RunStoppedError where `control` asked for it."""
     observer(WaitStarted(duration))
     _wait_until(time.monotonic() + duration, observer, control)
 

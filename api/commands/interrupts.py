@@ -25,12 +25,12 @@ else:
 
 @contextmanager
 def steering_by_keys(control: RunControl, console: Console) -> Iterator[None]:
-    """Let Ctrl-C stop the run that `control` controls, and Ctrl-Z pause it and let it go on.
+    """Let Ctrl-C stop the run that `control` controls, and Ctrl-Z pause and continue it.
 
     Ctrl-C would raise KeyboardInterrupt wherever the program is, maybe while the actuator is being brought to rest; a
-    stop cannot do harm however often it is asked for. Ctrl-Z would suspend the program and its heartbeat with it, so
-    that the tester's watchdog trips. What a key asks for is done in a thread of its own, because the handler runs in
-    the middle of whatever the main thread does, locks held.
+    stop does no harm however often it is requested. Ctrl-Z would suspend the program and its heartbeat with it, so
+    that the tester's watchdog trips. A thread of its own carries out the requests, because the handler interrupts the
+    main thread at any place, even where that holds locks.
     """
     requests = SimpleQueue[Callable[[], None] | None]()  # whose put may interrupt itself
 
@@ -54,21 +54,21 @@ def steering_by_keys(control: RunControl, console: Console) -> Iterator[None]:
             control.pause()
             console.print(f"paused; {PAUSE_KEY} goes on, Ctrl-C stops")
 
-    deeds = {signal.SIGINT: stop, PAUSE: pause_or_go_on}
+    requests_of = {signal.SIGINT: stop, PAUSE: pause_or_go_on}
 
     def pressed(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - a handler is given both
-        requests.put(deeds[signal.Signals(number)])
+        requests.put(requests_of[signal.Signals(number)])
 
-    doer = threading.Thread(target=do, name="keys", daemon=True)
-    doer.start()
+    worker = threading.Thread(target=do, name="keys", daemon=True)
+    worker.start()
     try:
         with ExitStack() as handled:
-            for number in deeds:
+            for number in requests_of:
                 handled.enter_context(_handled_by(pressed, number))
             yield
     finally:
         requests.put(None)
-        doer.join()
+        worker.join()
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -19,8 +18,8 @@ from jointlab.sequences.wording import step_words, total_words
 from jointlab.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
-from rig.instruments import stored_limits, with_stored_limits
-from rig.run import resume_run, run_sequence
+from rig.instruments import Instruments, stored_limits, with_stored_limits
+from rig.run import CarryOut, resume_run, run_sequence
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
@@ -32,7 +31,7 @@ from store.rig_lock import driving_alone
 from store.runs import get_run
 
 Reset = Annotated[
-    bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip has been seen to. Recorded.")
+    bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip is removed. Recorded.")
 ]
 
 
@@ -43,7 +42,7 @@ def register(app: typer.Typer) -> None:
 
 
 def show_schema(wanted: bool) -> None:
-    """Print the JSON schema of a sequence and leave."""
+    """Print the JSON schema of a sequence and exit."""
     if wanted:
         typer.echo(json.dumps(Sequence.model_json_schema(), indent=2))
         raise typer.Exit
@@ -72,18 +71,9 @@ def run(
         list_steps(document, settings)
         return
     instruments = instruments_of(settings)
-    operator = TerminalOperator(progress_console)
-    with (
-        open_catalogue(settings) as catalogue,
-        driving_alone(catalogue, settings.rig),
-        SequenceProgress(document, progress_console) as progress,
-    ):
+    with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
         instruments = with_stored_limits(instruments, catalogue)
-        observer = notify_all(progress, partial(_note, catalogue, progress))
-        _watched(
-            progress,
-            lambda control: run_sequence(document, instruments, catalogue, operator, observer, control, reset=reset),
-        )
+        _carry_out(partial(run_sequence, document, reset=reset), instruments, catalogue, document)
 
 
 def resume(
@@ -96,22 +86,16 @@ def resume(
     """
     settings = load_settings()
     instruments = instruments_of(settings)
-    operator = TerminalOperator(progress_console)
     with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
         instruments = with_stored_limits(instruments, catalogue)
         with catalogue.reading() as session:
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
-        with SequenceProgress(document, progress_console) as progress:
-            observer = notify_all(progress, partial(_note, catalogue, progress))
-            _watched(
-                progress,
-                lambda control: resume_run(number, instruments, catalogue, operator, observer, control, reset=reset),
-            )
+        _carry_out(partial(resume_run, number, reset=reset), instruments, catalogue, document)
 
 
 def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
-    """Put into the audit log, before anything moves, who moves it from the terminal."""
+    """Write into the audit log, before anything moves, who moves it from the terminal."""
     match event:
         case RunStarted():
             action = "start run"
@@ -126,19 +110,21 @@ def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> Non
         add_audit_entry(session, who=who_is_here(), action=action, target=target, outcome="at the terminal")
 
 
-def _watched(progress: SequenceProgress, carry_out: Callable[[RunControl], object]) -> None:
-    """Carry out a run that keys pause and stop, and say how to go on with it."""
-    control = RunControl()
-    try:
-        with steering_by_keys(control, progress_console):
-            carry_out(control)
-    except (KeyboardInterrupt, RunStoppedError):
-        _say_how_to_go_on(progress, "stopped")
-        raise typer.Exit(INTERRUPTED) from None
-    except Exception:
-        _say_how_to_go_on(progress, "failed")
-        raise
-    out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
+def _carry_out(carry_out: CarryOut, instruments: Instruments, catalogue: Catalogue, document: Sequence | None) -> None:
+    """Carry out a run that keys pause and stop, show its progress, and say how to go on with it."""
+    control, operator = RunControl(), TerminalOperator(progress_console)
+    with SequenceProgress(document, progress_console) as progress:
+        observer = notify_all(progress, partial(_note, catalogue, progress))
+        try:
+            with steering_by_keys(control, progress_console):
+                carry_out(instruments, catalogue, operator, observer, control)
+        except (KeyboardInterrupt, RunStoppedError):
+            _say_how_to_go_on(progress, "stopped")
+            raise typer.Exit(INTERRUPTED) from None
+        except Exception:
+            _say_how_to_go_on(progress, "failed")
+            raise
+        out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
 
 
 def _say_how_to_go_on(progress: SequenceProgress, ended: str) -> None:
@@ -156,26 +142,26 @@ def named_sequence(name: str) -> Sequence:
 
 
 def list_steps(sequence: Sequence, settings: Settings) -> None:
-    """Say what a sequence would do, how long it takes about, and within which limits.
+    """Print the steps of a sequence, about how long they take, and the limits in force.
 
     Raises:
         RigError: a step makes no sense, or is beyond the limits in force at the rig.
         StoreError: there is a database, and it cannot be read.
     """
-    kept = _kept_limits(settings)
-    limits = kept or TesterLimits()
+    stored = _stored_limits(settings)
+    limits = stored or TesterLimits()
     check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
         out.print(f"{number}. {step_words(step)}", markup=False)
     out.print(total_words(sequence.steps))
     if sequence.sine_steps:
-        whose = "nobody has set others" if kept is None else f"set for {settings.rig!r}"
+        whose = "no others are set" if stored is None else f"set for {settings.rig!r}"
         out.print(f"{_limits_line(limits)} ({whose})")
 
 
-def _kept_limits(settings: Settings) -> TesterLimits | None:
-    """The limits that somebody has set for the rig; none where there is no database yet, and none is made."""
+def _stored_limits(settings: Settings) -> TesterLimits | None:
+    """The limits that were set for the rig; None where there is no database yet, and none is made."""
     if not is_made(settings.database_url):
         return None
     with open_catalogue(settings) as catalogue:

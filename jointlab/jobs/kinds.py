@@ -44,11 +44,7 @@ class Kind:
 
 
 def kind_named(name: str) -> Kind:
-    """A kind of job.
-
-    Raises:
-        JointlabError: there is no such kind.
-    """
+    """A kind of job. Raises JointlabError where there is no such kind."""
     if name not in KINDS:
         raise JointlabError(f"there is no kind of job {name!r}; there are {', '.join(KINDS)}")
     return KINDS[name]

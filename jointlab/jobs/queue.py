@@ -53,11 +53,7 @@ class JobQueue:
         return job
 
     def cancel(self, job_id: int) -> Job:
-        """End a job, if it is not over.
-
-        Raises:
-            NotFoundError: there is no such job.
-        """
+        """End a job, if it is not over. Raises NotFoundError where there is no such job."""
         with self._catalogue.writing() as session:
             job = cancel_job(session, job_id)
         self._dropped.add(job_id)

@@ -15,11 +15,7 @@ NAMES = (BUILT_IN, SUSPENDED)
 
 
 def built_in(name: str) -> Sequence:
-    """One of `NAMES`.
-
-    Raises:
-        SequenceError: the document cannot be run as it stands.
-    """
+    """One of `NAMES`. Raises SequenceError where the document cannot be run as it stands."""
     with resources.as_file(resources.files(__name__) / f"{name}.yaml") as path:
         return load_sequence(path)
 

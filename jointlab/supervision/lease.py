@@ -1,7 +1,7 @@
-"""The control lease: whoever holds it drives the rig, and nobody else does; a stop needs none.
+"""The control lease: its holder drives the rig, and nobody else does; a stop needs none.
 
-It is kept in the memory of the one process that drives, and measured by a clock that nobody can set back: when the
-process ends, so does whatever it drove.
+It is in the memory of the one process that drives, and measured by a monotonic clock: when the process ends, so does
+the run that it carried out.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ DURATION = 60.0  # s
 
 
 class LeaseError(ConflictError):
-    """The rig is driven by somebody else, or by nobody yet."""
+    """The rig is driven by another client, or by none yet."""
 
 
 class ForeignLeaseError(LeaseError):
-    """A client of another key drives, and may not be relieved by this one."""
+    """A client of another key drives, and this one may not take over."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Lease:
     """The right to drive for `seconds` more.
 
     Attributes:
-        token: shows that one holds it.
-        holder: who does, in words for others.
+        token: identifies the client that holds it.
+        holder: name of that client, to show to others.
     """
 
     token: str
@@ -44,14 +44,14 @@ class Lease:
 class ControlLease:
     """The lease of one rig. Any thread may call it.
 
-    It belongs to one client, which its token tells from every other: a script, or one tab of the page. Several clients
-    may have one key; `caller` is the name of a client's key.
+    It belongs to one client, which its token distinguishes from every other: a script, or one tab of the page. Several
+    clients may have one key; `caller` is the name of the key of a client. A lease lasts for `DURATION` s.
     """
 
     def __init__(self, observer: Observer, clock: Callable[[], float] = time.monotonic) -> None:
         self._observer = observer
         self._clock = clock
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._token: str | None = None
         self._holder = ""
         self._caller = ""
@@ -59,12 +59,12 @@ class ControlLease:
 
     @property
     def holder(self) -> str | None:
-        """Who drives now; None is nobody."""
+        """The present holder; None: nobody drives."""
         return self._holder if self._token is not None and self._clock() < self._ends else None
 
     @property
     def caller(self) -> str | None:
-        """Whose key has the client that drives now; None is nobody's."""
+        """Name of the key of the present holder; None: nobody drives."""
         return None if self.holder is None else self._caller
 
     def take(
@@ -76,73 +76,63 @@ class ControlLease:
         by_force: bool = False,
         from_others: bool = False,
     ) -> Lease:
-        """Take the lease for `DURATION` s where it is free.
+        """Take the lease where it is free.
 
         Args:
-            holder: who the client is, in words for others.
-            caller: whose key it has.
-            token: of a client that has one already; a new one where none is given.
-            by_force: also where another client of the same key has it.
+            holder: name of the client, to show to others.
+            caller: name of its key.
+            token: of a client that has one already; by default a new one.
+            by_force: also where another client of the same key has the lease.
             from_others: with `by_force`, also where a client of another key has it.
 
         Raises:
-            LeaseError: somebody drives; it is said who, and for how long.
-            ForeignLeaseError: it was asked for by force, and belongs to a client of another key.
+            LeaseError: another client drives; the message says which, and for how long.
+            ForeignLeaseError: it was to be taken by force, and belongs to a client of another key.
         """
         with self._lock:
             if by_force and not from_others and self.caller not in (None, caller):
                 raise ForeignLeaseError(f"{self._holder} drives the rig; to take over from another key needs engineer")
             if not by_force:
                 self._check_free(caller)
-            return self._taken(token or secrets.token_urlsafe(16), holder, caller)
+            self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
+            self._observer(LeaseChanged(holder))
+            return self._extended()
 
     def hold(self, token: str, holder: str, caller: str) -> Lease:
-        """Go on driving for `DURATION` s from now, or take the lease where it is free, for the client with this token.
+        """Extend the lease of the client with this token, or take it where it is free.
 
         Raises:
-            LeaseError: another client drives; it is said who, and for how long.
+            LeaseError: another client drives; the message says which, and for how long.
         """
         with self._lock:
-            if self._is_held_by(token):
-                return self._lasting()
-            self._check_free(caller)
-            return self._taken(token, holder, caller)
+            return self._extended() if self._is_held_by(token) else self.take(holder, caller, token=token)
 
     def renew(self, token: str | None) -> Lease:
-        """Go on driving for `DURATION` s from now.
-
-        Raises:
-            LeaseError: `token` is not that of the lease, or it has ended.
-        """
+        """Extend the lease. Raises LeaseError where `token` is not that of the lease, or it has ended."""
         with self._lock:
-            self._check(token)
-            return self._lasting()
+            self.check(token)
+            return self._extended()
 
     def keep(self, token: str | None) -> bool:
-        """Renew the lease where `token` is that of it; whether it is."""
+        """Extend the lease where `token` is that of it; whether it is."""
         with self._lock:
             held = self._is_held_by(token)
             if held:
-                self._lasting()
+                self._extended()
             return held
 
     def check(self, token: str | None) -> None:
-        """Let whoever drives pass.
-
-        Raises:
-            LeaseError: `token` is not that of the lease, or it has ended.
-        """
+        """Check the right to drive. Raises LeaseError where `token` is not that of the lease, or it has ended."""
         with self._lock:
-            self._check(token)
+            if self.holder is None:
+                raise LeaseError("nobody drives the rig; take the control lease first")
+            if not self._is_held_by(token):
+                raise LeaseError(f"{self._holder} drives the rig; wait until the control lease is free")
 
     def release(self, token: str | None) -> None:
-        """Drive no more.
-
-        Raises:
-            LeaseError: `token` is not that of the lease, or it has ended.
-        """
+        """End the lease. Raises LeaseError where `token` is not that of the lease, or it has ended."""
         with self._lock:
-            self._check(token)
+            self.check(token)
             self._token = None
             self._observer(LeaseChanged(None))
 
@@ -151,24 +141,13 @@ class ControlLease:
             return False
         return secrets.compare_digest(token.encode(), self._token.encode())
 
-    def _check(self, token: str | None) -> None:
-        if self.holder is None:
-            raise LeaseError("nobody drives the rig; take the control lease first")
-        if not self._is_held_by(token):
-            raise LeaseError(f"{self._holder} drives the rig; wait until the control lease is free")
-
     def _check_free(self, caller: str) -> None:
         if self.holder is not None:
             left = self._ends - self._clock()
             own = "; that is another client of your own key, and you may take over" if caller == self._caller else ""
             raise LeaseError(f"{self._holder} drives the rig for {left:.0f} s more, unless that is renewed{own}")
 
-    def _taken(self, token: str, holder: str, caller: str) -> Lease:
-        self._token, self._holder, self._caller = token, holder, caller
-        self._observer(LeaseChanged(holder))
-        return self._lasting()
-
-    def _lasting(self) -> Lease:
+    def _extended(self) -> Lease:
         self._ends = self._clock() + DURATION
         assert self._token is not None
         return Lease(self._token, self._holder, DURATION)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -24,7 +23,7 @@ from rig.errors import failure_reason
 from rig.events import Event, RunContinued, RunStarted
 from rig.instruments import Instruments, save_limits, with_stored_limits
 from rig.registers import Interlock
-from rig.run import plan_run, reset_tester, resume_run, run_sequence
+from rig.run import CarryOut, plan_run, reset_tester, resume_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from rig.tester_monitor import poll_tester
@@ -135,14 +134,7 @@ class RunManager:
             StoreError: there is no such run, or it cannot be stored.
         """
         sequence = self._sequence_of(run_id, {RunState.CREATED})
-
-        def carry_out(active: _Active) -> None:
-            run_sequence(
-                sequence, self._instruments, self._catalogue, active.operator, self._observe, active.control,
-                planned=run_id, reset=reset, who=who,
-            )  # fmt: skip
-
-        self._begin(run_id, sequence, automatic, carry_out)
+        self._begin(run_id, sequence, automatic, partial(run_sequence, sequence, planned=run_id, reset=reset, who=who))
 
     def resume(self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False) -> None:
         """Continue a run that is paused, was stopped, failed, or lost its process.
@@ -156,14 +148,7 @@ class RunManager:
                 self._active.control.resume()
                 return
         sequence = self._sequence_of(run_id, {RunState.STOPPED, RunState.FAILED, RunState.RUNNING})
-
-        def carry_out(active: _Active) -> None:
-            resume_run(
-                run_id, self._instruments, self._catalogue, active.operator, self._observe, active.control,
-                reset=reset, who=who,
-            )  # fmt: skip
-
-        self._begin(run_id, sequence, automatic, carry_out)
+        self._begin(run_id, sequence, automatic, partial(resume_run, run_id, reset=reset, who=who))
 
     def pause(self, run_id: int) -> None:
         """Pause the run; returns with the actuator at rest.
@@ -289,7 +274,7 @@ class RunManager:
             raise ConflictError(f"run {run_id} is not being carried out here")
         return active
 
-    def _begin(self, run_id: int, sequence: Sequence, automatic: bool, carry_out: Callable[[_Active], None]) -> None:
+    def _begin(self, run_id: int, sequence: Sequence, automatic: bool, carry_out: CarryOut) -> None:
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
@@ -305,11 +290,11 @@ class RunManager:
         if not active.begun and active.error is not None:
             raise active.error
 
-    def _work(self, active: _Active, carry_out: Callable[[_Active], None]) -> None:
+    def _work(self, active: _Active, carry_out: CarryOut) -> None:
         ended, reason = RunState.FINISHED, None
         try:
             with self._idle_monitor.suspended():  # the run itself reports the state of the tester
-                carry_out(active)
+                carry_out(self._instruments, self._catalogue, active.operator, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped
             ended, reason = RunState.STOPPED, str(stopped)

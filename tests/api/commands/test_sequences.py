@@ -82,7 +82,7 @@ def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, con
     assert "blows of about 100 N, about 11 min)\n" in answer.stdout
     assert "(records alone 9 min)\naltogether at least 20 min; settling" in answer.stdout
     assert "limits of the rig: 0.3 mm p-p" in answer.stdout
-    assert answer.stdout.endswith("150 m/s^2, 4000 N (nobody has set others)\n")
+    assert answer.stdout.endswith("150 m/s^2, 4000 N (no others are set)\n")
     assert contents() == before
 
 

@@ -1,6 +1,6 @@
-"""Reach a peak-to-peak amplitude with a tester that reaches less than it is told, approaching from below.
+"""Reaching a peak-to-peak amplitude from below, with a tester that reaches less than it is commanded.
 
-Whether the actuator has settled is read from the tester's successive cycles, never from a clock: a clean amplitude is
+Whether the actuator has settled follows from successive cycles of the tester, never from a clock: a clean amplitude is
 known after a few cycles, a noisy one needs more.
 """
 
@@ -15,19 +15,19 @@ from rig.registers import CYCLES_REPORTED, State
 from rig.tester import Tester
 from rig.tester_status import TesterStatus
 
-FEWEST_CYCLES = 6  # before settling is judged: three against three
+FEWEST_CYCLES = 6  # before settling is judged: three are compared with three
 ATTEMPTS = 6
-FIRST_SHARE = 0.7  # of the target, where the tester's gain is unknown
-NEIGHBOUR = 10.0  # Hz; a gain known at a frequency within this is a good guess
-BELOW = 0.1  # of the tolerance; so far below the target is aimed
-KNOWN = 0.25  # of the tolerance; so well the mean of the cycles has to be known
-ALIKE = 1.25  # ratio of two targets up to which the gain at one is a good guess at the other: specimens soften
-GOOD_ENOUGH = 0.5  # of the tolerance; the rest is left for what a record shows besides the tester's own measurement
+FIRST_FRACTION = 0.7  # of the target is commanded first, where the gain of the tester is unknown
+NEARBY = 10.0  # Hz; the gain at a frequency within this is a good estimate
+MARGIN = 0.1  # of the tolerance, between the target and the lower amplitude that is aimed at
+MEAN_ERROR = 0.25  # of the tolerance; the mean of the cycles has to be known as well as this
+SIMILAR = 1.25  # ratio of two targets up to which one has about the gain of the other: specimens soften
+GOOD_ENOUGH = 0.5  # of the tolerance; the rest is for the difference between a record and the tester's own measurement
 
 
 @dataclass(frozen=True)
 class Reached:
-    """What the tester settled to.
+    """The amplitude to which the tester settled.
 
     Attributes:
         commanded_pp: peak-to-peak amplitude commanded, m.
@@ -41,14 +41,14 @@ class Reached:
 
 
 class AmplitudeControl:
-    """Remembers the tester's gain (reached over commanded) at each point, for one specimen as it is mounted."""
+    """Remembers the gain of the tester (reached over commanded) at each point, for one mounting of a specimen."""
 
     def __init__(self, tester: Tester) -> None:
         self._tester = tester
         self._gains: dict[tuple[float, float], float] = {}  # by target and frequency
 
     def approach(self, target_pp: float, frequency: float, tolerance: float) -> Reached:
-        """Cycle at `frequency` Hz with `target_pp` m, or as near as the limits of the rig allow.
+        """Cycle at `frequency` Hz with `target_pp` m, or as close to it as the limits of the rig allow.
 
         Args:
             target_pp: wanted peak-to-peak displacement, m.
@@ -56,15 +56,15 @@ class AmplitudeControl:
             tolerance: relative.
 
         Returns:
-            What was reached, within half of `tolerance` or not.
+            The amplitude reached, within half of `tolerance` or not.
 
         Raises:
             RigError: the tester refused, tripped, does not answer or does not settle.
         """
         limit = self._tester.limits.largest_amplitude_pp(frequency)
-        aim = (1 - BELOW * tolerance) * target_pp
+        aim = (1 - MARGIN * tolerance) * target_pp
         gain = self._gain_near(target_pp, frequency)
-        commanded_pp = min(FIRST_SHARE * target_pp if gain is None else aim / gain, limit)
+        commanded_pp = min(FIRST_FRACTION * target_pp if gain is None else aim / gain, limit)
         for _ in range(ATTEMPTS):
             self._tester.cycle(commanded_pp, frequency)
             reached = self._settle(commanded_pp, tolerance)
@@ -80,12 +80,12 @@ class AmplitudeControl:
         self._gains[target_pp, frequency] = gain
 
     def _gain_near(self, target_pp: float, frequency: float) -> float | None:
-        """That of the nearest frequency at about this amplitude; a specimen gives way more to a larger one."""
-        alike = {
-            known: gain for (target, known), gain in self._gains.items() if 1 / ALIKE <= target / target_pp <= ALIKE
+        """The gain of the nearest frequency at about this amplitude; the specimen softens with the amplitude."""
+        similar = {
+            known: gain for (target, known), gain in self._gains.items() if 1 / SIMILAR <= target / target_pp <= SIMILAR
         }
-        nearest = min(alike, key=lambda known: abs(known - frequency), default=math.inf)
-        return alike[nearest] if abs(nearest - frequency) <= NEIGHBOUR else None
+        nearest = min(similar, key=lambda known: abs(known - frequency), default=math.inf)
+        return similar[nearest] if abs(nearest - frequency) <= NEARBY else None
 
     def _settle(self, commanded_pp: float, tolerance: float) -> Reached:
         def settled(status: TesterStatus) -> bool:
@@ -97,16 +97,16 @@ class AmplitudeControl:
 
 
 def is_steady(cycles: tuple[float, ...], tolerance: float) -> bool:
-    """Whether successive `cycles` (latest first) no longer trend, and are enough to know their mean well.
+    """Whether successive `cycles` (latest first) have no trend any more, and are enough to know their mean well.
 
     The later half is compared with the earlier half, allowing for the noise of a cycle; the mean has to be known to a
-    quarter of `tolerance`, or as well as all the cycles that the tester reports can tell.
+    quarter of `tolerance`, or as well as all the cycles that the tester reports allow.
     """
     if len(cycles) < FEWEST_CYCLES:
         return False
     half = len(cycles) // 2
     later, earlier = statistics.fmean(cycles[:half]), statistics.fmean(cycles[half : 2 * half])
-    noise, allowed = cycle_noise(cycles), KNOWN * tolerance * later
+    noise, allowed = cycle_noise(cycles), MEAN_ERROR * tolerance * later
     if noise / math.sqrt(len(cycles)) > allowed and len(cycles) < CYCLES_REPORTED:
         return False
     return abs(later - earlier) <= allowed + 2 * noise * math.sqrt(2 / half)

@@ -18,30 +18,30 @@ if TYPE_CHECKING:
     from rig.tester import Tester  # for types alone: a client reads sequences without the tester's driver
 
 TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
-"""Of the others, a lower limit is tighter."""
+"""Detectors that are tighter with a higher limit; the others are tighter with a lower one."""
 
 ActionName = Literal["indicate", "hold", "stop", "program_interlock", "hydraulic_interlock"]
 
 
 class Document(BaseModel):
-    """A part of a sequence: a misspelt key is refused, nothing changes once it is read, numbers are finite."""
+    """A part of a sequence: an unknown key is refused, values cannot be changed, numbers are finite."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class DetectorError(RigError):
-    """A step asks for a detector that is looser than what is in force at the tester; nothing was sent."""
+    """A step asks for a looser detector than is in force at the tester; nothing was sent."""
 
 
 @dataclass(frozen=True)
 class TighterDetector:
-    """A limit in the unit of what is watched, and what happens beyond it; None is what happens there already."""
+    """A limit in the unit of its quantity, and the action beyond it; None: the action stays as it is."""
 
     limit: float
     action: Action | None = None
 
     def beside(self, in_force: Detector) -> Detector:
-        """The detector to be put in force in place of `in_force`."""
+        """The detector that replaces `in_force`."""
         return Detector(self.limit, in_force.action if self.action is None else self.action)
 
 
@@ -86,17 +86,17 @@ class StepDetectors(Document):
     underpeak: UnderpeakDetector | None = None
 
     def check_room(self, lowest_mm: float, highest_mm: float) -> None:
-        """Let displacement detectors pass that leave room for a cycle between these positions, and for the way there.
+        """Check that displacement detectors leave room for a cycle between these positions, and for the way there.
 
         Raises:
-            ValueError: one would fire although everything is as asked for.
+            ValueError: one would fire in a normal cycle.
         """
         if self.upper_displacement and self.upper_displacement.limit_mm <= highest_mm:
             raise ValueError(
                 f"detectors.upper_displacement at {self.upper_displacement.limit_mm:g} mm would fire in every cycle, "
                 f"which goes up to {highest_mm:g} mm"
             )
-        lowest_mm = min(lowest_mm, 0.0)  # where the actuator comes from
+        lowest_mm = min(lowest_mm, 0.0)  # where the actuator starts
         if self.lower_displacement and self.lower_displacement.limit_mm >= lowest_mm:
             raise ValueError(
                 f"detectors.lower_displacement at {self.lower_displacement.limit_mm:g} mm would fire as the actuator "
@@ -104,7 +104,7 @@ class StepDetectors(Document):
             )
 
     def in_si(self) -> dict[Interlock, TighterDetector]:
-        """What is asked for, limits in m, N or as a fraction."""
+        """The detectors that are given, with limits in m, N or as a fraction."""
         wanted = dict[Interlock, TighterDetector]()
         for interlock in DETECTED:
             document: PositionDetector | OvershootDetector | ForceDetector | UnderpeakDetector | None
@@ -121,7 +121,7 @@ class StepDetectors(Document):
 
 
 def check_tighter(wanted: Mapping[Interlock, TighterDetector], in_force: Mapping[Interlock, Detector]) -> None:
-    """Let detectors pass that are as tight as those in force at the tester, or tighter.
+    """Check that detectors are as tight as those in force at the tester, or tighter.
 
     Raises:
         DetectorError: a limit lies farther out, or an action is milder.
@@ -144,14 +144,14 @@ def _looser(interlock: Interlock, wanted: str, in_force: str) -> DetectorError:
 
 @contextmanager
 def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetector]) -> Iterator[None]:
-    """Put `wanted` in force, each read back, and when the context is left what was in force before.
+    """Put `wanted` in force, each read back, and restore the former detectors when the context is left.
 
-    To be left with the actuator at rest, as nothing may move under a detector that is being loosened. Detectors that
-    cannot be put back stay tight.
+    The actuator has to be at rest on leaving: nothing may move while a detector is loosened. Detectors that cannot be
+    restored stay tight.
 
     Raises:
-        DetectorError: one is looser than what is in force; nothing was sent.
-        RigError: the tester refused or does not answer; an error inside is what comes out.
+        DetectorError: one is looser than that in force; nothing was sent.
+        RigError: the tester refused or does not answer; an error raised inside the context has precedence.
     """
     if not wanted:
         yield
@@ -160,26 +160,26 @@ def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetect
     check_tighter(wanted, before)
     try:
         for interlock, tighter in wanted.items():
-            _put(tester, interlock, tighter.beside(before[interlock]))
+            _set(tester, interlock, tighter.beside(before[interlock]))
         yield
     except BaseException as error:
         try:
-            _put_back(tester, wanted, before)
+            _restore(tester, wanted, before)
         except RigError as failure:
             error.add_note(str(failure))
         raise
-    _put_back(tester, wanted, before)
+    _restore(tester, wanted, before)
 
 
-def _put_back(tester: Tester, wanted: Iterable[Interlock], before: Mapping[Interlock, Detector]) -> None:
+def _restore(tester: Tester, wanted: Iterable[Interlock], before: Mapping[Interlock, Detector]) -> None:
     try:
         for interlock in wanted:
-            _put(tester, interlock, before[interlock])
+            _set(tester, interlock, before[interlock])
     except RigError as error:
         raise RigError(
             f"the tester's detectors stay as tight as the step had them ({error}); set them at the instrument"
         ) from error
 
 
-def _put(tester: Tester, interlock: Interlock, detector: Detector) -> None:
+def _set(tester: Tester, interlock: Interlock, detector: Detector) -> None:
     tester.set_detector(interlock, detector.limit, detector.action)

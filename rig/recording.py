@@ -1,4 +1,4 @@
-"""From a sequence into the store: every blow and every sine point is safe before the next one begins."""
+"""Storing the measurements of a sequence: every blow and every sine point is stored before the next one begins."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from store.waveform import Waveform, WaveformChannel, WaveformReference
 
 
 class BlowRecorder(BlowSink):
-    """Keeps the blows of one hammer step, accepted and refused, as set `set_number` of a run.
+    """Stores the blows of one hammer step, accepted and refused, as set `set_number` of a run.
 
     Raises:
         StoreError: the catalogue cannot be read.
@@ -31,13 +31,13 @@ class BlowRecorder(BlowSink):
         self._run = run
         self._set_number = set_number
         self._thermometer = thermometer
-        with catalogue.reading() as session:  # points that an earlier part of the run has begun
+        with catalogue.reading() as session:  # points of an earlier part of the run
             begun = [point for point in list_points(session, run.id) if point.set_number == set_number]
             self._withdrawn = {point.id: count_withdrawals(session, point.id) for point in begun}
         self._points = {Dof.parse(str(point.dof)): point for point in begun}
 
     def withdrawn(self, point: Dof) -> int:
-        """How many accepted blows at `point` somebody has taken back since this step began.
+        """Number of accepted blows at `point` that were withdrawn since this step began.
 
         Raises:
             StoreError: the catalogue cannot be read.
@@ -49,7 +49,7 @@ class BlowRecorder(BlowSink):
             return count_withdrawals(session, number) - self._withdrawn.get(number, 0)
 
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
-        """Keep blow `number` (from 1) at `point` with its record and verdict.
+        """Store blow `number` (from 1) at `point` with its record and verdict.
 
         Raises:
             StoreError: it could not be stored.
@@ -75,17 +75,17 @@ class BlowRecorder(BlowSink):
 
 
 class SineRecorder:
-    """Keeps the sine points of a sweep; `elapsed` is that of the latest one stored, where a run is resumed."""
+    """Stores the sine points of a sweep; `elapsed` is the time of the latest stored one, where a run is resumed."""
 
     def __init__(self, catalogue: Catalogue, run: Run, elapsed: float = 0.0) -> None:
         self._catalogue = catalogue
         self._run = run
-        # on from the run's start, and forwards even where somebody has set the clock back
+        # since the start of the run, and increasing even where the clock was set back
         already = max((datetime.now(UTC) - run.started_at).total_seconds(), elapsed)
         self._started = time.monotonic() - already
 
     def add_sine(self, point: SinePoint) -> None:
-        """Keep a sine point with its record. Raises StoreError where it could not be stored."""
+        """Store a sine point with its record. Raises StoreError where it could not be stored."""
         reference = save_block(self._catalogue, self._run, point.block)
         record = SineRecord(
             order_number=point.order_number,
@@ -104,7 +104,7 @@ class SineRecorder:
 
 
 def save_block(catalogue: Catalogue, run: Run, block: Block) -> WaveformReference:
-    """Append a block to the run's waveform file, counts as the converter gave them.
+    """Append a block to the waveform file of the run, with the raw counts of the converter.
 
     Raises:
         StoreError: it could not be stored.

@@ -1,4 +1,4 @@
-"""A sequence: what was built and which experiments are run on it, as a YAML document checked before anything moves."""
+"""A sequence: the test article and the experiments on it, as a YAML document that is checked before anything moves."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
 PAPER_POINTS = ("1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11x")
 MOST_FREQUENCIES = 10_000
-LARGEST_SEED = 2**53 - 1  # the largest whole number that every reader of JSON keeps
+LARGEST_SEED = 2**53 - 1  # the largest integer that every reader of JSON keeps exactly
 SAMPLES_A_CYCLE = 10  # so that five harmonics are below Nyquist
 _YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
-"""What PyYAML lets out: its own errors, and those of Python's constructors for a date such as 2026-13-45."""
+"""Errors that PyYAML raises: its own, and those of Python's constructors for a date such as 2026-13-45."""
 
 Positive = Annotated[float, Field(gt=0)]
 _Sines = TypeVar("_Sines", "SweepStep", "BlankStep")
@@ -36,7 +36,7 @@ class SequenceError(RequestError):
 
 
 class Suspension(Document):
-    """The cords of a suspended beam, as far as they are known, and what the beam weighs."""
+    """The cords of a suspended beam, as far as they are known."""
 
     bounce: Annotated[float, quantity("Hz", "frequency of the beam's bounce in its cords", gt=0)]
     bounce_standard_error: Annotated[float, quantity("Hz", ge=0)] = 0.1
@@ -47,7 +47,7 @@ class Suspension(Document):
 
 
 class Weight(Document):
-    """What a balance says of the bare beam."""
+    """The mass of the bare beam from a balance."""
 
     mass: Annotated[float, quantity("kg", gt=0)]
     standard_error: Annotated[float, quantity("kg", gt=0)] = 0.001
@@ -75,13 +75,13 @@ class HammerStep(Document):
     weight: Weight | None = Field(default=None, description="of the bare beam, where it was weighed")
 
     @model_validator(mode="after")
-    def _hangs_in_cords(self) -> HammerStep:
+    def _check_cords(self) -> HammerStep:
         if self.beam == "supported" and (self.suspension or self.weight):
             raise ValueError("suspension and weight are of a suspended beam; say beam: suspended, or leave them out")
         return self
 
     @model_validator(mode="after")
-    def _fits_one_block(self) -> HammerStep:
+    def _check_block(self) -> HammerStep:
         if not 0 < self.pretrigger_seconds < self.block_seconds:
             raise ValueError(
                 f"pretrigger_seconds {self.pretrigger_seconds:g} have to be between 0 and block_seconds "
@@ -95,7 +95,7 @@ class HammerStep(Document):
 
     @field_validator("points")
     @classmethod
-    def _are_points(cls, points: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_points(cls, points: tuple[str, ...]) -> tuple[str, ...]:
         for point in points:
             try:
                 dof = Dof.parse(point)
@@ -116,7 +116,7 @@ class Frequencies(Document):
     step: Annotated[float, quantity("Hz", gt=0)] = 5.0
 
     @model_validator(mode="after")
-    def _rise(self) -> Frequencies:
+    def _ordered(self) -> Frequencies:
         if self.last < self.first:
             raise ValueError(f"last ({self.last:g} Hz) is below first ({self.first:g} Hz)")
         if (self.last - self.first) / self.step >= MOST_FREQUENCIES:
@@ -167,7 +167,7 @@ class SweepStep(Document):
     detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     @model_validator(mode="after")
-    def _has_a_seed_for_something(self) -> SweepStep:
+    def _check_seed(self) -> SweepStep:
         if self.order is Order.SEQUENTIAL and self.seed is not None:
             raise ValueError("a seed shuffles nothing in sequential order; leave it out, or name another order")
         return self
@@ -176,13 +176,13 @@ class SweepStep(Document):
 
     @property
     def points(self) -> int:
-        """How many sine points the sweep has."""
+        """Number of sine points."""
         series = len(self.specimens) * len(self.configurations) * len(self.amplitudes_pp_mm)
         return series * len(self.frequencies.values)
 
 
 class BlankStep(Document):
-    """Sines on something known in place of a specimen: they tell what the tester itself adds."""
+    """Sines on a known piece in place of a specimen: they show the contribution of the tester itself."""
 
     step: Literal["blank"]
     piece: str = Field(default="blank", min_length=1, description="what the operator is to put in: blank, empty, mass")
@@ -201,14 +201,14 @@ class BlankStep(Document):
     _checked = model_validator(mode="after")(_check_sines)
 
     @model_validator(mode="after")
-    def _knows_the_error_of_something(self) -> BlankStep:
+    def _check_stiffness(self) -> BlankStep:
         if self.stiffness_standard_error and not self.stiffness:
             raise ValueError("stiffness_standard_error belongs to a stiffness; give that, too")
         return self
 
     @property
     def points(self) -> int:
-        """How many sine points the step has."""
+        """Number of sine points."""
         return len(self.frequencies.values)
 
 
@@ -229,14 +229,14 @@ class SoakStep(Document):
     limit_seconds: Annotated[float, quantity("s", "the run fails when this is not enough", gt=0)] = 14400.0
 
     @model_validator(mode="after")
-    def _can_end(self) -> SoakStep:
+    def _check_limit(self) -> SoakStep:
         if self.limit_seconds < self.seconds:
             raise ValueError(f"limit_seconds {self.limit_seconds:g} are over before seconds {self.seconds:g} are")
         return self
 
 
 class PromptStep(Document):
-    """Ask the operator for something that takes hands, and wait until it is done."""
+    """Ask the operator for a task, and wait until it is done."""
 
     step: Literal["prompt"]
     text: str = Field(min_length=1, max_length=500, description="what the operator is asked to do, as a command")
@@ -276,7 +276,7 @@ class Sequence(Document):
 
     @property
     def hangs_beam(self) -> bool:
-        """Whether the beam is taken off its joints somewhere."""
+        """Whether a step has the beam off its joints."""
         return any(step.beam == "suspended" for step in self.hammer_steps)
 
     @property
@@ -295,7 +295,7 @@ class Sequence(Document):
         return tuple(found)
 
     def with_seed(self) -> Sequence:
-        """The sequence with a seed drawn for a sweep that is to be shuffled and has none; that is what is stored."""
+        """The sequence, to be stored, with a seed drawn for a sweep that is shuffled and has none."""
         drawn = tuple(
             step.model_copy(update={"seed": secrets.randbelow(LARGEST_SEED + 1)})
             if isinstance(step, SweepStep) and step.order is not Order.SEQUENTIAL and step.seed is None
@@ -305,7 +305,7 @@ class Sequence(Document):
         return self.model_copy(update={"steps": drawn})
 
     @model_validator(mode="after")
-    def _fits_the_article(self) -> Sequence:
+    def _check_article(self) -> Sequence:
         nodes = len(self.article.node_positions)
         joints = {joint.name for joint in self.article.joints}
         for step in self.steps:
@@ -329,7 +329,7 @@ def load_sequence(path: Path) -> Sequence:
     """Read and check a sequence document.
 
     Raises:
-        SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; what is wrong, and where.
+        SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
     """
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -346,17 +346,17 @@ def sequence_from(document: object, source: str = "sequence") -> Sequence:
     """Check a document that is already plain values; `source` names it in errors.
 
     Raises:
-        SequenceError: it does not describe a sequence; what is wrong, and where.
+        SequenceError: it does not describe a sequence; says what is wrong, where.
     """
     try:
-        # by way of JSON text, where an array is a tuple; what YAML takes for a date is read as it is written
+        # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
         sequence = Sequence.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         found = "; ".join(f"{'.'.join(map(str, item['loc'])) or 'document'}: {item['msg']}" for item in error.errors())
         raise SequenceError(f"{source}: {found}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
-    # the article is a bundle's, which passes over what it does not know; here a misspelt key would be measured without
+    # a bundle ignores unknown keys of its article; here a misspelt key would be lost
     assert isinstance(document, dict), "nothing else is a sequence"
     if unknown := unknown_keys(document["article"], sequence.article.model_dump(mode="json")):
         raise SequenceError(f"{source}: article: there is no key {', '.join(unknown)}")

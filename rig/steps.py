@@ -1,4 +1,4 @@
-"""What each step of a sequence asks for, and whether it can be had: checked before anything moves."""
+"""Plans and channels of the steps of a sequence, and their checks before anything moves."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
 def check_instruments(
     sequence: Sequence, instruments: Instruments, observer: Observer = ignore_event
 ) -> tuple[Instrument, ...]:
-    """Connect to everything that `sequence` needs, move nothing, and say what is there; `observer` is told of trips.
+    """Connect the instruments that `sequence` needs, and identify them; nothing moves. `observer` hears of trips.
 
     Raises:
         RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
@@ -47,7 +47,7 @@ def check_instruments(
         with instruments.tester(observer) as tester:
             for step, _ in sequence.sine_steps:
                 check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
-            tester.stop()  # it is at rest: what counts is that it obeys
+            tester.stop()  # it is at rest already; this shows that it obeys
             status = tester.status()
             if status.stopped_by:
                 held = interlock_text(status.stopped_by)
@@ -60,7 +60,7 @@ def check_instruments(
 
 
 def _details(identity: TesterIdentity) -> dict[str, object]:
-    """What a tester says of itself, as the catalogue keeps it: limits, and what each detector does beyond its own."""
+    """The identity of a tester as the catalogue stores it: its limits, and limit and action of each detector."""
     return {
         "map_version": MAP_VERSION,
         "watchdog_time": identity.watchdog_time,
@@ -73,7 +73,7 @@ def _details(identity: TesterIdentity) -> dict[str, object]:
 
 
 def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
-    """The plan that a sweep or blank step asks for; seed 0 stands for one that is drawn when a run begins."""
+    """The plan of a sweep or blank step; seed 0 stands for one that is drawn when a run begins."""
     detectors = {} if step.detectors is None else step.detectors.in_si()
     if isinstance(step, BlankStep):
         return SweepPlan(

@@ -2,7 +2,7 @@
 
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
-handed to a sink with what was asked, what was reached and the temperature. A sweep can be paused, resumed and stopped.
+passed to a sink with both amplitudes and the temperature. A sweep can be paused, resumed and stopped.
 From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored.
 """
 
@@ -30,7 +30,7 @@ from rig.tester import Tester
 from rig.tester_monitor import monitored
 from rig.thermometer import Thermometer
 
-RECORDS = 3  # of one point, before the amplitude that was reached is taken as it is
+RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
 
 
@@ -40,14 +40,14 @@ class SinePoint:
 
     Attributes:
         order_number: in the run, from 1.
-        specimen: the joint whose cylinders were in the tester, or the piece that is known.
+        specimen: the joint whose cylinders were in the tester, or the known piece.
         configuration: compression, shear or angled; blank for a known piece.
         amplitude_pp: peak-to-peak displacement asked for, m.
         frequency: Hz.
         preset: mean displacement, m.
-        commanded_pp: what the tester was told in order to reach it, m.
+        commanded_pp: amplitude commanded in order to reach it, m.
         reached_pp: first harmonic of the recorded displacement, peak to peak, m.
-        within_tolerance: whether that is what was asked for.
+        within_tolerance: whether that is the amplitude asked for.
         temperature_celsius: of the room, when the record was taken.
         block: the record, channels ``displacement`` and ``force`` on one clock.
     """
@@ -66,21 +66,21 @@ class SinePoint:
 
 
 class Recorder(Protocol):
-    """What records displacement and force, named so, on one clock."""
+    """Records the channels ``displacement`` and ``force`` on one clock."""
 
     def record(self, duration: float, *, cancelled: Callable[[], bool]) -> Block:
         """The next `duration` seconds.
 
         Raises:
-            AcquisitionCancelledError: `cancelled`, which is asked now and then, said so.
+            AcquisitionCancelledError: `cancelled`, called now and then, returned true.
         """
 
 
 class SineSink(Protocol):
-    """Where sine points go, one by one, as soon as each is measured."""
+    """Destination of sine points; gets each as soon as it is measured."""
 
     def add_sine(self, point: SinePoint) -> None:
-        """Keep `point`; when this returns, it is safe."""
+        """Store `point`; when this returns, it is stored."""
 
 
 def run_sweep(
@@ -92,18 +92,18 @@ def run_sweep(
     sink: SineSink,
     observer: Observer = ignore_event,
     control: RunControl | None = None,
-    measured: Collection[int] = (),
+    completed: Collection[int] = (),
 ) -> None:
-    """Measure every point of `plan`; whatever happens, the actuator is at rest and hydraulics are off afterwards.
+    """Measure every point of `plan`; afterwards the actuator is at rest and hydraulics are off, whatever happens.
 
-    A point whose amplitude cannot be reached is recorded with the amplitude that was, and the observer is told. Points
-    whose order numbers are in `measured` are left out, and specimens of which nothing is left are not mounted.
+    A point whose amplitude cannot be reached is recorded with the amplitude reached, and reported. Points whose order
+    numbers are in `completed` are left out, and a specimen without any other point is not mounted.
 
     Raises:
         LimitExceededError: the plan is beyond the rig's limits; nothing moved.
-        DetectorError: a detector of the plan is looser than what is in force at the tester; nothing moved.
-        RunStoppedError: `control` asked for it; what was measured before is in the sink.
-        RigError, DaqError: an instrument failed; what was measured before is in the sink.
+        DetectorError: a detector of the plan is looser than that in force at the tester; nothing moved.
+        RunStoppedError: `control` asked for it; earlier points are in the sink.
+        RigError, DaqError: an instrument failed; earlier points are in the sink.
     """
     plan.check(tester.limits)
     control = control or RunControl()
@@ -114,10 +114,10 @@ def run_sweep(
         control.driving(tester),
     ):
         for mounting in plan.mountings():
-            sines = [sine for sine in mounting.sines if sine.order_number not in measured]
+            sines = [sine for sine in mounting.sines if sine.order_number not in completed]
             if not sines:
                 continue
-            tester.shut_down()  # hands go in
+            tester.shut_down()  # the operator reaches into the machine
             operator.mount(mounting.specimen, mounting.configuration)
             observer(SpecimenMounted(mounting.specimen, mounting.configuration))
             with monitored(tester):
@@ -126,12 +126,12 @@ def run_sweep(
                 for sine in sines:
                     point = sweep.point(mounting, sine, amplitudes)
                     sink.add_sine(point)
-                    _tell(observer, point, plan)
+                    _report(observer, point, plan)
 
 
 @dataclass(frozen=True)
 class _Sweep:
-    """The steps of a sweep, each of which may be interrupted and done again."""
+    """The steps of a sweep, each of which may be interrupted and repeated."""
 
     plan: SweepPlan
     tester: Tester
@@ -141,16 +141,16 @@ class _Sweep:
     observer: Observer
 
     def begin(self) -> None:
-        """Hydraulics on, and to the preset."""
+        """Switch hydraulics on, and go to the preset."""
         self.tester.start()
         self.go_to_preset()
 
     def go_to_preset(self) -> None:
-        """To the preset, from wherever an interruption left the actuator."""
+        """Go to the preset, from any state in which an interruption left the actuator."""
         self.tester.preset(self.plan.preset)
 
     def point(self, mounting: Mounting, sine: Sine, amplitudes: AmplitudeControl) -> SinePoint:
-        """Measure one point, again where a pause interrupts it."""
+        """Measure one point; repeat it where a pause interrupts it."""
         measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.frequency)
         reached, reached_pp, block = self.control.carry_out(measure, self.observer, self.go_to_preset)
         return SinePoint(
@@ -170,7 +170,7 @@ class _Sweep:
     def measure(
         self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float
     ) -> tuple[Reached, float, Block]:
-        """Approach and record, again where the record shows another amplitude than the tester did."""
+        """Approach and record; repeat both where the record shows another amplitude than the tester."""
         tolerance = self.plan.tolerance_at(amplitude_pp)
         for _ in range(RECORDS):
             reached = amplitudes.approach(amplitude_pp, frequency, tolerance)
@@ -184,27 +184,27 @@ class _Sweep:
         return reached, reached_pp, block
 
     def record(self, duration: float) -> Block:
-        """The next `duration` s, while nothing interferes; where something does, it is raised and nothing recorded."""
+        """The next `duration` s; an error where something interferes."""
         try:
-            block = self.recorder.record(duration, cancelled=self.is_to_end)
+            block = self.recorder.record(duration, cancelled=self.is_cancelled)
         except AcquisitionCancelledError:
-            self.tester.measured()  # says why, where it was the tester
+            self.tester.measured()  # raises the reason, where it was the tester
             raise
         self.tester.measured()
         return block
 
-    def is_to_end(self) -> bool:
-        """Whether the record is not wanted any more."""
+    def is_cancelled(self) -> bool:
+        """Whether the record is to end early."""
         return self.control.is_interrupted() or self.tester.failure is not None
 
 
 def uncorrected(
     displacement: ArrayLike, force: ArrayLike, sample_rate: float, frequency: float
 ) -> tuple[float, float] | None:
-    """k in N/m and gamma of one record, for whoever watches, before any correction of the tester; None: it is no sine.
+    """k in N/m and gamma of one record, before any correction of the tester; None where the record is no sine.
 
-    The frequency is taken for what was commanded, as it is for the amplitude: to refine it takes longer than everything
-    else, and moves k and gamma by less than their errors.
+    The frequency is taken as commanded, as it is for the amplitude: refining it takes longer than everything else, and
+    changes k and gamma by less than their errors.
 
     Args:
         displacement: (samples,) in m.
@@ -223,7 +223,7 @@ def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool
     return abs(reached_pp / amplitude_pp - 1) <= plan.tolerance_at(amplitude_pp)
 
 
-def _tell(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
+def _report(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
     what = (point.specimen, point.configuration, 1e3 * point.amplitude_pp, point.frequency)
     if not point.within_tolerance:
         reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"

@@ -1,4 +1,4 @@
-"""What a sweep measures, and in which order: mountings as blocks, in each of them series of one amplitude.
+"""The plan of a sweep: its points in the order of measuring, grouped by mounting and then by amplitude.
 
 A sequential order confounds conditioning (Mullins effect, warming, drift) with what amplitude and configuration do; a
 random one turns it into scatter. Mounting a specimen costs a person's time, so every mounting is made once.
@@ -23,7 +23,7 @@ _Value = TypeVar("_Value")
 
 
 class Order(StrEnum):
-    """What of a sweep is shuffled; each includes those before it."""
+    """The parts of a sweep that are shuffled; each includes those before it."""
 
     SEQUENTIAL = "sequential"
     AMPLITUDES = "amplitudes"
@@ -42,7 +42,7 @@ class Sine:
 
 @dataclass(frozen=True)
 class Mounting:
-    """A specimen in a configuration, and what is measured before hands go in again."""
+    """A specimen in a configuration, and the points that are measured with it."""
 
     specimen: str
     configuration: str
@@ -60,15 +60,15 @@ def mountings_in_order(
 ) -> tuple[Mounting, ...]:
     """Every specimen in every configuration at every amplitude (m peak to peak) and frequency (Hz), each once.
 
-    Points are numbered from `first_number`. `seed` draws what `order` shuffles: the mountings, the amplitudes of each
-    mounting, the frequencies of each series.
+    Points are numbered from `first_number`. `seed` is for the shuffling of `order`: of the mountings, of the amplitudes
+    of each mounting, of the frequencies of each series.
     """
     draws, numbers = Random(seed), count(first_number)
     levels = list(Order)
     shuffled = levels[: levels.index(order) + 1]
 
     def ordered(values: Sequence[_Value], kind: Order) -> Sequence[_Value]:
-        # by `random()` alone, whose numbers Python promises to keep: a run may be resumed by another version
+        # by `random()` alone, whose numbers are the same in all versions of Python: another one may resume a run
         return sorted(values, key=lambda _: draws.random()) if kind in shuffled else values
 
     return tuple(
@@ -86,12 +86,12 @@ def mountings_in_order(
 
 
 class PlanError(RequestError):
-    """The plan of a sweep asks for something that cannot be."""
+    """The plan of a sweep asks for something impossible."""
 
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What to measure; the defaults are the paper's direct test, 720 points. SI units.
+    """The points of a sweep and their accuracy; the defaults are the paper's direct test, 720 points. SI units.
 
     Attributes:
         frequencies: Hz.
@@ -102,13 +102,13 @@ class SweepPlan:
         tolerance: relative, of the amplitude reached.
         fine_amplitude_pp: amplitudes up to this are near the limit of the machine, m.
         fine_tolerance: relative, for those.
-        fewest_cycles: in a record; of ten, 98 % of stiffnesses lay within three of the errors that their scatter tells.
+        fewest_cycles: in a record; with ten, 98 % of stiffnesses lay within three standard errors from their scatter.
         most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
         shortest_record: s.
-        order: what is shuffled; everything else is measured as it is given above.
+        order: the parts that are shuffled; the others are measured in the order given above.
         seed: of the shuffling.
         first_number: order number of the first point, where a run has measured others before.
-        detectors: of the tester, that are tighter while the sweep lasts.
+        detectors: of the tester; tighter while the sweep lasts.
 
     Raises:
         PlanError: there is nothing to measure, or a figure makes no sense.
@@ -149,7 +149,7 @@ class SweepPlan:
         return math.prod(map(len, (self.specimens, self.configurations, self.amplitudes_pp, self.frequencies)))
 
     def check(self, limits: TesterLimits) -> None:
-        """Let the plan pass if every point and detector is within `limits`, before anything moves.
+        """Check that every point and detector is within `limits`, before anything moves.
 
         Raises:
             LimitExceededError: one is not.
@@ -161,11 +161,11 @@ class SweepPlan:
             limits.check_cycle(amplitude_pp, frequency)
 
     def sines(self) -> Iterator[tuple[float, float]]:
-        """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, as they are given."""
+        """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, in the order given."""
         return product(self.amplitudes_pp, self.frequencies)
 
     def mountings(self) -> tuple[Mounting, ...]:
-        """What to measure, in the order of measuring; the same whenever it is asked."""
+        """The mountings in the order of measuring; always the same ones."""
         return mountings_in_order(
             self.specimens,
             self.configurations,

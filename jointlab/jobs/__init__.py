@@ -1,1 +1,1 @@
-"""Jobs: work that takes its time, in other processes; what is true of a job is in SQL."""
+"""Jobs: long work in other processes. The state of a job is in the database."""

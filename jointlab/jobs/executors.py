@@ -1,4 +1,4 @@
-"""Where jobs are done: in processes of this computer, or on a dask.distributed cluster."""
+"""Executors of jobs: processes of this computer, or a dask.distributed cluster."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GRACE = 5.0  # s that a process has to end when it is told to
 
 @dataclass(frozen=True)
 class Lost:
-    """A job whose worker is gone."""
+    """A job whose worker has ended without a result."""
 
     job_id: int
     token: str
@@ -24,28 +24,28 @@ class Lost:
 
 
 class Executor(Protocol):
-    """Does jobs, as many at a time as it has room for; used by one thread."""
+    """Carries out jobs, as many at a time as it has room for; used by one thread."""
 
     def has_room(self) -> bool:
-        """Whether it can begin one more."""
+        """Whether it can begin another job."""
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
         """Begin a job that was taken with `token`."""
 
     def lost(self) -> list[Lost]:
-        """Jobs whose workers ended without saying how, since the last call."""
+        """Jobs whose workers ended without a result since the last call."""
 
     def drop(self, job_id: int) -> None:
-        """Spend no more time on a job."""
+        """End the work on a job."""
 
     def close(self) -> list[Lost]:
-        """End everything; the jobs that were not over."""
+        """End all work; returns the jobs that were not over."""
 
 
 class ProcessExecutor:
-    """Processes of this computer, one for each job: a job that is dropped or dies takes nothing with it.
+    """Processes of this computer, one for each job, so that a job that is dropped or dies does not affect another.
 
-    They are forked from a server that has loaded what they need, so that beginning one takes no time.
+    They are forked from a server that has loaded every module that they need, so that a process begins quickly.
     """
 
     def __init__(self, workers: int = 1) -> None:
@@ -55,7 +55,7 @@ class ProcessExecutor:
         self._processes = dict[int, tuple[ForkServerProcess, str]]()
 
     def has_room(self) -> bool:
-        """Whether it can begin one more."""
+        """Whether another process may begin."""
         return len(self._processes) < self._workers
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
@@ -66,7 +66,7 @@ class ProcessExecutor:
         self._processes[job_id] = (process, token)
 
     def lost(self) -> list[Lost]:
-        """Jobs whose processes died; those that ended by themselves have said what came of it."""
+        """Jobs whose processes died; a process that ended by itself has stored the result of its job."""
         ended = {job: held for job, held in self._processes.items() if held[0].exitcode is not None}
         for job in ended:
             del self._processes[job]
@@ -77,26 +77,25 @@ class ProcessExecutor:
         ]
 
     def drop(self, job_id: int) -> None:
-        """End a job's process."""
+        """End the process of a job."""
         if job_id in self._processes:
             process, _ = self._processes.pop(job_id)
-            _end(process)
+            process.terminate()
+            process.join(GRACE)
+            if process.exitcode is None:
+                process.kill()
+                process.join()
 
     def close(self) -> list[Lost]:
         """End every process."""
         left = [Lost(job, token, "the service was stopped") for job, (_, token) in self._processes.items()]
-        for job in [each.job_id for each in left]:
-            self.drop(job)
+        for each in left:
+            self.drop(each.job_id)
         return left
-
-    @property
-    def pids(self) -> dict[int, int | None]:
-        """Process numbers by job."""
-        return {job: process.pid for job, (process, _) in self._processes.items()}
 
 
 class DaskExecutor:
-    """A dask.distributed cluster; its workers reach the same database and the same folder of waveforms.
+    """A dask.distributed cluster; its workers need the same database and the same folder of waveforms.
 
     Raises:
         JointlabError: dask is not installed, or no scheduler answers at `address`.
@@ -118,7 +117,7 @@ class DaskExecutor:
         return len(self._futures) < int(sum(self._client.nthreads().values()))
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
-        """Send a job to a worker; where that dies, dask sends it to another one, and the same token counts."""
+        """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""
         future = self._client.submit(carry_out, url, waveform_folder, job_id, token, key=f"job-{token}", pure=False)
         self._futures[job_id] = (future, token)
 
@@ -134,21 +133,12 @@ class DaskExecutor:
         ]
 
     def drop(self, job_id: int) -> None:
-        """Take a job back; a worker that has begun it finds out with its next heartbeat."""
+        """Cancel a job; a worker that has begun it learns this from its next heartbeat."""
         if job_id in self._futures:
-            future, _ = self._futures.pop(job_id)
-            future.cancel()
+            self._futures.pop(job_id)[0].cancel()
 
     def close(self) -> list[Lost]:
-        """Leave the cluster; its workers end what they have begun, and say so in SQL."""
+        """Leave the cluster; its workers finish the jobs that they have begun, and store the results."""
         self._client.close()
         self._futures.clear()
         return []
-
-
-def _end(process: ForkServerProcess) -> None:
-    process.terminate()
-    process.join(GRACE)
-    if process.exitcode is None:
-        process.kill()
-        process.join()

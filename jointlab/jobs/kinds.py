@@ -1,7 +1,7 @@
-"""The kinds of jobs: what each is asked with, and what it does.
+"""The kinds of jobs: the parameters and the work of each.
 
-Work returns a function that stores what came of it: it is called in the transaction that ends the job, so that there
-is a result exactly where there is a job that is done.
+The work returns a function that stores its result: it is called in the transaction that ends the job, so that a job is
+done exactly if there is a result.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from store.hdf5 import export_hdf5
 from store.jobs import Job
 from store.progress import Progress
 
-Keep = Callable[[Session], dict[str, Any]]
-Work = Callable[[Catalogue, Job, Progress], Keep]
+Save = Callable[[Session], dict[str, Any]]
+Work = Callable[[Catalogue, Job, Progress], Save]
 
 TRIAL = "jointlab.trials.run"
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of job; `needs` are the names of its parameters, `takes` of those that it can do without."""
+    """A kind of job; `needs` are the names of its required parameters, `takes` those of the optional ones."""
 
     needs: tuple[str, ...]
     work: Work
@@ -51,11 +51,11 @@ def kind_named(name: str) -> Kind:
 
 
 def exports_folder(catalogue: Catalogue) -> Path:
-    """Where files that were asked for are kept: beside the waveforms."""
+    """The folder of exported files, beside the waveforms."""
     return catalogue.waveforms.folder.with_name(f"{catalogue.waveforms.folder.name}-exports")
 
 
-def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """k, h and gamma of a run by both methods, and their comparison."""
     chosen = dict(job.parameters)
     run = chosen.pop("run")
@@ -63,22 +63,22 @@ def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
     return lambda session: asdict(save_identification(session, run, found))
 
 
-def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
-    """What explains the gap between a run and its simulation."""
+def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
+    """The diagnosis of the gap between a run and its simulation."""
     run = job.parameters["run"]
     document = diagnose_run(catalogue, run, progress)
     return lambda session: {"diagnosis": save_diagnosis(session, run, document)}
 
 
-def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
-    """How often the diagnosis is right, on cases whose truth is sealed until it has answered."""
-    # what draws cases is loaded for a trial only: no other work is to know that simulation exists
+def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Save:
+    """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
+    # imported for a trial only: no other work depends on the simulation
     run_trial: Callable[..., dict[str, Any]] = import_module(TRIAL).run_trial
     scores = run_trial(job.parameters["cases"], job.parameters["seed"], progress)
     return lambda _session: scores
 
 
-def export(catalogue: Catalogue, job: Job, progress: Progress) -> Keep:
+def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """A file of a run: its bundle, its waveforms as HDF5, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
     folder = exports_folder(catalogue)

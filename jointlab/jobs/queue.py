@@ -1,4 +1,4 @@
-"""The queue of jobs: gives what waits in SQL to an executor, and takes up again what its workers lost."""
+"""The queue of jobs: gives queued jobs to an executor, and queues those again that their workers lost."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from store.jobs import Job, add_job, cancel_job, list_jobs, lose_job, signs_of_l
 from store.states import JobState
 
 POLL = 0.25  # s
-LOOK = 5.0  # s between looks for workers that give no sign of life
+STALE_CHECK = 5.0  # s between two checks for workers without a sign of life
 log = logging.getLogger(__name__)
 
 
 class JobQueue:
-    """Sees to jobs in a thread of its own until it is closed. Any thread may call it.
+    """Serves jobs in a thread of its own until it is closed. Any thread may call it.
 
-    Several queues may see to one database: each job is taken by one of them.
+    Several queues may serve one database: each job is taken by one of them.
     """
 
     def __init__(self, catalogue: Catalogue, executor: Executor) -> None:
@@ -32,8 +32,8 @@ class JobQueue:
         self._dropped = set[int]()
         self._wake = threading.Event()
         self._closed = False
-        self._looked = -LOOK
-        self._silence = StaleWorkers()
+        self._checked = -STALE_CHECK
+        self._stale_workers = StaleWorkers()
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
         self._thread.start()
 
@@ -41,7 +41,7 @@ class JobQueue:
         """Queue a job.
 
         Raises:
-            JointlabError: there is no such kind, or its parameters are others.
+            JointlabError: there is no such kind.
             StoreError: it cannot be stored.
         """
         needs, takes = kind_named(kind).needs, kind_named(kind).takes
@@ -61,7 +61,7 @@ class JobQueue:
         return job
 
     def close(self) -> None:
-        """End every worker; the jobs that were not over are queued, for whoever sees to them next."""
+        """End every worker; jobs that are not over are queued again, for the next queue of this database."""
         self._closed = True
         self._wake.set()
         self._thread.join()
@@ -70,24 +70,24 @@ class JobQueue:
     def _run(self) -> None:
         while not self._closed:
             try:
-                self._see_to_jobs()
+                self._serve()
             except StoreError as error:
                 log.warning("jobs wait, because the store does not answer: %s", error)
-            except Exception:  # of a cluster that is gone, say: whoever asks for jobs must not wait for ever
-                log.exception("jobs wait, because something failed that nobody expected; it is tried again")
+            except Exception:  # of a cluster that is gone, say; the thread has to go on
+                log.exception("jobs wait, because of an unexpected error; the queue goes on")
             self._wake.wait(POLL)
             self._wake.clear()
 
-    def _see_to_jobs(self) -> None:
+    def _serve(self) -> None:
         while self._dropped:
             self._executor.drop(self._dropped.pop())
         self._lose(self._executor.lost())
-        if time.monotonic() - self._looked > LOOK:
-            self._looked = time.monotonic()
+        if time.monotonic() - self._checked > STALE_CHECK:
+            self._checked = time.monotonic()
             with self._catalogue.reading() as session:
-                silent = self._silence.lasting(signs_of_life(session))
-            self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in silent])
-            for sign in silent:  # it may hang, and hold the place of another
+                stale = self._stale_workers.lasting(signs_of_life(session))
+            self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in stale])
+            for sign in stale:  # a worker that hangs would take the place of another
                 self._executor.drop(sign.job_id)
         while not self._closed and self._executor.has_room() and self._is_waiting():
             with self._catalogue.writing() as session:
@@ -102,7 +102,7 @@ class JobQueue:
                 raise
 
     def _is_waiting(self) -> bool:
-        """Whether a job is queued; a look that keeps no writer waiting."""
+        """Whether a job is queued; a read, so that no writer has to wait."""
         with self._catalogue.reading() as session:
             return bool(list_jobs(session, state=JobState.QUEUED, limit=1))
 

@@ -1,7 +1,7 @@
-"""Workers that are not heard of any more.
+"""Stale workers: those without a new sign of life.
 
-How long a worker has been silent is measured here, by a clock that nobody can set. What the worker's own clock says is
-only compared with what it said before: it may be wrong, and be set forwards or back between two heartbeats.
+The time without a sign is measured here, by a monotonic clock. A time of the worker's own clock is only compared with
+the one before: that clock may be wrong, and be set between two heartbeats.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from store.jobs import LEASE, SignOfLife
 
 
 class StaleWorkers:
-    """When each sign of life was first seen; one thread asks it, now and then."""
+    """Remembers when each sign of life was first seen; used by one thread."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock

@@ -1,4 +1,4 @@
-"""One job in a worker's process: its work, its heartbeat, and its result in one transaction."""
+"""One job in the process of a worker: its work, its heartbeat, and its result in one transaction."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from threadpoolctl import threadpool_limits
@@ -25,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 class Heartbeat:
-    """Shows every second that the worker lives, and how far it is. A context manager, and the work's `Progress`."""
+    """Stores a sign of life and the progress every second. A context manager, and the `Progress` of the work."""
 
     def __init__(self, catalogue: Catalogue, job_id: int, token: str) -> None:
         self._catalogue = catalogue
@@ -41,7 +40,7 @@ class Heartbeat:
         """Work on `what`, in `total` steps.
 
         Raises:
-            LeaseLostError: the job was cancelled, or given to somebody else.
+            LeaseLostError: the job was cancelled, or given to another worker.
         """
         self._at = (what, 0, total)
 
@@ -57,9 +56,7 @@ class Heartbeat:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._ended.set()
         self._thread.join()
 
@@ -72,22 +69,22 @@ class Heartbeat:
                 self._lost = lost
                 return
             except StoreError as error:
-                # the lease lasts for many beats; where it runs out all the same, the result will not be taken
+                # the lease lasts for many beats; if it ends all the same, the result will be refused
                 log.warning("job %s: a heartbeat could not be stored: %s", self._job_id, error)
             self._ended.wait(BEAT)
 
 
 def carry_out(url: str, waveform_folder: str, job_id: int, token: str) -> None:
-    """Do a job that was taken with `token`, and store what comes of it.
+    """Carry out a job that was taken with `token`, and store its result.
 
     Args:
         url: of the database.
-        waveform_folder: where waveforms are.
+        waveform_folder: of the waveform files.
         job_id: its number.
         token: that it was taken with.
 
     Raises:
-        StoreError: what came of it cannot be stored; the job will be taken up again.
+        StoreError: the result cannot be stored; the job will be queued again.
     """
     with threadpool_limits(1), Catalogue.open(url, Path(waveform_folder)) as catalogue:
         with catalogue.reading() as session:

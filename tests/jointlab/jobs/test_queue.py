@@ -42,7 +42,7 @@ def test_the_job_of_a_killed_worker_is_taken_up_again_and_has_one_result(
     before = analyses(catalogue)
     job = queue.add("identify", {"run": 1}, "test")
     wait_for(job, lambda found: found.stage is not None)  # it is at work
-    pid = executor.pids[job.id]
+    pid = executor._processes[job.id][0].pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
     done = wait_for(job)
@@ -76,10 +76,10 @@ def test_a_worker_that_cannot_be_begun_costs_an_attempt_and_not_the_queue(catalo
 def test_a_worker_that_hangs_makes_room_for_another(
     catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("jointlab.jobs.queue.LOOK", 0.2)
+    monkeypatch.setattr("jointlab.jobs.queue.STALE_CHECK", 0.2)
     job = queue.add("identify", {"run": 1}, "test")
     wait_for(job, lambda found: found.stage is not None)
-    pid = executor.pids[job.id]
+    pid = executor._processes[job.id][0].pid
     assert pid is not None
     os.kill(pid, signal.SIGSTOP)
     monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(seconds=5))

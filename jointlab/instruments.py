@@ -24,20 +24,6 @@ def instruments_of(settings: Settings) -> Instruments:
         daq_address=settings.daq_address,
         tester_url=settings.tester_url,
         thermometer_url=settings.thermometer_url,
-        channels=tuple(
-            Channel(
-                name=row.name,
-                physical=row.physical,
-                kind=ChannelKind(row.kind),
-                sensitivity=row.sensitivity,
-                unit=row.unit,
-                minimum=row.minimum,
-                maximum=row.maximum,
-                excitation_current=row.excitation_current,
-                serial=row.serial,
-                calibrated_on=row.calibrated_on,
-            )
-            for row in settings.channels
-        ),
+        channels=tuple(Channel(**(row.model_dump() | {"kind": ChannelKind(row.kind)})) for row in settings.channels),
         rig=settings.rig,
     )

@@ -27,6 +27,7 @@ from rig.fair_lock import FairLock
 
 DEFAULT_PORT = 502
 DEFAULT_BAUD_RATE = 19_200
+DEVICE_ID = 1  # Modbus unit number
 
 _WORDS = {
     ExcCodes.ILLEGAL_FUNCTION: "it has no such function",
@@ -76,17 +77,15 @@ class ModbusLink:
 
     Args:
         url: where the device is; RTU takes baudrate, parity (N, E, O) and stopbits as query.
-        device_id: Modbus unit number.
         timeout: of connecting and of each reply, s.
 
     Raises:
         RigError: the URL is not one of those two forms.
     """
 
-    def __init__(self, url: str, device_id: int = 1, timeout: float = 0.5) -> None:
+    def __init__(self, url: str, timeout: float = 0.5) -> None:
         self.url = url
         self.timeout = timeout
-        self._device_id = device_id
         self._client = _client(url, timeout)
         self._lock = FairLock()
         # every failure is raised from here; pymodbus would log it a second time
@@ -100,7 +99,7 @@ class ModbusLink:
         """
         what = f"read {count} input registers from {address}"
         response = self._ask(
-            what, lambda: self._client.read_input_registers(address, count=count, device_id=self._device_id), by
+            what, lambda: self._client.read_input_registers(address, count=count, device_id=DEVICE_ID), by
         )
         if len(response.registers) != count:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
@@ -114,7 +113,7 @@ class ModbusLink:
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write {len(words)} holding registers from {address}"
-        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=self._device_id), by)
+        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=DEVICE_ID), by)
 
     def write_coil(self, address: int, value: bool, by: float = math.inf) -> None:
         """Write one coil, sent once; ends `by` this time of `time.monotonic`.
@@ -124,7 +123,7 @@ class ModbusLink:
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write coil {address}"
-        self._ask(what, lambda: self._client.write_coil(address, value, device_id=self._device_id), by)
+        self._ask(what, lambda: self._client.write_coil(address, value, device_id=DEVICE_ID), by)
 
     def close(self) -> None:
         """Close the connection."""

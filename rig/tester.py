@@ -55,7 +55,6 @@ def connect(
     limits: TesterLimits | None = None,
     *,
     timeout: float = 0.5,
-    device_id: int = 1,
     observer: Observer = ignore_event,
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
@@ -64,7 +63,6 @@ def connect(
         url: ``tcp://host:port`` or ``rtu:///dev/ttyS0?baudrate=115200``.
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
-        device_id: Modbus unit number.
         observer: gets events about interlocks.
 
     Raises:
@@ -73,7 +71,7 @@ def connect(
         ActuatorNotAtRestError: on leaving, the instrument did not confirm that the actuator is at rest.
         RigError: no tester answers at `url`.
     """
-    with closing(ModbusLink(url, device_id, timeout)) as link:
+    with closing(ModbusLink(url, timeout)) as link:
         tester = Tester(TesterWire(link), limits or TesterLimits(), observer)
         try:
             with tester.at_rest_afterwards():

@@ -14,7 +14,7 @@ from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_con
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.instruments import instruments_of
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
-from jointlab.sequences.wording import step_words, total_words
+from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
 from rig.control import RunControl, RunStoppedError
 from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
@@ -153,8 +153,8 @@ def list_steps(sequence: Sequence, settings: Settings) -> None:
     check_plan(sequence, limits)
     out.print(f"{sequence.title} ({sequence.article_name})")
     for number, step in enumerate(sequence.steps, start=1):
-        out.print(f"{number}. {step_words(step)}", markup=False)
-    out.print(total_words(sequence.steps))
+        out.print(f"{number}. {step_text(step)}", markup=False)
+    out.print(total_text(sequence.steps))
     if sequence.sine_steps:
         whose = "no others are set" if stored is None else f"set for {settings.rig!r}"
         out.print(f"{_limits_line(limits)} ({whose})")

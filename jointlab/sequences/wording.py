@@ -15,7 +15,7 @@ from rig.sweep_plan import Order
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 
 
-def step_words(step: Step) -> str:
+def step_text(step: Step) -> str:
     """What a step does and about how long it takes, in a line."""
     match step:
         case HammerStep():
@@ -49,13 +49,13 @@ def step_seconds(step: Step) -> float:
             return step.seconds
 
 
-def total_words(steps: Iterable[Step]) -> str:
+def total_text(steps: Iterable[Step]) -> str:
     """How long the steps take together, and what comes on top of that, in a line."""
     least = duration(sum(map(step_seconds, steps)))
     return f"altogether at least {least}; settling, mounting, prompts and soaks that last longer come on top"
 
 
-def _records_words(step: SineStep) -> str:
+def _records_text(step: SineStep) -> str:
     return f"(records alone {duration(step_seconds(step))})"
 
 
@@ -78,7 +78,7 @@ def _sweep_line(step: SweepStep) -> str:
         f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
         f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
         f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
-        f"{_records_words(step)}{_detector_words(step.detectors)}"
+        f"{_records_text(step)}{_detector_text(step.detectors)}"
     )
 
 
@@ -87,23 +87,23 @@ def _blank_line(step: BlankStep) -> str:
     return (
         f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
         f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p "
-        f"{_records_words(step)}{_detector_words(step.detectors)}"
+        f"{_records_text(step)}{_detector_text(step.detectors)}"
     )
 
 
-def _detector_words(detectors: StepDetectors | None) -> str:
+def _detector_text(detectors: StepDetectors | None) -> str:
     """Detectors that are tighter while a step lasts, as the end of its line."""
     if detectors is None:
         return ""
     limits = [
-        f"{name_of(interlock).replace('_', ' ')} {_limit_words(interlock, detector.limit)}"
+        f"{name_of(interlock).replace('_', ' ')} {_limit_text(interlock, detector.limit)}"
         + ("" if detector.action is None else f" ({detector.action.name.lower().replace('_', ' ')})")
         for interlock, detector in detectors.in_si().items()
     ]
     return f"; tighter detectors: {', '.join(limits)}" if limits else ""
 
 
-def _limit_words(interlock: Interlock, limit: float) -> str:
+def _limit_text(interlock: Interlock, limit: float) -> str:
     if interlock is Interlock.FORCE:
         return f"{limit:g} N"
     return f"{100 * limit:g} %" if interlock is Interlock.UNDERPEAK else f"{1e3 * limit:g} mm"

@@ -15,7 +15,7 @@ from jointlab.errors import EXPECTED
 from jointlab.sequences import BUILT_IN, sequence_named
 from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
-from jointlab.sequences.wording import step_words
+from jointlab.sequences.wording import step_text
 from jointlab.supervision.manager import RunManager
 from rig.sequence import HammerStep, SineStep
 from rig.sequence import Sequence as Document
@@ -112,7 +112,7 @@ def _steps(base: Document, part: str, form: Mapping[str, str]) -> str:
         sequence = sequence_of_form(base, part, form)
     except EXPECTED as error:
         return f'<p class="notice">{escape(str(error))}</p>'
-    return f'<ol id="steps">{"".join(f"<li>{escape(step_words(step))}</li>" for step in sequence.steps)}</ol>'
+    return f'<ol id="steps">{"".join(f"<li>{escape(step_text(step))}</li>" for step in sequence.steps)}</ol>'
 
 
 def _live_view(sequence: Document) -> str:

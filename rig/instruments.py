@@ -66,14 +66,14 @@ class Instruments:
 
     @contextmanager
     def tester(self, observer: Observer = ignore_event) -> Iterator[Tester]:
-        """The tester, driven until the context is left, which leaves the actuator at rest; reports to `observer`.
+        """The tester, driven until the context is left, which leaves the actuator at rest.
 
         Raises:
             RigError: there is none, it does not answer, or it is not the tester that this rig knows.
         """
         if self.tester_url is None:
             raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
-        with connect_tester(self.tester_url, self.limits, observer=observer) as tester:
+        with connect_tester(self.tester_url, self.limits) as tester, tester.reporting_to(observer):
             yield tester
 
 

@@ -293,6 +293,15 @@ class Tester:
             raise
         self.shut_down()
 
+    @contextmanager
+    def reporting_to(self, observer: Observer) -> Iterator[None]:
+        """Report interlocks to `observer` while the context lasts, in place of the usual observer."""
+        before, self._observer = self._observer, observer
+        try:
+            yield
+        finally:
+            self._observer = before
+
     def close(self) -> None:
         """Stop the heartbeat; the actuator has to be at rest."""
         self._heartbeat.join()

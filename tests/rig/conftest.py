@@ -89,7 +89,7 @@ def running_laboratory() -> Iterator[Laboratory]:
 
 @pytest.fixture
 def repair(running_laboratory: Laboratory) -> Callable[[], None]:
-    """Mend everything that can be told to fail."""
+    """Clear every simulated fault."""
 
     def mend() -> None:
         running_laboratory.daq.faults.clear()

@@ -10,14 +10,14 @@ from simlab.laboratory import Laboratory
 
 
 class Person(Operator):
-    """Strikes and mounts at once; `before` is called before each deed and may break something, or leave."""
+    """Strikes and mounts at once; `before` is called before each request and may break something, or leave."""
 
     def __init__(self, laboratory: Laboratory) -> None:
         self.laboratory = laboratory
-        self.before: Callable[[str, int], None] = lambda deed, count: None
+        self.before: Callable[[str, int], None] = lambda request, count: None
         self.what = "clean"
         self.counts = {"strike": 0, "mount": 0}
-        self.deeds: list[str] = []
+        self.requests: list[str] = []
 
     def strike(self, point: Dof, blow: int) -> None:
         self._note("strike", f"{point} {blow}")
@@ -27,11 +27,11 @@ class Person(Operator):
         self._note("mount", f"{specimen} {configuration}")
         self.laboratory.bench.mount(specimen, configuration)
 
-    def _note(self, deed: str, which: str) -> None:
-        self.counts[deed] += 1
-        self.deeds.append(which)
-        self.before(deed, self.counts[deed])
+    def _note(self, request: str, which: str) -> None:
+        self.counts[request] += 1
+        self.requests.append(which)
+        self.before(request, self.counts[request])
 
-    def at(self, deed: str, count: int, act: Callable[[], None]) -> None:
-        """Let `act` happen before the `count`-th `deed`."""
-        self.before = lambda done, number: act() if (done, number) == (deed, count) else None
+    def at(self, request: str, count: int, act: Callable[[], None]) -> None:
+        """Let `act` happen before the `count`-th `request`."""
+        self.before = lambda done, number: act() if (done, number) == (request, count) else None

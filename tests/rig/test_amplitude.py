@@ -99,7 +99,7 @@ def test_a_larger_target_at_a_known_frequency_is_approached_from_below_again(com
     assert len(commanded(1e-5, 100.0, 0.05)) == 1
 
 
-def test_a_target_beyond_what_the_limits_allow_to_command_is_approached_up_to_the_limit(
+def test_a_target_beyond_the_limits_is_approached_up_to_the_limit(
     driver: tester.Tester, server: tester_server.TesterServer
 ) -> None:
     server.faults.set("weak_servo")

@@ -109,7 +109,7 @@ def test_a_run_that_is_paused_or_stopped_before_it_begins_moves_nothing(laborato
     assert CommandCode.PRESET not in laboratory.tester.device.applied
 
 
-def test_a_pause_so_short_that_nobody_saw_it_still_discards_the_record(laboratory: SweepLaboratory) -> None:
+def test_even_the_shortest_pause_discards_the_record(laboratory: SweepLaboratory) -> None:
     control = RunControl()
     run = Run(laboratory.sweep, control)
     until(lambda: recording(laboratory))
@@ -169,11 +169,11 @@ def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
 
 
 @pytest.mark.parametrize("kind", [MotionHaltedError, AcquisitionCancelledError])
-def test_an_interruption_that_nobody_asked_for_is_an_error(kind: type[Exception]) -> None:
+def test_an_interruption_without_a_request_is_an_error(kind: type[Exception]) -> None:
     def step() -> None:
-        raise kind("by somebody else")
+        raise kind("by another cause")
 
-    with pytest.raises(kind, match="somebody else"):
+    with pytest.raises(kind, match="another cause"):
         RunControl().carry_out(step, lambda _: None)
 
 

@@ -1,4 +1,4 @@
-"""Detectors that a step sets tighter: in force while it lasts, never looser than anything else, put back afterwards."""
+"""Detectors that a step sets tighter: in force while it lasts, never looser than the others, restored afterwards."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_detectors_of_a_step_are_in_force_while_it_lasts_and_put_back_afterwards
     assert CommandCode.HYDRAULICS_OFF in applied[moving:last]  # nothing moves while they are loosened
 
 
-def test_a_tighter_detector_stops_what_the_instrument_alone_would_let_pass_and_is_put_back() -> None:
+def test_a_tighter_detector_stops_a_motion_within_the_limits_of_the_instrument_and_is_restored() -> None:
     with sweeping(PLAN, SPEED) as laboratory:
         laboratory.tester.faults.set("weak_servo")
         with pytest.raises(TesterTrippedError, match="underpeak"):
@@ -121,7 +121,7 @@ def test_detectors_that_cannot_be_put_back_are_said_to_stay_tight() -> None:
 
 
 @given(st.sampled_from(DETECTED), st.floats(-1e-2, 1e4), st.sampled_from([None, *Action]))
-def test_what_passes_the_rig_is_what_the_instrument_takes(
+def test_rig_and_instrument_accept_the_same_detectors(
     interlock: Interlock, limit: float, action: Action | None
 ) -> None:
     set_at_instrument = {one: DeviceLimits().detector(one) for one in DETECTED}
@@ -207,7 +207,7 @@ def test_a_sequence_that_would_loosen_a_detector_is_found_before_a_run_is_stored
         assert list_runs(session) == []
 
 
-def test_a_run_has_its_detectors_in_what_is_stored_of_it(
+def test_the_detectors_of_a_run_are_stored(
     document: dict[str, Any],
     instruments: Instruments,
     catalogue: Catalogue,

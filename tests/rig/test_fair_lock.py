@@ -64,7 +64,7 @@ def test_a_thread_whose_timeout_is_over_is_not_called_any_more() -> None:
     assert lock.acquire(0.0)
 
 
-def test_a_wait_that_is_interrupted_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_wait_keeps_no_thread_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     class Interrupted(threading.Event):
         def wait(self, timeout: float | None = None) -> bool:
             raise KeyboardInterrupt

@@ -256,7 +256,7 @@ def test_a_wrong_channel_is_found_before_the_first_blow(chassis: Chassis, bench:
     assert hand.asked == []
 
 
-def test_an_instrument_that_disappears_ends_the_session_and_keeps_what_was_taken(
+def test_an_instrument_that_disappears_ends_the_session_and_keeps_the_blows(
     chassis: Chassis, bench: SimulatedBench, server: DaqServer
 ) -> None:
     blows = Blows()

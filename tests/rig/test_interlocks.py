@@ -1,4 +1,4 @@
-"""Limit detectors and their actions: set in the instrument, tightened from the rig, told and reset by hand."""
+"""Limit detectors and their actions: set in the instrument, tightened from the rig, reported, and reset on request."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def serving(speed: float = 200.0, **limits: Any) -> Iterator[Server]:
 
 @contextmanager
 def driving(server: Server, events: list[Event] | None = None) -> Iterator[tester.Tester]:
-    told = events if events is not None else []
-    with tester.connect(server.url, timeout=0.3, observer=told.append) as driver:
+    reported = events if events is not None else []
+    with tester.connect(server.url, timeout=0.3, observer=reported.append) as driver:
         yield driver
 
 
@@ -121,7 +121,7 @@ def test_a_detector_that_holds_holds_each_time_it_fires() -> None:
             driver.reset()
 
 
-def test_a_detector_that_indicates_is_told_once_and_stops_nothing() -> None:
+def test_a_detector_that_indicates_is_reported_once_and_stops_nothing() -> None:
     events: list[Event] = []
     with serving() as server, driving(server, events) as driver:
         server.faults.set("weak_servo")
@@ -140,7 +140,7 @@ def test_underpeak_can_be_made_to_hold() -> None:
         assert cycle_until_stopped(driver) is Interlock.UNDERPEAK
 
 
-def test_trips_and_resets_are_told_and_logged(caplog: pytest.LogCaptureFixture) -> None:
+def test_trips_and_resets_are_reported_and_logged(caplog: pytest.LogCaptureFixture) -> None:
     events: list[Event] = []
     with serving() as server, driving(server, events) as driver:
         server.faults.set("runaway_servo")
@@ -218,9 +218,7 @@ def test_the_network_cannot_loosen_a_detector(interlock: Interlock, limit: float
     st.floats(-1e-2, 1e4, allow_nan=False),
     st.sampled_from(Action),
 )
-def test_what_may_be_set_is_never_looser_than_at_the_instrument(
-    interlock: Interlock, limit: float, action: Action
-) -> None:
+def test_a_detector_is_never_looser_than_at_the_instrument(interlock: Interlock, limit: float, action: Action) -> None:
     widest = {one: DeviceLimits().detector(one) for one in DETECTED}
     detectors = Detectors(widest)
     if not detectors.may_be(interlock, limit, action):
@@ -258,7 +256,7 @@ def test_the_identity_has_the_detectors_as_they_were_in_force() -> None:
         (tester_limits.TesterLimits(amplitude_pp=1e-4), "moves by .* beyond the rig's limit of 0.0001 m"),
     ],
 )
-def test_the_rig_has_limits_of_its_own_on_what_is_measured(limits: tester_limits.TesterLimits, words: str) -> None:
+def test_the_rig_has_limits_of_its_own_on_measured_values(limits: tester_limits.TesterLimits, words: str) -> None:
     with serving(error_limit=1e-2, upper_displacement_limit=5e-3) as server:
 
         def work() -> None:

@@ -128,7 +128,7 @@ def test_a_client_that_ends_as_it_should_trips_nothing(server: Server) -> None:
     assert (status["state"], status["interlocks"]) == (State.HYDRAULICS_OFF, Interlock(0))
 
 
-def test_what_a_killed_client_left_on_the_instrument_is_cleared_by_the_next() -> None:
+def test_commands_of_a_killed_client_are_cleared_by_the_next() -> None:
     server = start_daq_server(ordinary_bench(11, Clock(speed=200.0)))
     try:
         with child(ACQUIRING, server.address) as process:

@@ -1,4 +1,4 @@
-"""What takes hands is asked of the operator, in its place among the steps, and the sequence waits until it is done."""
+"""A task is asked of the operator in its place among the steps, and the sequence waits until it is done."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Handy(Person):
     """Sees to what is asked for."""
 
     def do_task(self, text: str) -> None:
-        self.deeds.append(text)
+        self.requests.append(text)
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_a_prompt_is_asked_after_the_step_before_it_and_before_the_step_after_it
 ) -> None:
     handy, events = Handy(person.laboratory), list[Event]()
     run_sequence(sequence_from(prompted), instruments, catalogue, handy, events.append)
-    assert handy.deeds == ["5y 1", "5y 2", TURN, "5y 1", "5y 2"]
+    assert handy.requests == ["5y 1", "5y 2", TURN, "5y 1", "5y 2"]
     assert [event for event in events if isinstance(event, PromptStarted)] == [PromptStarted(TURN)]
 
 
@@ -56,7 +56,7 @@ def test_a_run_that_is_stopped_while_it_asks_does_not_strike_on(
     leaving = Leaving(person.laboratory)
     with pytest.raises(RunStoppedError):
         run_sequence(sequence_from(prompted), instruments, catalogue, leaving, control=control)
-    assert leaving.deeds == ["5y 1", "5y 2", TURN]
+    assert leaving.requests == ["5y 1", "5y 2", TURN]
 
 
 @pytest.mark.parametrize(("second_set", "left"), [(1, ["prompt", "hammer"]), (2, [])])

@@ -94,7 +94,7 @@ def test_a_run_stopped_twice_goes_on_as_the_same_run_until_everything_is_measure
     assert events[0] == RunContinued(number, 3, 0)
     assert sum(isinstance(event, BlowAccepted) for event in events) == 1
 
-    person.deeds.clear()
+    person.requests.clear()
     resume_run(number, instruments, catalogue, person, events.append)
     with catalogue.reading() as session:
         run = get_run(session, number)
@@ -105,7 +105,7 @@ def test_a_run_stopped_twice_goes_on_as_the_same_run_until_everything_is_measure
     asked = {(sine.configuration, sine.commanded_pp_mm, sine.frequency) for sine in sines}
     assert asked == {(c, a, f) for c in ("shear", "compression") for a in (0.1, 0.05) for f in (40.0, 120.0)}
     assert all(later.elapsed > earlier.elapsed for earlier, later in pairwise(sines))
-    assert len(person.deeds) == 2  # the mounting that was interrupted, and the one that was not begun
+    assert len(person.requests) == 2  # the mounting that was interrupted, and the one that was not begun
     assert history(catalogue, number) == [
         ("running", None),
         ("stopped", "stopped by hand"),
@@ -169,7 +169,7 @@ def test_blow_numbers_go_on_after_refused_blows(
         blows = list_blows(session, number)
     first = [(blow.number, blow.accepted) for blow in blows if str(blow.point) == "5y"]
     assert first == [(1, False), (2, False), (3, True), (4, True)]
-    assert person.deeds[0] == "5y 3"
+    assert person.requests[0] == "5y 3"
 
 
 def test_a_failed_run_goes_on_when_the_instrument_is_back(
@@ -254,7 +254,7 @@ def test_of_two_that_resume_at_once_one_is_refused(
     assert len(history(catalogue, number)) == 4
 
 
-def test_what_cannot_be_resumed_is_refused_with_the_reason(
+def test_a_run_that_cannot_be_resumed_is_refused_with_the_reason(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
 ) -> None:
     with pytest.raises(NotFoundError):
@@ -280,15 +280,15 @@ def test_another_channel_than_the_run_began_with_is_refused_before_anything_move
     channel_table: tuple[Channel, ...],
 ) -> None:
     number = stop_after(BlowAccepted, 1, sequence, instruments, catalogue, person)
-    person.deeds.clear()
+    person.requests.clear()
     other = replace(instruments, channels=(replace(channel_table[0], **change), *channel_table[1:]))
     with pytest.raises(ResumeError, match="another setting or sensor on channel 'hammer'"):
         resume_run(number, other, catalogue, person)
-    assert person.deeds == []
+    assert person.requests == []
     assert newest(catalogue).state is RunState.STOPPED
 
 
-def test_only_the_instruments_of_what_is_left_are_needed(
+def test_only_the_instruments_of_the_remaining_steps_are_needed(
     document: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
 ) -> None:
     document["steps"].reverse()

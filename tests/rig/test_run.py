@@ -87,10 +87,10 @@ def test_a_sequence_becomes_one_finished_run_with_everything_in_it(
     accepted, _, sines = kept(catalogue, run)
     assert (accepted, sines) == (4, 2)
     assert events[0] == RunStarted(number)
-    told = [type(event) for event in events]
-    assert told.count(BlowAccepted) == 4
-    assert told.count(PointFinished) == 2
-    assert (told.count(SpecimenMounted), told.count(SinePointMeasured)) == (1, 2)
+    happened = [type(event) for event in events]
+    assert happened.count(BlowAccepted) == 4
+    assert happened.count(PointFinished) == 2
+    assert (happened.count(SpecimenMounted), happened.count(SinePointMeasured)) == (1, 2)
     assert is_at_rest()
     with catalogue.reading() as session:
         blows = session.execute(
@@ -157,7 +157,7 @@ def silent_thermometer(laboratory: Laboratory) -> None:
         ),
     ],
 )
-def test_a_run_that_fails_midway_says_why_keeps_what_it_has_and_the_next_one_succeeds(
+def test_a_run_that_fails_keeps_its_reason_and_measurements_and_the_next_one_succeeds(
     breaks: Callable[[Laboratory], None],
     at: tuple[str, int],
     error: type[Exception],
@@ -207,9 +207,9 @@ def test_a_tester_that_trips_between_two_sine_points_leaves_the_first(
     assert is_at_rest()
 
 
-@pytest.mark.parametrize(("deed", "count", "expected"), [("strike", 2, (1, 0, 0)), ("mount", 1, (4, 0, 0))])
+@pytest.mark.parametrize(("request", "count", "expected"), [("strike", 2, (1, 0, 0)), ("mount", 1, (4, 0, 0))])
 def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
-    deed: str,
+    request: str,
     count: int,
     expected: tuple[int, int, int],
     sequence: Sequence,
@@ -221,7 +221,7 @@ def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
     def leave() -> None:
         raise KeyboardInterrupt
 
-    person.at(deed, count, leave)
+    person.at(request, count, leave)
     with pytest.raises(KeyboardInterrupt):
         run_sequence(sequence, instruments, catalogue, person)
     run = the_run(catalogue)
@@ -396,7 +396,7 @@ def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(
     assert (target, outcome) == (f"run {planned}", "the tester refused reset: cause still present")
 
 
-def test_a_reset_that_nothing_needs_is_no_deed(
+def test_a_reset_that_is_not_needed_is_not_carried_out(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
 ) -> None:
     run_sequence(sequence, instruments, catalogue, person, reset=True)
@@ -412,7 +412,7 @@ def test_limits_of_the_rig_hold_for_the_whole_run(
     assert person.counts["strike"] == 0
 
 
-def test_instruments_are_looked_at_without_moving_anything(
+def test_instruments_are_checked_without_moving_anything(
     sequence: Sequence, instruments: Instruments, whole_laboratory: Laboratory
 ) -> None:
     found = check_instruments(sequence, instruments)

@@ -191,7 +191,7 @@ HAMMER, SWEEP = ("steps", 0), ("steps", 1)
         (("article", "accelerometer", "direction"), "z", "article.accelerometer.direction: "),
     ],
 )
-def test_what_is_wrong_is_named_with_its_place(path: tuple[Any, ...], value: Any, words: str) -> None:
+def test_an_error_is_named_with_its_place(path: tuple[Any, ...], value: Any, words: str) -> None:
     with pytest.raises(SequenceError, match=re.escape(words)) as refused:
         sequence_from(changed(path, value), "lab.yaml")
     assert str(refused.value).startswith("lab.yaml: ")
@@ -210,7 +210,7 @@ def test_a_missing_key_is_named(path: tuple[Any, ...]) -> None:
     assert path[-1] in str(refused.value)
 
 
-def test_what_yaml_takes_for_a_date_is_a_title_all_the_same(tmp_path: Path) -> None:
+def test_a_date_of_yaml_is_accepted_as_a_title(tmp_path: Path) -> None:
     file = tmp_path / "dated.yaml"
     file.write_text(PAPER.replace("title: Beam on two elastomeric joints, both experiments", "title: 2026-03-02"))
     assert load_sequence(file).title == "2026-03-02"

@@ -134,7 +134,7 @@ def test_a_small_sweep_finds_the_truth_at_the_amplitudes_asked_for(laboratory: L
     assert laboratory.is_safe()
 
 
-def test_hands_go_in_only_while_hydraulics_are_off(laboratory: Laboratory) -> None:
+def test_specimens_are_mounted_only_while_hydraulics_are_off(laboratory: Laboratory) -> None:
     sweep(laboratory, Sink(laboratory), replace(SMALL, frequencies=(50.0,), amplitudes_pp=(1e-4,)))
     assert laboratory.state_when_mounting == [State.HYDRAULICS_OFF] * 2
 
@@ -221,7 +221,7 @@ def test_a_tripped_tester_is_not_reset_by_starting_a_sweep(laboratory: Laborator
     assert laboratory.tester.device.status()["interlocks"] == Interlock.EMERGENCY_STOP
 
 
-def test_an_amplitude_that_cannot_be_reached_is_recorded_as_reached_and_told(laboratory: Laboratory) -> None:
+def test_an_amplitude_out_of_reach_is_recorded_as_reached_and_reported(laboratory: Laboratory) -> None:
     laboratory.tester.faults.set("weak_servo")
     sink, events = Sink(laboratory), list[Event]()
     plan = replace(SMALL, frequencies=(50.0,), amplitudes_pp=(1e-4,), configurations=("shear",))

@@ -64,7 +64,7 @@ def sequential_levels(mountings: tuple[Mounting, ...], plan: SweepPlan) -> tuple
     )
 
 
-def test_each_order_shuffles_what_it_names_and_no_more() -> None:
+def test_each_order_shuffles_its_own_parts_only() -> None:
     found = {}
     for order in Order:
         plan = SweepPlan(order=order, seed=11)

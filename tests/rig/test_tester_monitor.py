@@ -44,7 +44,7 @@ def laboratory() -> Iterator[SweepLaboratory]:
 
 
 def run_away(laboratory: SweepLaboratory) -> None:
-    """The servo moves by more than it was told, and more than the rig allows."""
+    """The servo moves by more than was commanded, and more than the rig allows."""
     laboratory.tester.actuator.cycle(6e-4, 20.0)
 
 
@@ -77,7 +77,7 @@ def test_the_force_is_watched_during_a_record_too(laboratory: SweepLaboratory) -
     assert is_unloaded(laboratory)
 
 
-def test_a_trip_during_a_record_ends_it_at_once_and_is_told_as_it_happens(laboratory: SweepLaboratory) -> None:
+def test_a_trip_during_a_record_ends_it_and_is_reported_at_once(laboratory: SweepLaboratory) -> None:
     run = Run(laboratory.sweep, RunControl())
     until(lambda: recording(laboratory))
     laboratory.tester.emergency_stop()
@@ -88,14 +88,14 @@ def test_a_trip_during_a_record_ends_it_at_once_and_is_told_as_it_happens(labora
     assert laboratory.points == []
 
 
-def test_the_tester_is_shut_down_where_whoever_is_told_of_a_trip_fails(laboratory: SweepLaboratory) -> None:
+def test_the_tester_is_shut_down_where_the_observer_of_a_trip_fails(laboratory: SweepLaboratory) -> None:
     class Deaf(list[Event]):
         """Events of a watcher who cannot take a trip."""
 
         def append(self, event: Event) -> None:
             super().append(event)
             if isinstance(event, InterlockTripped):
-                raise ZeroDivisionError("told")
+                raise ZeroDivisionError("an observer failed")
 
     laboratory.events = Deaf()
     run = Run(laboratory.sweep, RunControl())
@@ -117,7 +117,7 @@ def test_a_tester_that_cannot_be_read_during_a_record_is_stopped(laboratory: Swe
 
 def test_a_record_that_is_watched_has_every_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     with sweeping(replace(PLAN, fewest_cycles=60), speed=4.0) as laboratory:
-        seen = list[int]()  # cycles of the record, each time that somebody looked
+        seen = list[int]()  # cycles of the record, at each poll
         status = laboratory.tester.device.status
 
         def counted() -> dict[str, Value]:
@@ -135,7 +135,7 @@ def test_a_record_that_is_watched_has_every_sample(monkeypatch: pytest.MonkeyPat
     assert float(np.max(np.abs(fit.residual))) < 0.03 * point.reached_pp / 2  # a gap would leave the amplitude itself
 
 
-def test_the_tester_is_watched_while_a_point_is_stored_and_the_sweep_ends_with_what_was_seen() -> None:
+def test_the_tester_is_monitored_while_a_point_is_stored_and_its_error_ends_the_sweep() -> None:
     with sweeping(PLAN, SPEED, WIDE) as laboratory:
 
         class Stuck(SweepLaboratory):
@@ -195,7 +195,7 @@ def switch_on(server: Server) -> None:
         link.write_holding(COMMAND.address, COMMAND.pack(values))
 
 
-def test_a_look_commands_nothing_and_says_what_the_tester_is_at(server: Server) -> None:
+def test_a_poll_commands_nothing_and_gives_the_status(server: Server) -> None:
     found = poll_tester(server.url)
     assert (found.state, found.stopped_by) == (State.HYDRAULICS_OFF, Interlock(0))
     server.emergency_stop()
@@ -204,12 +204,12 @@ def test_a_look_commands_nothing_and_says_what_the_tester_is_at(server: Server) 
     assert server.device.status()["sequence"] == server.device.status()["heartbeat"] == 0
 
 
-def test_looking_all_the_time_keeps_no_watchdog_quiet(server: Server) -> None:
+def test_polling_does_not_keep_the_watchdog_from_acting(server: Server) -> None:
     switch_on(server)
     assert poll_tester(server.url).state is State.IDLE
     until = time.monotonic() + 50 * WATCHDOG_TIME
     while (found := poll_tester(server.url)).state is State.IDLE:
-        assert time.monotonic() < until, "whoever reads keeps the watchdog quiet"
+        assert time.monotonic() < until, "polling keeps the watchdog from acting"
     assert found.stopped_by == Interlock.WATCHDOG
     assert server.device.status()["heartbeat"] == 7
     assert server.device.applied == [CommandCode.HYDRAULICS_ON]

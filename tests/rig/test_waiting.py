@@ -57,7 +57,7 @@ def within(band: float, seconds: float, limit: float, celsius: float | None = No
     return SoakStep(step="soak", band_celsius=band, seconds=seconds, limit_seconds=limit, celsius=celsius)
 
 
-def test_a_wait_is_as_long_as_it_says_and_told() -> None:
+def test_a_wait_lasts_as_long_as_asked_for_and_is_reported() -> None:
     events = list[Event]()
     began = time.monotonic()
     wait(0.12, events.append, RunControl())

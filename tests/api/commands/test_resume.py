@@ -74,7 +74,7 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
 
 
 @pytest.mark.usefixtures("operator")
-def test_what_cannot_be_resumed_is_bad_input_in_one_line(jointlab: Command, sequence: Write) -> None:
+def test_a_run_that_cannot_be_resumed_is_bad_input_in_one_line(jointlab: Command, sequence: Write) -> None:
     assert jointlab("run", sequence()).returncode == 0
     for number, words in ((1, "run 1 is finished; there is nothing to resume"), (7, "there is no run 7")):
         refused = jointlab("resume", number)
@@ -117,7 +117,7 @@ def test_the_schema_is_printed_and_is_that_of_every_sequence(jointlab: Command) 
     assert {"HammerStep", "SweepStep", "WaitStep", "SoakStep", "Order"} <= set(json.loads(answer.stdout)["$defs"])
 
 
-def test_a_dry_run_says_what_is_shuffled_and_for_how_long_it_waits(jointlab: Command, sequence: Write) -> None:
+def test_a_dry_run_shows_the_shuffling_and_the_waiting_times(jointlab: Command, sequence: Write) -> None:
     file = sequence(sweep={"order": "all", "seed": 12})
     document = yaml.safe_load(file.read_text("utf-8"))
     soak = {"step": "soak", "seconds": 600, "celsius": 23, "band_celsius": 1, "limit_seconds": 7200}

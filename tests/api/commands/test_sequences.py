@@ -91,7 +91,7 @@ def test_a_dry_run_makes_no_database(jointlab: Command, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_dry_run_checks_against_the_limits_that_somebody_has_set_for_this_rig(
+def test_a_dry_run_checks_against_the_limits_that_were_set_for_this_rig(
     jointlab: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.writing() as session:
@@ -218,7 +218,7 @@ def test_without_a_channel_table_the_way_to_one_is_said(jointlab: Command, conte
     assert contents() == before
 
 
-def test_a_run_that_fails_keeps_what_it_has_and_says_why(
+def test_a_run_that_fails_keeps_its_measurements_and_says_why(
     jointlab: Command, sequence: Write, query: Query, laboratory: Laboratory, operator: SimulatedOperator
 ) -> None:
     strikes = iter(range(1, 100))
@@ -259,7 +259,7 @@ def test_ctrl_c_is_130_and_the_run_is_stopped(
     assert query("SELECT state, reason, blows_accepted FROM v_runs") == [("stopped", "stopped by hand", 8)]
 
 
-def test_where_nobody_can_confirm_nothing_is_mounted() -> None:
+def test_nothing_is_mounted_where_there_is_no_terminal_to_confirm() -> None:
     operator = TerminalOperator(Console(stderr=True))
     with pytest.raises(RequestError, match="mount the cylinders of joint I in shear: there is no terminal to confirm"):
         operator.mount("I", "shear")

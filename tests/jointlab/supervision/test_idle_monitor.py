@@ -1,4 +1,4 @@
-"""What happens to the tester while nothing is carried out is known, and whoever drives is never in its way."""
+"""Changes of the tester while no run is carried out are noticed, and polling never delays a client that drives."""
 
 from __future__ import annotations
 

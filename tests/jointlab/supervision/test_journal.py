@@ -1,4 +1,4 @@
-"""The journal: whoever follows hears of everything once, in order, from whichever thread it comes."""
+"""The journal: a follower gets every event once, in order, from any thread."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_following_ends_when_the_journal_is_closed() -> None:
     assert in_a_loop_of_its_own(follow_and_close()) == [1]
 
 
-def test_an_event_is_told_in_plain_values() -> None:
+def test_an_event_is_stored_as_plain_values() -> None:
     journal = Journal()
     journal(BlowAccepted(Dof(3, Direction.Y), 2, 1, 10, 101.5))
     (entry,) = journal.after(0)

@@ -78,13 +78,13 @@ def test_the_tester_stops_by_itself_and_the_run_goes_on_with_nothing_lost(
     acknowledged = stored(tmp_path)
     assert 3 <= len(acknowledged) < POINTS
 
-    time.sleep(2 * DeviceLimits().watchdog_time)  # whoever connects keeps the watchdog quiet
+    time.sleep(2 * DeviceLimits().watchdog_time)  # a client that connects keeps the watchdog from acting
     with tester.connect(laboratory.addresses.tester) as found:
         assert found.status().state is State.TRIPPED
         assert found.status().interlocks == Interlock.WATCHDOG
 
     with serving_process(tmp_path) as (address, _), Client(address) as lab:
-        assert lab.run(run.id).state is RunState.RUNNING  # nobody was there to say otherwise
+        assert lab.run(run.id).state is RunState.RUNNING  # no process was left to change it
         with lab.driving("test") as driver:
             assert driver.acknowledge_interlock(run.id, "the service was killed") == ["watchdog"]
             driver.resume(run.id)

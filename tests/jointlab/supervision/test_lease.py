@@ -28,13 +28,13 @@ def clock() -> Clock:
 
 
 @pytest.fixture
-def told() -> list[Event]:
+def events() -> list[Event]:
     return []
 
 
 @pytest.fixture
-def lease(clock: Clock, told: list[Event]) -> ControlLease:
-    return ControlLease(told.append, clock)
+def lease(clock: Clock, events: list[Event]) -> ControlLease:
+    return ControlLease(events.append, clock)
 
 
 def test_it_ends_by_itself_unless_it_is_renewed(lease: ControlLease, clock: Clock) -> None:
@@ -51,7 +51,7 @@ def test_it_ends_by_itself_unless_it_is_renewed(lease: ControlLease, clock: Cloc
         lease.renew(held.token)
 
 
-def test_nobody_else_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:
+def test_no_other_client_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:
     lease.take("page", "key 1")
     clock.now += 10
     with pytest.raises(LeaseError, match=r"page drives the rig for 50 s more, unless that is renewed$"):
@@ -61,17 +61,17 @@ def test_nobody_else_drives_meanwhile(lease: ControlLease, clock: Clock) -> None
             lease.check(token)
 
 
-def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLease, told: list[Event]) -> None:
+def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLease, events: list[Event]) -> None:
     former = lease.take("page", "key 1")
     latter = lease.take("engineer", "key 2", by_force=True, from_others=True)
     lease.check(latter.token)
     with pytest.raises(LeaseError, match="engineer drives the rig"):
         lease.check(former.token)
     lease.release(latter.token)
-    assert told == [LeaseChanged("page"), LeaseChanged("engineer"), LeaseChanged(None)]
+    assert events == [LeaseChanged("page"), LeaseChanged("engineer"), LeaseChanged(None)]
 
 
-def test_a_second_client_of_one_key_is_told_who_drives_and_takes_over_by_force(lease: ControlLease) -> None:
+def test_a_second_client_of_one_key_learns_who_drives_and_takes_over_by_force(lease: ControlLease) -> None:
     first = lease.take("page", "key 1")
     with pytest.raises(
         LeaseError, match=r"page drives the rig .* another client of your own key, and you may take over"
@@ -84,17 +84,17 @@ def test_a_second_client_of_one_key_is_told_who_drives_and_takes_over_by_force(l
 
 
 def test_a_client_of_another_key_takes_over_only_where_it_may_from_others(
-    lease: ControlLease, told: list[Event]
+    lease: ControlLease, events: list[Event]
 ) -> None:
     held = lease.take("page", "key 1")
     with pytest.raises(ForeignLeaseError, match="page drives the rig; to take over from another key needs engineer"):
         lease.take("script", "key 2", by_force=True)
     lease.check(held.token)
-    assert told == [LeaseChanged("page")]
+    assert events == [LeaseChanged("page")]
 
 
 def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
-    lease: ControlLease, clock: Clock, told: list[Event]
+    lease: ControlLease, clock: Clock, events: list[Event]
 ) -> None:
     lease.hold("tab 1", "page", "key 1")
     clock.now += DURATION - 1
@@ -104,7 +104,7 @@ def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
     assert not lease.keep("tab 2")
     with pytest.raises(LeaseError, match="another client of your own key"):
         lease.hold("tab 2", "page", "key 1")
-    assert told == [LeaseChanged("page")]
+    assert events == [LeaseChanged("page")]
     clock.now += DURATION
     assert not lease.keep("tab 1")
     lease.hold("tab 2", "page", "key 1")
@@ -112,21 +112,21 @@ def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
         lease.check("tab 1")
 
 
-@given(st.lists(st.tuples(st.sampled_from(["take", "renew", "give back", "wait"]), st.integers(0, 2)), max_size=40))
-def test_however_often_it_changes_hands_one_token_at_most_is_good(deeds: list[tuple[str, int]]) -> None:
-    clock, told = Clock(), list[Event]()
-    lease, tokens = ControlLease(told.append, clock), ["none", "none", "none"]
+@given(st.lists(st.tuples(st.sampled_from(["take", "renew", "release", "wait"]), st.integers(0, 2)), max_size=40))
+def test_however_often_the_holder_changes_at_most_one_token_is_valid(requests: list[tuple[str, int]]) -> None:
+    clock, events = Clock(), list[Event]()
+    lease, tokens = ControlLease(events.append, clock), ["none", "none", "none"]
     actions: dict[str, Callable[[int], object]] = {
         "take": lambda who: lease.take(str(who), "key 1").token,
         "renew": lambda who: lease.renew(tokens[who]).token,
-        "give back": lambda who: lease.release(tokens[who]),
+        "release": lambda who: lease.release(tokens[who]),
     }
-    for deed, who in deeds:
-        if deed == "wait":
+    for request, who in requests:
+        if request == "wait":
             clock.now += DURATION / 2
             continue
         try:
-            made = actions[deed](who)
+            made = actions[request](who)
         except LeaseError:
             continue
         if isinstance(made, str):

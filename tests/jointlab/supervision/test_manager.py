@@ -1,4 +1,4 @@
-"""STOP: it waits for nobody, and asks the tester whoever moves it."""
+"""The run manager: STOP waits for no other request, and halts the tester whichever client moves it."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: 
     assert rig.instruments.limits.force == 3e3
 
 
-def test_a_stop_halts_a_tester_that_somebody_else_moves(rig: RunManager, laboratory: Laboratory) -> None:
+def test_a_stop_halts_a_tester_that_another_client_moves(rig: RunManager, laboratory: Laboratory) -> None:
     with connect(laboratory.addresses.tester) as other:
         other.start()
         other.preset(5e-4)
@@ -135,7 +135,7 @@ def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, labora
     manager.close()  # nothing is carried out, so nothing has to be confirmed
 
 
-def test_a_rig_without_a_tester_has_nothing_to_halt_and_says_what_a_sweep_lacks(
+def test_a_rig_without_a_tester_halts_nothing_and_refuses_a_sweep(
     catalogue: Catalogue, laboratory: Laboratory, run: int
 ) -> None:
     instruments = replace(instruments_of(simulated_settings(laboratory.addresses)), tester_url=None)
@@ -147,7 +147,7 @@ def test_a_rig_without_a_tester_has_nothing_to_halt_and_says_what_a_sweep_lacks(
     manager.close()
 
 
-def test_a_trip_that_happened_before_a_run_is_known_from_its_first_try(
+def test_a_trip_before_a_run_is_known_after_the_first_attempt(
     rig: RunManager, run: int, laboratory: Laboratory
 ) -> None:
     laboratory.tester.emergency_stop()

@@ -29,7 +29,7 @@ _FINE = np.geomspace(0.75, 1.33, 9)
 _NOISE_TICK = 1e-7  # s; two samples closer than this share their noise
 
 
-class Specimen(Protocol):
+class TesterBench(Protocol):
     """The part of the bench that the actuator works against; amplitudes zero to peak in m, forces in N."""
 
     @property
@@ -176,7 +176,7 @@ class Actuator:
     asked for from any thread.
     """
 
-    def __init__(self, bench: Specimen, now: Callable[[], float], seed: int = 0, servo: Servo | None = None) -> None:
+    def __init__(self, bench: TesterBench, now: Callable[[], float], seed: int = 0, servo: Servo | None = None) -> None:
         self.servo = servo or Servo()
         self.servo_gain = 1.0  # 1 when healthy; a fault of the servo valve when not
         self._bench = bench

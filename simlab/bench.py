@@ -16,11 +16,10 @@ import numpy as np
 from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
 from simlab.case.blows import UNIT_NOISE
-from simlab.case.bundle import stated_setup, truth
+from simlab.case.bundle import commitment, sealed, stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Points, Row
 from simlab.case.draw import Case
 from simlab.case.effects.record import MainsHum
-from simlab.case.seal import commitment, sealed
 from simlab.case.simulate import as_tested, specimen_stiffness
 from simlab.clock import Clock
 from simlab.coupling import Complex

@@ -8,8 +8,8 @@ from typing import Any
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.constants import AcquisitionType, ChannelType, Coupling, ProductCategory
 
-from simlab.daq_codes import Code, StatusError
-from simlab.daq_modules import Chassis, Module
+from simlab.daq_errors import Code, StatusError
+from simlab.daq_modules import Module, SimulatedChassis
 from simlab.daq_tasks import Task
 
 VERSION = (26, 5, 0)
@@ -30,7 +30,7 @@ def lookup(attributes: Attributes, number: int) -> Value:
     return attributes[number]()
 
 
-def system_attributes(chassis: Chassis) -> Attributes:
+def system_attributes(chassis: SimulatedChassis) -> Attributes:
     """Of the whole driver."""
     return {
         pb.SYSTEM_ATTRIBUTE_NIDAQ_MAJOR_VERSION: lambda: VERSION[0],
@@ -40,7 +40,7 @@ def system_attributes(chassis: Chassis) -> Attributes:
     }
 
 
-def device_attributes(chassis: Chassis, name: str) -> Attributes:
+def device_attributes(chassis: SimulatedChassis, name: str) -> Attributes:
     """Of the chassis or one of its modules.
 
     Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from nidaqmx.constants import (
@@ -14,9 +15,8 @@ from nidaqmx.constants import (
     VoltageUnits,
 )
 
-from simlab.daq_codes import Code, StatusError
-from simlab.daq_modules import Chassis
-from simlab.daq_tasks import VirtualChannel
+from simlab.daq_errors import Code, StatusError
+from simlab.daq_modules import Module, SimulatedChassis
 
 Message = Any  # protobuf messages carry no types
 
@@ -38,7 +38,33 @@ FORCE_SENSITIVITIES = {
 }
 
 
-def force_channel(request: Message, chassis: Chassis) -> VirtualChannel:
+@dataclass(frozen=True)
+class VirtualChannel:
+    """A channel of a task.
+
+    Attributes:
+        name: name in the task.
+        physical: the physical channel.
+        module: the module that it is on.
+        measurement: NI's number of the kind of measurement.
+        minimum, maximum: range that was asked for, in the unit of the channel.
+        volts_per_unit: sensitivity that the client gave.
+        excitation_source: NI's number.
+        excitation_current: A; 0 without excitation.
+    """
+
+    name: str
+    physical: str
+    module: Module
+    measurement: int
+    minimum: float
+    maximum: float
+    volts_per_unit: float
+    excitation_source: int
+    excitation_current: float
+
+
+def force_channel(request: Message, chassis: SimulatedChassis) -> VirtualChannel:
     """The channel of a CreateAIForceIEPEChan request.
 
     Raises:
@@ -49,7 +75,7 @@ def force_channel(request: Message, chassis: Chassis) -> VirtualChannel:
     return _channel(request, chassis, UsageTypeAI.FORCE_IEPE_SENSOR, sensitivity * unit, *_excitation(request))
 
 
-def accelerometer_channel(request: Message, chassis: Chassis) -> VirtualChannel:
+def accelerometer_channel(request: Message, chassis: SimulatedChassis) -> VirtualChannel:
     """The channel of a CreateAIAccelChan request.
 
     Raises:
@@ -61,7 +87,7 @@ def accelerometer_channel(request: Message, chassis: Chassis) -> VirtualChannel:
     return _channel(request, chassis, measurement, sensitivity * unit, *_excitation(request))
 
 
-def voltage_channel(request: Message, chassis: Chassis) -> VirtualChannel:
+def voltage_channel(request: Message, chassis: SimulatedChassis) -> VirtualChannel:
     """The channel of a CreateAIVoltageChan request.
 
     Raises:
@@ -72,7 +98,12 @@ def voltage_channel(request: Message, chassis: Chassis) -> VirtualChannel:
 
 
 def _channel(
-    request: Message, chassis: Chassis, measurement: UsageTypeAI, volts_per_unit: float, source: int, current: float
+    request: Message,
+    chassis: SimulatedChassis,
+    measurement: UsageTypeAI,
+    volts_per_unit: float,
+    source: int,
+    current: float,
 ) -> VirtualChannel:
     """A channel that the module can measure.
 

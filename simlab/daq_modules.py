@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simlab.daq_codes import Code, StatusError
+from simlab.daq_errors import Code, StatusError
 
 Real = NDArray[np.float64]
 Counts = NDArray[np.int32]
@@ -89,7 +89,7 @@ class Sensor:
 
 
 @dataclass(frozen=True)
-class Chassis:
+class SimulatedChassis:
     """A CompactDAQ chassis, its modules, and the sensor on each physical channel that has one."""
 
     name: str
@@ -121,12 +121,12 @@ DISPLACEMENT = Sensor("tester", "displacement", 2e3)  # V/m, 2 V/mm
 FORCE = Sensor("tester", "force", 2e-3)  # V/N
 
 
-def laboratory_chassis() -> Chassis:
+def laboratory_chassis() -> SimulatedChassis:
     """The chassis of the laboratory: hammer and accelerometer on an NI 9234, the tester's outputs on an NI 9239.
 
     Two inputs of each module have no sensor.
     """
-    return Chassis(
+    return SimulatedChassis(
         name="cDAQ1",
         product_type="cDAQ-9174",
         serial=0x01C0FFEE,

@@ -13,11 +13,10 @@ from typing import Any
 import grpc
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 
-from simlab.daq_bench import Bench
-from simlab.daq_codes import StatusError
-from simlab.daq_faults import DaqFaults
-from simlab.daq_modules import Chassis, laboratory_chassis
+from simlab.daq_errors import DaqFaults, StatusError
+from simlab.daq_modules import SimulatedChassis, laboratory_chassis
 from simlab.daq_service import NiDaqmx
+from simlab.daq_tasks import AcquisitionBench
 
 SERVICE = pb.DESCRIPTOR.services_by_name["NiDAQmx"]
 THREADS = 32  # a waiting read and a registered event hold one each
@@ -49,7 +48,9 @@ class DaqServer:
         self._server.stop(grace=None).wait()
 
 
-def start_daq_server(bench: Bench, address: str = "127.0.0.1:0", chassis: Chassis | None = None) -> DaqServer:
+def start_daq_server(
+    bench: AcquisitionBench, address: str = "127.0.0.1:0", chassis: SimulatedChassis | None = None
+) -> DaqServer:
     """Serve `chassis` (default: the laboratory's) in front of `bench` at `address`; port 0 takes a free one.
 
     Raises:

@@ -28,12 +28,10 @@ from simlab.daq_attributes import (
     timing_attributes,
     trigger_attributes,
 )
-from simlab.daq_bench import Bench
 from simlab.daq_channels import accelerometer_channel, force_channel, voltage_channel
-from simlab.daq_codes import Code, StatusError, meaning
-from simlab.daq_faults import DaqFaults
-from simlab.daq_modules import Chassis, Counts
-from simlab.daq_tasks import Task, Trigger
+from simlab.daq_errors import Code, DaqFaults, StatusError, meaning
+from simlab.daq_modules import Counts, SimulatedChassis
+from simlab.daq_tasks import AcquisitionBench, Task, Trigger
 
 EVENT_POLL = 2e-3  # wall seconds
 GIVEN = 16  # records
@@ -60,7 +58,7 @@ class NiDaqmx:
         given: the latest records, counts (channels, samples) as they left the converters, for tests that compare.
     """
 
-    def __init__(self, chassis: Chassis, bench: Bench, faults: DaqFaults) -> None:
+    def __init__(self, chassis: SimulatedChassis, bench: AcquisitionBench, faults: DaqFaults) -> None:
         self._chassis = chassis
         self._bench = bench
         self._faults = faults

@@ -7,46 +7,22 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from nidaqmx.constants import ReadRelativeTo
 from numpy.typing import NDArray
 
-from simlab.daq_bench import Bench, rising_sample
-from simlab.daq_codes import Code, StatusError
-from simlab.daq_faults import OVERLOAD_GAIN, DaqFaults
-from simlab.daq_modules import Chassis, Counts, Module, Real, Sensor, input_volts
+from simlab.clock import Clock
+from simlab.daq_channels import VirtualChannel
+from simlab.daq_errors import OVERLOAD_GAIN, Code, DaqFaults, StatusError
+from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, input_volts
 
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
 FROM_THE_BEGINNING = (ReadRelativeTo.FIRST_SAMPLE.value, ReadRelativeTo.FIRST_PRETRIGGER_SAMPLE.value)
+BEFORE, AFTER = 32, 8  # samples searched around a crossing: the anti-alias filter rings before an edge
 BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # NI's default by rate
-
-
-@dataclass(frozen=True)
-class VirtualChannel:
-    """A channel of a task.
-
-    Attributes:
-        name: name in the task.
-        physical: the physical channel.
-        module: the module that it is on.
-        measurement: NI's number of the kind of measurement.
-        minimum, maximum: range that was asked for, in the unit of the channel.
-        volts_per_unit: sensitivity that the client gave.
-        excitation_source: NI's number.
-        excitation_current: A; 0 without excitation.
-    """
-
-    name: str
-    physical: str
-    module: Module
-    measurement: int
-    minimum: float
-    maximum: float
-    volts_per_unit: float
-    excitation_source: int
-    excitation_current: float
 
 
 @dataclass(frozen=True)
@@ -61,10 +37,27 @@ class Trigger:
     pretrigger: int | None
 
 
+class AcquisitionBench(Protocol):
+    """What a task needs of the bench."""
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the bench."""
+
+    def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
+        """Signals of the hammer rig, SI (samples,), at bench times start + i / rate."""
+
+    def tester_signals(self, times: Real) -> dict[str, Real]:
+        """Signals of the tester, SI (samples,), at bench `times`."""
+
+    def next_crossing(self, channel: str, level: float, after: float) -> float | None:
+        """Bench time later than `after` when signal `channel` rises through `level`; None while not known."""
+
+
 class Task:
     """A task; every method may be called from any thread."""
 
-    def __init__(self, name: str, chassis: Chassis, bench: Bench, faults: DaqFaults) -> None:
+    def __init__(self, name: str, chassis: SimulatedChassis, bench: AcquisitionBench, faults: DaqFaults) -> None:
         self.name = name
         self.chassis = chassis
         self.bench = bench
@@ -383,3 +376,23 @@ class Task:
                 self.new_overloads |= {channel.name}
             counts[row] = channel.module.counts(volts)
         return counts
+
+
+def rising_sample(bench: AcquisitionBench, level: float, start: float, rate: float, earliest: int) -> int | None:
+    """Index of the first sample of ``hammer``, `earliest` or later, at or above `level` N after one below it.
+
+    Sample i is that of bench time start + i / rate. As in the instrument, the trigger is found on the samples: the
+    bench only tells where to look. None while no such edge has passed.
+
+    Raises:
+        ValueError: the bench cannot tell a crossing of that level.
+    """
+    after = start + earliest / rate
+    while (crossing := bench.next_crossing("hammer", level, after)) is not None and crossing <= bench.clock.now():
+        first = max(math.ceil((crossing - start) * rate) - BEFORE, earliest - 1, 0)
+        samples = bench.hammer_signals(start + first / rate, rate, BEFORE + AFTER)["hammer"]
+        edges = np.flatnonzero((samples[:-1] < level) & (samples[1:] >= level))
+        if edges.size:
+            return first + int(edges[0]) + 1
+        after = crossing
+    return None

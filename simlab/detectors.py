@@ -11,7 +11,7 @@ TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK  # of the
 
 
 @dataclass(frozen=True)
-class Detector:
+class SimulatedDetector:
     """A limit in the unit of what is watched, and what happens beyond it."""
 
     limit: float
@@ -34,14 +34,14 @@ class Motion:
 class Detectors:
     """The detectors as they were set at the instrument, and as the network has tightened them since."""
 
-    def __init__(self, set_at_instrument: Mapping[Interlock, Detector]) -> None:
+    def __init__(self, set_at_instrument: Mapping[Interlock, SimulatedDetector]) -> None:
         self._widest = dict(set_at_instrument)
         self._in_force = dict(set_at_instrument)
 
-    def __getitem__(self, interlock: Interlock) -> Detector:
+    def __getitem__(self, interlock: Interlock) -> SimulatedDetector:
         return self._in_force[interlock]
 
-    def tighten(self, interlock: Interlock, detector: Detector) -> None:
+    def tighten(self, interlock: Interlock, detector: SimulatedDetector) -> None:
         """Put `detector` in force, in place of whatever was."""
         self._in_force[interlock] = detector
 

@@ -1,7 +1,7 @@
-"""The whole simulated laboratory: one bench, three instruments in front of it and a hand to work it.
+"""The whole simulated laboratory: one bench, three instruments in front of it, and an operator who works it.
 
 It runs in this process (`Laboratory`) or, as a real laboratory would, outside it (`LaboratoryProcess`); then nothing
-but wires connects it to whoever measures.
+but wires connects it to the program that measures.
 """
 
 from __future__ import annotations
@@ -35,28 +35,28 @@ class Addresses:
         daq: ``grpc://host:port``.
         tester: ``tcp://host:port``.
         thermometer: pyserial URL.
-        hand: ``host:port`` of the line to the technician's hand.
+        operator: ``host:port`` of the line to the operator.
     """
 
     daq: str
     tester: str
     thermometer: str
-    hand: str
+    operator: str
 
 
 class Laboratory:
-    """SimulatedBench, instruments and hand, running until the context is left.
+    """Bench, instruments and operator, running until the context is left.
 
     Args:
         seed, conditions: of the bench; a case brings its own.
         speed: bench time over wall time.
         ports: of instruments by name, in place of what the operating system picks.
-        case: a sealed case whose beam, rubber and noise the instruments are put in front of.
+        case: a drawn case in place of the ordinary bench.
 
     Attributes:
         bench: the physics.
         addresses: where to connect.
-        daq, tester: the two instruments that can be told to fail (`.faults`).
+        daq, tester, thermometer: the instruments; their `.faults` make them fail.
     """
 
     def __init__(
@@ -79,14 +79,14 @@ class Laboratory:
             self._stack.callback(self.tester.stop)
             self.thermometer = start_thermometer_server(self.bench, port=ports.get("thermometer", 0))
             self._stack.callback(self.thermometer.stop)
-            self.hand = OperatorServer(self._deeds(), port=ports.get("hand", 0))
-            self._stack.callback(self.hand.stop)
+            self.operator = OperatorServer(self._actions(), port=ports.get("operator", 0))
+            self._stack.callback(self.operator.stop)
         except BaseException:
             self._stack.close()
             raise
-        self.addresses = Addresses(self.daq.address, self.tester.url, self.thermometer.url, self.hand.address)
+        self.addresses = Addresses(self.daq.address, self.tester.url, self.thermometer.url, self.operator.address)
 
-    def _deeds(self) -> dict[str, Any]:
+    def _actions(self) -> dict[str, Any]:
         bench = self.bench
         offered = (
             bench.strike,
@@ -120,7 +120,7 @@ class LaboratoryProcess:
     Args:
         seed: of the bench, or of the case.
         speed: bench time over wall time.
-        kind: of a case to put the instruments in front of: none, single, pair or novel; None is the ordinary bench.
+        kind: of a drawn case: none, single, pair or novel; None is the ordinary bench.
         effects: of the case by name, in place of drawn ones.
 
     Raises:
@@ -133,7 +133,7 @@ class LaboratoryProcess:
         command = [sys.executable, "-m", "simlab", "--seed", str(seed), "--speed", str(speed)]
         if kind is not None:
             command += ["--case", kind, *(f"--effect={name}" for name in effects)]
-        # a session of its own: Ctrl-C is for whoever measures, and instruments outlast it to be left at rest
+        # a session of its own: Ctrl-C is for the program that measures, and instruments outlast it to be left at rest
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
         )
@@ -143,11 +143,11 @@ class LaboratoryProcess:
             with self._process:
                 raise RuntimeError(f"the simulated laboratory ended with exit code {self._process.wait()}")
         self.addresses = Addresses(**json.loads(line))
-        self.hand = OperatorClient(self.addresses.hand)
+        self.operator = OperatorClient(self.addresses.operator)
 
     def stop(self) -> None:
         """Hang up and wait until the process has ended."""
-        self.hand.close()
+        self.operator.close()
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.close()

@@ -1,6 +1,6 @@
-"""The technician's hand as a line protocol: strike, mount and, when all is measured, reveal.
+"""The operator as a line protocol: strike, mount and, when all is measured, reveal the truth.
 
-A real laboratory has a person where this stands. Requests and answers are JSON, one a line, over TCP on the loopback
+A real laboratory has a person in this place. Requests and answers are JSON, one a line, over TCP on the loopback
 address: ``{"do": "strike", "node": 3, "direction": "y"}`` is answered by ``{"ok": null}`` or ``{"error": "..."}``.
 """
 
@@ -14,16 +14,16 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
-Deed = Callable[..., Any]
+Action = Callable[..., Any]
 
 
 class OperatorServer:
-    """Serves named deeds on a loopback port until it is stopped."""
+    """Serves named actions on a loopback port until it is stopped."""
 
-    def __init__(self, deeds: Mapping[str, Deed], port: int = 0) -> None:
+    def __init__(self, actions: Mapping[str, Action], port: int = 0) -> None:
         self._server = _Server(("127.0.0.1", port), _Connection)
-        self._server.deeds = dict(deeds)
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="hand", daemon=True)
+        self._server.actions = dict(actions)
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="operator", daemon=True)
         self._thread.start()
 
     @property
@@ -42,7 +42,7 @@ class OperatorServer:
 class _Server(socketserver.ThreadingTCPServer):
     allow_reuse_address = True
     daemon_threads = True
-    deeds: dict[str, Deed]
+    actions: dict[str, Action]
 
 
 class _Connection(socketserver.StreamRequestHandler):
@@ -53,7 +53,7 @@ class _Connection(socketserver.StreamRequestHandler):
         """Answer requests until the client hangs up, or is cut off."""
         with suppress(ConnectionError):
             for line in self.rfile:
-                self.wfile.write(json.dumps(_answer(self.server.deeds, line)).encode() + b"\n")
+                self.wfile.write(json.dumps(_answer(self.server.actions, line)).encode() + b"\n")
 
     def finish(self) -> None:
         """Let go of the line, also where the client is gone."""
@@ -61,13 +61,13 @@ class _Connection(socketserver.StreamRequestHandler):
             super().finish()
 
 
-def _answer(deeds: Mapping[str, Deed], line: bytes) -> dict[str, Any]:
+def _answer(actions: Mapping[str, Action], line: bytes) -> dict[str, Any]:
     try:
         request = json.loads(line)
         name = request.pop("do")
-        return {"ok": deeds[name](**request)}
+        return {"ok": actions[name](**request)}
     except KeyError as error:
-        return {"error": f"no such deed {error}; there are {', '.join(sorted(deeds))}"}
+        return {"error": f"no such action {error}; there are {', '.join(sorted(actions))}"}
     except (ValueError, TypeError, AttributeError) as error:
         return {"error": str(error)}
 
@@ -76,7 +76,7 @@ class OperatorClient:
     """The other end of the line: what a script calls in place of a person.
 
     Raises:
-        OSError: nobody serves a hand at `address`.
+        OSError: nobody serves an operator at `address`.
     """
 
     def __init__(self, address: str, timeout: float = 30.0) -> None:
@@ -86,15 +86,15 @@ class OperatorClient:
         self._file = self._socket.makefile("rwb")
         self._lock = threading.Lock()
 
-    def do(self, deed: str, **arguments: Any) -> Any:
-        """Ask for `deed` and wait for its answer.
+    def do(self, action: str, **arguments: Any) -> Any:
+        """Ask for `action` and wait for its answer.
 
         Raises:
             ValueError: the bench says why it cannot be done.
             ConnectionError: the laboratory has gone.
         """
         with self._lock:
-            self._file.write(json.dumps({"do": deed, **arguments}).encode() + b"\n")
+            self._file.write(json.dumps({"do": action, **arguments}).encode() + b"\n")
             self._file.flush()
             line = self._file.readline()
         if not line:

@@ -11,7 +11,7 @@ from simlab.article import SimulatedArticle, SimulatedJoint, lateral_stiffness
 from simlab.beam import FreeModes, Load, Real, free_modes
 from simlab.case.campaign import MEASURED, ROWS, Campaign, Row
 from simlab.case.draw import Case
-from simlab.case.effects.base import CylinderState, Effect, RowReading
+from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect
 from simlab.coupling import Complex, CoupledBeam, block_diagonal
 from simlab.elastomer import REFERENCE_TEMPERATURE
 
@@ -29,7 +29,7 @@ class BuiltCase:
 
     article: SimulatedArticle
     campaign: Campaign
-    effects: tuple[Effect, ...]
+    effects: tuple[SimulatedEffect, ...]
 
     @classmethod
     def of(cls, case: Case) -> BuiltCase:
@@ -194,7 +194,7 @@ class Stand:
         return reduce(lambda known, effect: effect.read(known, reading), self.built.effects, accelerance)
 
 
-def cylinders_of(joint: SimulatedJoint, state: CylinderState, effects: tuple[Effect, ...]) -> Complex:
+def cylinders_of(joint: SimulatedJoint, state: CylinderState, effects: tuple[SimulatedEffect, ...]) -> Complex:
     """(2, n, 3) the lower and the upper cylinder of a joint with the effects."""
     found = {
         own: reduce(

@@ -34,7 +34,7 @@ from rig.registers import (
     name_of,
 )
 from simlab.actuator import Actuator
-from simlab.detectors import Detector, Detectors, Motion
+from simlab.detectors import Detectors, Motion, SimulatedDetector
 
 SETTLED_WITHIN = 0.005  # of the steady amplitude
 PRESET_WITHIN = 1e-9  # m
@@ -64,10 +64,10 @@ class DeviceLimits:
     error_action: Action = Action.PROGRAM_INTERLOCK
     underpeak_action: Action = Action.INDICATE
 
-    def detector(self, interlock: Interlock) -> Detector:
+    def detector(self, interlock: Interlock) -> SimulatedDetector:
         """The detector of `interlock` as it is set."""
         name = name_of(interlock)
-        return Detector(getattr(self, f"{name}_limit"), getattr(self, f"{name}_action"))
+        return SimulatedDetector(getattr(self, f"{name}_limit"), getattr(self, f"{name}_action"))
 
 
 class TesterDevice:
@@ -283,7 +283,7 @@ class TesterDevice:
                 self._locked = False
             case CommandCode.DETECTOR:
                 interlock = Interlock(cast(int, values["detector"]))
-                detector = Detector(cast(float, values["limit"]), Action(cast(int, values["action"])))
+                detector = SimulatedDetector(cast(float, values["limit"]), Action(cast(int, values["action"])))
                 self._detectors.tighten(interlock, detector)
                 self._firing &= ~interlock  # beyond a limit that has moved, it acts anew
 

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import struct
 import threading
+import tty
 from collections.abc import Coroutine
 from enum import StrEnum
+from types import TracebackType
 from typing import cast
 
 from pymodbus.constants import ExcCodes
@@ -38,7 +41,6 @@ from rig.registers import (
 from simlab.actuator import Actuator
 from simlab.bench import SimulatedBench
 from simlab.faults import Faults, Script
-from simlab.pty_line import PtyLine
 from simlab.tester_device import DeviceLimits, TesterDevice
 
 DEVICE_ID = 1
@@ -264,6 +266,44 @@ class TesterServer:
         if isinstance(self._server, ModbusTcpServer):  # a serial line has no connection; the request is lost
             for connection in list(self._server.active_connections.values()):
                 cast(asyncio.Transport, connection.transport).abort()
+
+
+class PtyLine:
+    """A serial line between two pseudo-terminals, which an event loop connects while the context lasts.
+
+    Attributes:
+        client: path that a client opens, such as /dev/pts/3.
+        instrument: path that the simulated instrument opens.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._near, self._near_end = os.openpty()
+        self._far, self._far_end = os.openpty()
+        self.client = os.ttyname(self._near_end)
+        self.instrument = os.ttyname(self._far_end)
+
+    def __enter__(self) -> PtyLine:
+        for descriptor in (self._near, self._near_end, self._far, self._far_end):
+            tty.setraw(descriptor)
+        for descriptor in (self._near, self._far):
+            os.set_blocking(descriptor, False)
+        self._loop.add_reader(self._near, self._pass, self._near, self._far)
+        self._loop.add_reader(self._far, self._pass, self._far, self._near)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for descriptor in (self._near, self._far):
+            self._loop.remove_reader(descriptor)
+        # the near ends of both are kept open here too, so that a client may close and open again
+        for descriptor in (self._near, self._near_end, self._far, self._far_end):
+            os.close(descriptor)
+
+    @staticmethod
+    def _pass(source: int, sink: int) -> None:
+        os.write(sink, os.read(source, 4096))
 
 
 def _exception(refusal: Refusal) -> ExcCodes:

@@ -88,13 +88,13 @@ def demo(
         settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
         with open_catalogue(settings) as catalogue:
             with watch.stage("measure"), SequenceProgress(document, progress_console) as progress:
-                operator = SimulatedOperator(laboratory.hand)
+                operator = SimulatedOperator(laboratory.operator)
                 run = run_sequence(
                     document, instruments_of(settings), catalogue, operator, notify_all(progress, operator.observe)
                 )
             with watch.stage("identify"):
                 found = identify_and_save(catalogue, run, progress=on_terminal(progress_console))
-        truth, sines = reveal(laboratory.hand, found)
+        truth, sines = reveal(laboratory.operator, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
         observing = partial(SequenceProgress, console=progress_console)
         sealed = demonstrate(seed, speed, catalogue, observing, on_terminal(progress_console))
@@ -121,14 +121,14 @@ def demo(
     out.print(f"{files} (run {run}), {folder / 'sealed.db'} (run {sealed.run})")
 
 
-def reveal(hand: OperatorClient, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
+def reveal(operator: OperatorClient, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:
     """Ask the bench what it really is, now that everything is identified.
 
     Raises:
         JointlabError: the bench is gone, or its log and the measurement do not fit together.
     """
     try:
-        truth, dwells = hand.do("truth"), hand.do("dwells")
+        truth, dwells = operator.do("truth"), operator.do("dwells")
     except OSError as error:
         raise JointlabError(f"the simulated laboratory does not answer: {error}") from error
     return truth, sine_truths(found.measurement.points, dwells)

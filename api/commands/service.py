@@ -87,7 +87,7 @@ def _laboratory(
     with simulated_laboratory(seed, speed) as laboratory:
         kept = ("database_url", "waveform_folder", "scheduler", "workers")
         others = {name: getattr(settings, name) for name in kept}
-        yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.hand)
+        yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.operator)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from jointlab.trials.instruments import measured_at, sequence_of
 from jointlab.trials.simulated_laboratory import simulated_laboratory
 from rig.events import Observer
 from rig.sequence import Sequence
-from simlab.case.seal import commitment
+from simlab.case.bundle import commitment
 from store.catalogue import Catalogue
 from store.progress import Progress
 
@@ -82,15 +82,15 @@ def demonstrate(
         DaqError, RigError: an instrument failed.
     """
     with simulated_laboratory(seed, speed, kind="single") as laboratory:
-        hand = laboratory.hand
-        committed: str = hand.do("commitment")
-        sequence = sequence_of(hand.do("drawing"), BLOWS, FREQUENCY_STEP)
+        operator = laboratory.operator
+        committed: str = operator.do("commitment")
+        sequence = sequence_of(operator.do("drawing"), BLOWS, FREQUENCY_STEP)
         with observing(sequence) as observer:
-            run = measured_at(laboratory.addresses, hand, catalogue, sequence, observer)
+            run = measured_at(laboratory.addresses, operator, catalogue, sequence, observer)
         found = diagnosed(subject_of_run(catalogue, run, progress), progress=progress)
         with catalogue.writing() as session:
             save_diagnosis(session, run, found.document)
-        seal = hand.do("open_seal")
+        seal = operator.do("open_seal")
     if commitment(seal) != committed:
         raise JointlabError("the bench opened another truth than it had committed to")
     return Demonstration(run, committed, found, seal["truth"])

@@ -11,8 +11,7 @@ import numpy as np
 
 from jointlab.errors import JointlabError
 from jointlab.trials.plan import Planned
-from simlab.case.bundle import truth
-from simlab.case.seal import commitment, sealed
+from simlab.case.bundle import commitment, sealed, truth
 
 TRIAL, COMMITMENTS = "trial.json", "commitments.json"
 

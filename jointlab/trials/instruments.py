@@ -27,8 +27,8 @@ ARTICLE = ("beam", "node_positions", "joints", "accelerometer", "tolerances")
 class CaseOperator(SimulatedOperator):
     """Strikes and mounts on a case's bench, and sets up anew where a hammer set begins."""
 
-    def __init__(self, hand: OperatorClient, first: Dof) -> None:
-        super().__init__(hand)
+    def __init__(self, operator: OperatorClient, first: Dof) -> None:
+        super().__init__(operator)
         self._first, self._sets = first, 0
         self._last: Dof | None = None
 
@@ -52,18 +52,18 @@ def measure(case: Case, folder: Path) -> None:
         DaqError, RigError, JointlabError: an instrument failed.
     """
     with Laboratory(speed=SPEED, case=case) as laboratory:
-        hand = OperatorClient(laboratory.addresses.hand)
+        operator = OperatorClient(laboratory.addresses.operator)
         try:
-            sequence = sequence_of(hand.do("drawing"))
+            sequence = sequence_of(operator.do("drawing"))
             with Catalogue.open(f"sqlite:///{folder / DATABASE}") as catalogue:
-                measured_at(laboratory.addresses, hand, catalogue, sequence)
+                measured_at(laboratory.addresses, operator, catalogue, sequence)
         finally:
-            hand.close()
+            operator.close()
 
 
 def measured_at(
     addresses: Addresses,
-    hand: OperatorClient,
+    operator: OperatorClient,
     catalogue: Catalogue,
     sequence: Sequence,
     observer: Observer = ignore_event,
@@ -75,7 +75,7 @@ def measured_at(
     """
     first = Dof.parse(sequence.hammer_steps[0].points[0])
     settings = simulated_settings(addresses, database_url="")
-    return run_sequence(sequence, instruments_of(settings), catalogue, CaseOperator(hand, first), observer)
+    return run_sequence(sequence, instruments_of(settings), catalogue, CaseOperator(operator, first), observer)
 
 
 def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: float = 5.0) -> Sequence:

@@ -1,4 +1,4 @@
-"""A simulated laboratory as configuration and as operator: what a technician's cables and hands are otherwise."""
+"""A simulated laboratory as configuration and as operator: in place of cables and a technician."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ def simulated_laboratory(seed: int, speed: float, kind: str | None = None) -> La
 class SimulatedOperator(Operator):
     """An operator who strikes and mounts on the simulated bench the moment a sequence asks for it."""
 
-    def __init__(self, hand: OperatorClient) -> None:
-        self._hand = hand
+    def __init__(self, operator: OperatorClient) -> None:
+        self._client = operator
         self._peak_force: float | None = None
 
     def observe(self, event: Event) -> None:
@@ -119,9 +119,9 @@ class SimulatedOperator(Operator):
         """
         self._do("mount", specimen=specimen, configuration=configuration)
 
-    def _do(self, deed: str, **arguments: Any) -> None:
+    def _do(self, action: str, **arguments: Any) -> None:
         try:
-            self._hand.do(deed, **arguments)
+            self._client.do(action, **arguments)
         except ValueError as error:
             raise RequestError(f"the simulated bench refuses: {error}") from error
         except OSError as error:

@@ -1,4 +1,4 @@
-"""Single blows: the spectra of force and acceleration as the sensors give them, and the records they belong to."""
+"""Blows and sine fits as a laboratory gets them: single blows, their records, H1 of ten of them, and all scatter."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simlab.beam import Real
-from simlab.case.campaign import HIGHEST_LINE, LINE_SPACING, Campaign
-from simlab.case.effects import Effect
+from simlab.case.campaign import AVERAGES, HIGHEST_LINE, LINE_SPACING, Campaign
+from simlab.case.effects import SimulatedEffect
 from simlab.coupling import Complex
 
 PEAK_SCATTER = 0.1
@@ -47,7 +47,7 @@ def strike(
     frequency: Real,
     peak_force: float,
     campaign: Campaign,
-    effects: tuple[Effect, ...],
+    effects: tuple[SimulatedEffect, ...],
 ) -> Blows:
     """`count` blows a row, each a little elsewhere and differently hard, with both sensors' noise.
 
@@ -92,3 +92,37 @@ def _white(rng: np.random.Generator, count: int, rows: int, lines: int) -> Compl
     """(count, rows, lines) complex noise of unit variance."""
     parts = rng.standard_normal((count, rows, lines, 2), dtype=np.float32)
     return np.asarray(parts.view(np.complex64)[..., 0] * np.float32(np.sqrt(0.5)))
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged:
+    """H1 accelerance in (m/s^2)/N and coherence of some rows, (rows, lines)."""
+
+    accelerance: Complex
+    coherence: Real
+
+
+def average(blows: Blows) -> Averaged:
+    """H1 and ordinary coherence over the blows (Bendat and Piersol, Random Data, 4th ed., 6.1.4)."""
+    cross = np.sum(blows.acceleration * np.conj(blows.force), axis=0)
+    force_power = np.sum(np.abs(blows.force) ** 2, axis=0)
+    acceleration_power = np.sum(np.abs(blows.acceleration) ** 2, axis=0)
+    return Averaged(cross / force_power, np.abs(cross) ** 2 / (force_power * acceleration_power))
+
+
+def noise_deviation(accelerance: Complex, frequency: Real, campaign: Campaign, peak_force: float) -> Real:
+    """(rows, lines) standard deviation of the real, as of the imaginary part of an average, sensor noise alone."""
+    force = half_sine_spectrum(frequency, peak_force, campaign.pulse_width)
+    noise = np.hypot(campaign.acceleration_noise, campaign.force_noise * np.abs(accelerance))
+    return np.asarray(noise / force / np.sqrt(2 * AVERAGES))
+
+
+def direct_deviation(campaign: Campaign) -> Real:
+    """(points,) relative standard deviation of the tester's complex stiffness, per real and imaginary part."""
+    return np.asarray(1e-3 * campaign.direct_noise * 0.1 / campaign.points.amplitude_pp_mm)
+
+
+def sine_fit(rng: np.random.Generator, stiffness: Complex, deviation: Real) -> Complex:
+    """(points,) dynamic stiffness with a sine fit's scatter."""
+    noise = rng.standard_normal(stiffness.size) + 1j * rng.standard_normal(stiffness.size)
+    return np.asarray(stiffness + np.abs(stiffness) * deviation * noise)

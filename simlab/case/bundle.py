@@ -1,10 +1,14 @@
-"""The folder that a lab would hand over of a case, and the truth about it."""
+"""The folder that a laboratory would deliver of a case, and the truth about it."""
 
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
+import secrets
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +22,18 @@ from simlab.article import (
     clipped_variance,
 )
 from simlab.beam import SimulatedBeam
-from simlab.case.blows import RECORD_SECONDS, SAMPLE_RATE, record, record_frequency, strike
+from simlab.case.blows import (
+    RECORD_SECONDS,
+    SAMPLE_RATE,
+    Averaged,
+    average,
+    direct_deviation,
+    noise_deviation,
+    record,
+    record_frequency,
+    sine_fit,
+    strike,
+)
 from simlab.case.campaign import (
     ASKED_FOR,
     AVERAGES,
@@ -32,14 +47,15 @@ from simlab.case.campaign import (
     Setup,
 )
 from simlab.case.draw import Case, CaseKind
-from simlab.case.estimate import Averaged, average, direct_deviation, noise_deviation, sine_fit
 from simlab.case.simulate import Simulated, simulate
-from simlab.case.universal_file import Function, Quantity, write_universal_file
+from simlab.case.universal_file import AxisQuantity, Function, write_universal_file
 from simlab.coupling import Complex
 from simlab.elastomer import BLOW_AMPLITUDE
 from simlab.stand import BuiltCase, Stand
 
 SENSOR = Row(SENSOR_NODE, "y")
+NONCE_BYTES = 16
+"""Of chance in each seal, so that nobody finds a truth by trying all possible ones."""
 DIRECT_COLUMNS = (
     "order",
     "time_s",
@@ -183,6 +199,16 @@ def truth(case: Case) -> dict[str, object]:
     }
 
 
+def sealed(document: Mapping[str, Any]) -> dict[str, Any]:
+    """A truth with its nonce, ready for JSON; `commitment` is the hash of both."""
+    return {"nonce": secrets.token_hex(NONCE_BYTES), "truth": json.loads(json.dumps(document))}
+
+
+def commitment(seal: Mapping[str, Any]) -> str:
+    """SHA-256 of a nonce and a truth, in hexadecimal digits."""
+    return hashlib.sha256(json.dumps(seal, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
 def percent(model: Complex, data: Complex) -> float:
     """100 sqrt(sum |y - f|^2 / sum |y|^2)."""
     return 100.0 * float(np.sqrt(np.sum(np.abs(data - model) ** 2) / np.sum(np.abs(data) ** 2)))
@@ -230,16 +256,16 @@ def _functions(measured: Averaged) -> list[Function]:
             name="accelerance",
             response=SENSOR,
             reference=row,
-            axis=Quantity.FREQUENCY,
+            axis=AxisQuantity.FREQUENCY,
             step=LINE_SPACING,
             values=values,
-            ordinate=Quantity.ACCELERATION,
-            denominator=Quantity.FORCE,
+            ordinate=AxisQuantity.ACCELERATION,
+            denominator=AxisQuantity.FORCE,
         )
         for row, values in zip(MEASURED, measured.accelerance, strict=True)
     ]
     coherences = [
-        Function(6, "coherence", SENSOR, row, Quantity.FREQUENCY, LINE_SPACING, values)
+        Function(6, "coherence", SENSOR, row, AxisQuantity.FREQUENCY, LINE_SPACING, values)
         for row, values in zip(MEASURED, measured.coherence, strict=True)
     ]
     return accelerances + coherences
@@ -258,10 +284,12 @@ def _write_blows(case: Case, folder: Path) -> None:
     blows = strike(rng, 1, accelerance[rows], slope[rows], frequency, peak_force, campaign, case.effects)
     for i, row in enumerate(campaign.recorded):
         records = [
-            Function(1, name, response, row, Quantity.TIME, 1 / SAMPLE_RATE, record(spectra[0, i]), ordinate=ordinate)
+            Function(
+                1, name, response, row, AxisQuantity.TIME, 1 / SAMPLE_RATE, record(spectra[0, i]), ordinate=ordinate
+            )
             for name, response, spectra, ordinate in (
-                ("force", row, blows.force, Quantity.FORCE),
-                ("acceleration", SENSOR, blows.acceleration, Quantity.ACCELERATION),
+                ("force", row, blows.force, AxisQuantity.FORCE),
+                ("acceleration", SENSOR, blows.acceleration, AxisQuantity.ACCELERATION),
             )
         ]
         write_universal_file(folder / f"blow_{row.name}.unv", records)

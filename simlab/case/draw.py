@@ -19,7 +19,7 @@ from simlab.article import (
     off_nominal,
 )
 from simlab.case.campaign import Campaign, draw_campaign
-from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, Effect
+from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, SimulatedEffect
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 from simlab.elastomer import LinearCylinder
 
@@ -64,7 +64,7 @@ class Case:
     kind: CaseKind | None
     article: SimulatedArticle
     campaign: Campaign
-    effects: tuple[Effect, ...]
+    effects: tuple[SimulatedEffect, ...]
 
 
 def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: float | None = None) -> Case:

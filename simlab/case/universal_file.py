@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simlab.case.campaign import Row
 
 
-class Quantity(Enum):
+class AxisQuantity(Enum):
     """Specific data type, label and unit of an axis."""
 
     NONE = (0, "NONE", "NONE")
@@ -42,11 +42,11 @@ class Function:
     name: str
     response: Row
     reference: Row
-    axis: Quantity
+    axis: AxisQuantity
     step: float
     values: NDArray[np.float64] | NDArray[np.complex128]
-    ordinate: Quantity = Quantity.NONE
-    denominator: Quantity = Quantity.NONE
+    ordinate: AxisQuantity = AxisQuantity.NONE
+    denominator: AxisQuantity = AxisQuantity.NONE
 
 
 def write_universal_file(path: Path, functions: list[Function]) -> None:
@@ -68,11 +68,11 @@ def _dataset(function: Function) -> bytes:
         *(f"{'NONE':<80s}" for _ in range(4)),
         f"{function.kind:5d}{0:10d}{0:5d}{0:10d}{places}",
         f"{5 if is_complex else 2:10d}{function.values.size:10d}{1:10d}{0:13.5e}{function.step:13.5e}{0:13.5e}",
-        *map(_axis, (function.axis, function.ordinate, function.denominator, Quantity.NONE)),
+        *map(_axis, (function.axis, function.ordinate, function.denominator, AxisQuantity.NONE)),
     ]
     return "\n".join([*header, ""]).encode("ascii") + data + f"\n{-1:6d}\n".encode("ascii")
 
 
-def _axis(quantity: Quantity) -> str:
+def _axis(quantity: AxisQuantity) -> str:
     code, label, unit = quantity.value
     return f"{code:10d}{0:5d}{0:5d}{0:5d} {label:<20s} {unit:<20s}"

@@ -103,7 +103,7 @@ def laboratory(running_laboratory: Laboratory, tmp_path: Path) -> Iterator[Labor
 @pytest.fixture
 def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimulatedOperator]:
     """Somebody at the terminal who strikes and mounts."""
-    hand = OperatorClient(laboratory.addresses.hand)
+    hand = OperatorClient(laboratory.addresses.operator)
     person = SimulatedOperator(hand)
     monkeypatch.setattr("api.commands.sequences.TerminalOperator", lambda console: person)
     yield person

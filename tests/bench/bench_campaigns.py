@@ -93,6 +93,10 @@ def campaign(seed: int) -> tuple[Identification, dict[str, Any], tuple[SineTruth
     with tempfile.TemporaryDirectory() as folder, LaboratoryProcess(seed, 100.0) as laboratory:
         settings = simulated_settings(laboratory.addresses)
         with Catalogue.open(f"sqlite:///{Path(folder) / 'campaign.db'}") as catalogue:
-            run = run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(laboratory.hand))
+            run = run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(laboratory.operator))
             found = identify(measurement_of_run(catalogue, run))
-        return found, laboratory.hand.do("truth"), sine_truths(found.measurement.points, laboratory.hand.do("dwells"))
+        return (
+            found,
+            laboratory.operator.do("truth"),
+            sine_truths(found.measurement.points, laboratory.operator.do("dwells")),
+        )

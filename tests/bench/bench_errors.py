@@ -28,7 +28,7 @@ from rig.tester import connect as connect_tester
 from rig.thermometer import Thermometer
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
-from simlab.daq_codes import Code
+from simlab.daq_errors import Code
 from simlab.daq_server import start_daq_server
 from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits

@@ -32,9 +32,9 @@ from rig.tester_wire import ATTEMPTS
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
-from simlab.fault_proxy import FaultProxy, Impairment, Way
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TICK, start_tester_server
+from tests.fault_proxy import FaultProxy, Impairment, Way
 
 WATCHDOG_TIME = 0.5  # s
 RECORD = 0.1  # s of bench time

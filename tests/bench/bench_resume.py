@@ -98,7 +98,7 @@ def measure(job: Job) -> None:
             case SinePointMeasured(index=index):
                 os.write(acknowledged, f"sine {index}\n".encode())
 
-    operator = SimulatedOperator(OperatorClient(job.addresses.hand))
+    operator = SimulatedOperator(OperatorClient(job.addresses.operator))
     instruments = instruments_of(simulated_settings(job.addresses))
     with Catalogue.open(job.database) as catalogue:
         if job.run_id is None:

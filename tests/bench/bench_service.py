@@ -92,7 +92,7 @@ def _measure(folder: Path, laboratory: LaboratoryProcess, pause: float) -> None:
 def _mount(lab: Client, driver: Driver, laboratory: LaboratoryProcess, run: int) -> None:
     while (prompt := lab.rig().prompt) is None:
         time.sleep(0.05)
-    laboratory.hand.do("mount", specimen="I", configuration="shear")
+    laboratory.operator.do("mount", specimen="I", configuration="shear")
     driver.answer(run, prompt.number)
 
 

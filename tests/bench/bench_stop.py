@@ -44,7 +44,7 @@ class Hands(Operator):
 
     def mount(self, specimen: str, configuration: str) -> None:
         """Be the operator."""
-        self.laboratory.hand.do("mount", specimen=specimen, configuration=configuration)
+        self.laboratory.operator.do("mount", specimen=specimen, configuration=configuration)
         self.mounted.set()
 
     def strike(self, point: object, blow: int) -> None:

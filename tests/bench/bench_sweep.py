@@ -42,7 +42,7 @@ def main() -> None:
                 began = time.perf_counter()
                 if profiled:
                     profile.enable()
-                run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(laboratory.hand))
+                run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(laboratory.operator))
                 profile.disable()
                 print(f"720 sine points at speed {SPEED:g}{name}: {time.perf_counter() - began:.1f} s", flush=True)
     seconds = {

@@ -18,7 +18,7 @@ def main() -> None:
     with LaboratoryProcess(seed=1, speed=1000.0) as laboratory:
         instruments = instruments_of(simulated_settings(laboratory.addresses))
         with instruments.acquisition() as (chassis, thermometer), instruments.tester() as tester:
-            laboratory.hand.do("mount", specimen="I", configuration="shear")
+            laboratory.operator.do("mount", specimen="I", configuration="shear")
             channels = instruments.channels_named("displacement", "force")
             with chassis.record(channels, 5000.0, 1.0) as recorder:
                 show("record of 2 x 5000 samples (1 ms of it is the bench's)", lambda: recorder.record(1.0), 200)

@@ -50,7 +50,7 @@ def _session(browser: Browser, folder: Path, scratch: Path) -> None:
     """What is live: a hammer session with a refused blow, a sweep, an interlock."""
     with Laboratory(1, SPEED, BenchConditions(double_hits=0.0)) as laboratory:
         (scratch / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
-        hand = OperatorClient(laboratory.addresses.hand)
+        hand = OperatorClient(laboratory.addresses.operator)
         with serving(scratch) as service, _tab(browser, service, SIZE) as tab:
             page = tab.go("/page/")
             _take(page, folder, "log-in")

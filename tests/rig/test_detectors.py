@@ -21,8 +21,7 @@ from rig.sweep import SinePoint
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import LimitExceededError, TesterLimits
 from rig.tester_status import Detector, TesterTrippedError
-from simlab.detectors import Detector as SimulatedDetector
-from simlab.detectors import Detectors
+from simlab.detectors import Detectors, SimulatedDetector
 from simlab.laboratory import Laboratory
 from simlab.tester_device import DeviceLimits
 from store.catalogue import Catalogue

@@ -11,7 +11,7 @@ import pytest
 from pymodbus.constants import ExcCodes
 
 from rig.registers import Refusal
-from simlab.daq_codes import Code
+from simlab.daq_errors import Code
 from tests.bench.bench_errors import (
     COMMANDS,
     DAQ_CODES,

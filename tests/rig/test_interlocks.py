@@ -21,7 +21,7 @@ from rig.sequence import Sequence
 from rig.steps import check_instruments
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
-from simlab.detectors import Detector, Detectors
+from simlab.detectors import Detectors, SimulatedDetector
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
@@ -226,7 +226,7 @@ def test_a_detector_is_never_looser_than_at_the_instrument(interlock: Interlock,
     assert action >= widest[interlock].action
     nearer = limit - widest[interlock].limit
     assert (nearer if interlock in (LOWER, UNDERPEAK) else -nearer) >= -2e-6 * abs(widest[interlock].limit)
-    detectors.tighten(interlock, Detector(limit, action))
+    detectors.tighten(interlock, SimulatedDetector(limit, action))
     assert detectors.may_be(
         interlock, widest[interlock].limit, widest[interlock].action
     )  # back to the instrument's own

@@ -18,10 +18,10 @@ from rig.tester_status import TesterTrippedError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
-from simlab.fault_proxy import FaultProxy, Impairment, Way
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TICK, start_tester_server
 from simlab.tester_server import TesterServer as Server
+from tests.fault_proxy import FaultProxy, Impairment, Way
 
 WATCHDOG_TIME = 0.8  # s
 SCHEDULING = 2.0  # s, that a busy computer may be late with a tick of the simulated instrument

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simlab.daq_codes import Code, StatusError
+from simlab.daq_errors import Code, StatusError
 from simlab.daq_modules import ACCELEROMETER, DISPLACEMENT, IDLE_NOISE, Module, input_volts, laboratory_chassis
 
 IEPE_MODULE, VOLTAGE_MODULE = laboratory_chassis().modules

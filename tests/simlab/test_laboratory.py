@@ -46,36 +46,36 @@ def test_every_address_answers_until_the_laboratory_stops() -> None:
 
 def test_a_port_that_is_taken_stops_what_had_started() -> None:
     with Laboratory(seed=1) as first:
-        taken = int(first.addresses.hand.rpartition(":")[2])
+        taken = int(first.addresses.operator.rpartition(":")[2])
         with socket.create_server(("127.0.0.1", 0)) as spare:
             port = int(spare.getsockname()[1])
         with pytest.raises(OSError, match="in use"):
-            Laboratory(seed=1, ports={"hand": taken, "thermometer": port})
+            Laboratory(seed=1, ports={"operator": taken, "thermometer": port})
         assert not answers(f"127.0.0.1:{port}")
-        assert answers(first.addresses.hand)
+        assert answers(first.addresses.operator)
 
 
 def test_the_hand_strikes_mounts_and_reveals(process: LaboratoryProcess) -> None:
-    process.hand.do("mount", specimen="I", configuration="shear")
-    process.hand.do("strike", node=3, direction="y")
+    process.operator.do("mount", specimen="I", configuration="shear")
+    process.operator.do("strike", node=3, direction="y")
     with pytest.raises(ValueError, match="2y"):
-        process.hand.do("strike", node=2, direction="y")
+        process.operator.do("strike", node=2, direction="y")
     with pytest.raises(ValueError, match="III"):
-        process.hand.do("mount", specimen="III", configuration="shear")
-    truth = process.hand.do("truth")
+        process.operator.do("mount", specimen="III", configuration="shear")
+    truth = process.operator.do("truth")
     assert set(truth["inverse"]) == {"I", "II"}
     for joint in truth["inverse"].values():
         assert np.shape(joint["k"]) == np.shape(joint["h"]) == (3, 3)
-    assert process.hand.do("dwells") == []
+    assert process.operator.do("dwells") == []
 
 
 def test_one_seed_is_one_bench(process: LaboratoryProcess) -> None:
     with Laboratory(seed=2) as same, Laboratory(seed=3) as other:
-        hands = [OperatorClient(laboratory.addresses.hand) for laboratory in (same, other)]
-        ours, theirs = (hand.do("truth")["inverse"]["I"]["k"] for hand in hands)
-        for hand in hands:
-            hand.close()
-    assert ours == process.hand.do("truth")["inverse"]["I"]["k"]
+        operators = [OperatorClient(laboratory.addresses.operator) for laboratory in (same, other)]
+        ours, theirs = (operator.do("truth")["inverse"]["I"]["k"] for operator in operators)
+        for operator in operators:
+            operator.close()
+    assert ours == process.operator.do("truth")["inverse"]["I"]["k"]
     assert theirs != ours
 
 
@@ -101,10 +101,10 @@ def test_a_process_ends_when_whoever_started_it_dies() -> None:
     with parent:
         assert parent.stdout is not None
         addresses = Addresses(**json.loads(parent.stdout.readline()))
-        assert answers(addresses.hand)
+        assert answers(addresses.operator)
         parent.kill()
     patience_ends = time.monotonic() + 20
-    while answers(addresses.hand):
+    while answers(addresses.operator):
         assert time.monotonic() < patience_ends
         time.sleep(0.1)
 

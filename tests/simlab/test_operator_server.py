@@ -24,35 +24,35 @@ def server() -> Iterator[OperatorServer]:
 
 
 @pytest.fixture
-def hand(server: OperatorServer) -> Iterator[OperatorClient]:
+def operator(server: OperatorServer) -> Iterator[OperatorClient]:
     held = OperatorClient(server.address)
     yield held
     held.close()
 
 
-def test_a_deed_is_done_and_answered(hand: OperatorClient) -> None:
-    assert hand.do("strike", node=3) == "struck 3"
+def test_a_action_is_done_and_answered(operator: OperatorClient) -> None:
+    assert operator.do("strike", node=3) == "struck 3"
 
 
-def test_what_the_bench_refuses_comes_back_in_its_own_words(hand: OperatorClient) -> None:
+def test_what_the_bench_refuses_comes_back_in_its_own_words(operator: OperatorClient) -> None:
     with pytest.raises(ValueError, match="no hammer reaches node 2"):
-        hand.do("strike", node=2)
-    assert hand.do("strike", node=4) == "struck 4"
+        operator.do("strike", node=2)
+    assert operator.do("strike", node=4) == "struck 4"
 
 
-@pytest.mark.parametrize(("deed", "arguments", "words"), [("fly", {}, "strike"), ("strike", {"foot": 1}, "foot")])
-def test_an_unknown_deed_or_argument_is_named(
-    hand: OperatorClient, deed: str, arguments: dict[str, int], words: str
+@pytest.mark.parametrize(("action", "arguments", "words"), [("fly", {}, "strike"), ("strike", {"foot": 1}, "foot")])
+def test_an_unknown_action_or_argument_is_named(
+    operator: OperatorClient, action: str, arguments: dict[str, int], words: str
 ) -> None:
     with pytest.raises(ValueError, match=words):
-        hand.do(deed, **arguments)
+        operator.do(action, **arguments)
 
 
 def test_a_laboratory_that_hangs_up_is_a_connection_error() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        hand = OperatorClient(f"127.0.0.1:{listener.getsockname()[1]}")
+        operator = OperatorClient(f"127.0.0.1:{listener.getsockname()[1]}")
         connection, _ = listener.accept()
-        with connection.makefile("rb") as requests, contextlib.closing(hand):
+        with connection.makefile("rb") as requests, contextlib.closing(operator):
 
             def hang_up() -> None:
                 requests.readline()
@@ -61,6 +61,6 @@ def test_a_laboratory_that_hangs_up_is_a_connection_error() -> None:
             answered = threading.Thread(target=hang_up)
             answered.start()
             with pytest.raises(ConnectionError, match="closed the line"):
-                hand.do("strike", node=3)
+                operator.do("strike", node=3)
             answered.join()
         connection.close()

@@ -74,7 +74,7 @@ class RowReading:
 
 
 @dataclass(frozen=True, eq=False)
-class Effect(ABC):
+class SimulatedEffect(ABC):
     """Something that the paper's model leaves out.  A kind of effect overrides `draw` and the few hooks it touches.
 
     Attributes:

@@ -9,14 +9,14 @@ import numpy as np
 from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes, Load, Real
 from simlab.case.campaign import MEASURED, NODES, Row
-from simlab.case.effects.base import Effect, RowReading, either_sign, one_of
+from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, one_of
 from simlab.coupling import Complex
 
 SENSOR_HEIGHT = 0.0127 + 0.008
 """Of the accelerometer's element above the beam's axis, m."""
 
 
-class SensorGain(Effect):
+class SensorGain(SimulatedEffect):
     """A calibration that is off by up to 5 %, in every set."""
 
     name = "sensor_gain"
@@ -29,7 +29,7 @@ class SensorGain(Effect):
         return accelerance * (1 + self.number("gain"))
 
 
-class ChannelDelay(Effect):
+class ChannelDelay(SimulatedEffect):
     """Acceleration comes late against force: by a time, or by an all-pass filter of first order with that delay."""
 
     name = "channel_delay"
@@ -45,7 +45,7 @@ class ChannelDelay(Effect):
         return np.asarray(accelerance * np.exp(-1j * phase))
 
 
-class HighpassCorner(Effect):
+class HighpassCorner(SimulatedEffect):
     """The charge amplifier's or IEPE supply's corner, of first or second order."""
 
     name = "highpass_corner"
@@ -61,7 +61,7 @@ class HighpassCorner(Effect):
         return np.asarray(accelerance * ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))
 
 
-class ExponentialWindow(Effect):
+class ExponentialWindow(SimulatedEffect):
     """Records were weighted by exp(-s t) and nobody took the added damping out: H(w - i s)."""
 
     name = "exponential_window"
@@ -75,7 +75,7 @@ class ExponentialWindow(Effect):
         return self.number("s")
 
 
-class CrossAxisSensitivity(Effect):
+class CrossAxisSensitivity(SimulatedEffect):
     """The accelerometer takes some motion along the beam for motion across it: of the axis, or of its own place."""
 
     name = "cross_axis_sensitivity"
@@ -92,7 +92,7 @@ class CrossAxisSensitivity(Effect):
         return shape + self.number("sensitivity") * along
 
 
-class ImpactAngle(Effect):
+class ImpactAngle(SimulatedEffect):
     """Blows lean along the beam: all of them, the transverse ones, or those of one row."""
 
     name = "impact_angle"
@@ -112,7 +112,7 @@ class ImpactAngle(Effect):
         return replace(load, x=load.x * cos + load.y * sin, y=load.y * cos + load.x * sin)
 
 
-class ImpactPosition(Effect):
+class ImpactPosition(SimulatedEffect):
     """One to three rows marked at the wrong place, by up to 8 mm, in every set; never off the beam."""
 
     name = "impact_position"
@@ -135,7 +135,7 @@ class ImpactPosition(Effect):
         return replace(load, position=load.position + self.number(key))
 
 
-EFFECTS: tuple[type[Effect], ...] = (
+EFFECTS: tuple[type[SimulatedEffect], ...] = (
     SensorGain,
     ChannelDelay,
     HighpassCorner,

@@ -10,7 +10,7 @@ from scipy.special import ndtr
 from simlab.article import SimulatedArticle
 from simlab.beam import Real
 from simlab.case.campaign import PRESET_MM, Campaign
-from simlab.case.effects.base import CylinderState, Effect, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, SimulatedEffect, either_sign, log_uniform, one_of
 from simlab.coupling import Complex
 
 REFERENCE_AMPLITUDE = 10e-6
@@ -20,7 +20,7 @@ REFERENCE_FREQUENCY = 70.0
 REFERENCE_KELVIN = 296.15
 
 
-class AmplitudeDependence(Effect):
+class AmplitudeDependence(SimulatedEffect):
     """Filler contacts break: stiffness falls with amplitude, and loss peaks while it falls.
 
     Laws, each over its value at 10 um: Kraus's agglomeration (Rubber Chem. Technol. 57, 1984, 48); contacts with
@@ -72,7 +72,7 @@ class AmplitudeDependence(Effect):
         return elastic, elastic ** (1.0 - min(peak, 0.9))
 
 
-class CubicStiffness(Effect):
+class CubicStiffness(SimulatedEffect):
     """A spring that hardens or softens with the square of amplitude: k (1 + beta x^2), equivalent linear."""
 
     name = "cubic_stiffness"
@@ -89,7 +89,7 @@ class CubicStiffness(Effect):
         return np.asarray(stiffness.real * (1.0 + self.number("beta") * square)[:, None] + 1j * stiffness.imag)
 
 
-class CoulombFriction(Effect):
+class CoulombFriction(SimulatedEffect):
     """Dry friction beside each spring: 4 F_c / (pi x) on the imaginary part, or a slider that first sticks elastically.
 
     The second law is Jenkins's element by harmonic balance: with a stick stiffness K and F_c / K < x, the loss is
@@ -127,7 +127,7 @@ def _jenkins(force: float, stick: Real, amplitude: Real) -> Complex:
     return np.asarray(elastic + 1j * loss)
 
 
-class FrequencyDependence(Effect):
+class FrequencyDependence(SimulatedEffect):
     """Stiffness and loss tied over frequency: fractional Zener, four Maxwell elements, or a spring-pot in parallel."""
 
     name = "frequency_dependence"
@@ -160,7 +160,7 @@ class FrequencyDependence(Effect):
         return np.asarray(1.0 + self.number("g") * (1j * frequency / REFERENCE_FREQUENCY) ** self.number("a"))
 
 
-class LossLaw(Effect):
+class LossLaw(SimulatedEffect):
     """Loss that follows a power of frequency, or part of it viscous; of every mechanism or of one."""
 
     name = "loss_law"
@@ -184,7 +184,7 @@ class LossLaw(Effect):
         return changed
 
 
-class TemperatureShift(Effect):
+class TemperatureShift(SimulatedEffect):
     """The tester's room is warmer or colder; its thermometer may hang elsewhere and not show it.
 
     log10 a_T by Williams, Landel and Ferry (J. Am. Chem. Soc. 77, 1955, 3701) with their universal constants about a
@@ -227,7 +227,7 @@ class TemperatureShift(Effect):
         return self.number("activation_kelvin") / kelvin
 
 
-class PreloadStiffening(Effect):
+class PreloadStiffening(SimulatedEffect):
     """The tester's preset stiffens the rubber, the stand holds it without one: k (1 + s delta), delta in mm."""
 
     name = "preload_stiffening"
@@ -247,7 +247,7 @@ class PreloadStiffening(Effect):
         return stiffness * (1.0 + strain)
 
 
-class ConditioningDrift(Effect):
+class ConditioningDrift(SimulatedEffect):
     """The tester's work softens the rubber in the order of the test: evenly, soon and then no more, or by logarithm."""
 
     name = "conditioning_drift"
@@ -272,7 +272,7 @@ class ConditioningDrift(Effect):
         return stiffness * (1.0 - self.number("d") * progress)[:, None]
 
 
-EFFECTS: tuple[type[Effect], ...] = (
+EFFECTS: tuple[type[SimulatedEffect], ...] = (
     AmplitudeDependence,
     CubicStiffness,
     CoulombFriction,

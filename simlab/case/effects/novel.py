@@ -7,7 +7,7 @@ import numpy as np
 from simlab.article import JOINT_NAMES, SimulatedArticle
 from simlab.beam import FreeModes
 from simlab.case.campaign import Points
-from simlab.case.effects.base import CylinderState, Effect, RowReading, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect, either_sign, log_uniform, one_of
 from simlab.case.effects.structure import in_series, mass_at
 from simlab.coupling import Attachment, Complex
 
@@ -18,7 +18,7 @@ def away_from_sensor(rng: np.random.Generator, article: SimulatedArticle) -> flo
     return float(rng.uniform(first, article.joints["II"].position - 0.03))
 
 
-class Absorber(Effect):
+class Absorber(SimulatedEffect):
     """Something soft with a mass hangs on the beam and swings: a tuned absorber that nobody planned."""
 
     name = "absorber"
@@ -40,7 +40,7 @@ class Absorber(Effect):
         return [Attachment(modes.shape("y", self.number("x"))[None], held[:, None, None])]
 
 
-class HungMass(Effect):
+class HungMass(SimulatedEffect):
     """A clamp or a magnet left on the beam."""
 
     name = "hung_mass"
@@ -54,7 +54,7 @@ class HungMass(Effect):
         return [mass_at(shapes, self.number("m"), omega)]
 
 
-class GroundedDamper(Effect):
+class GroundedDamper(SimulatedEffect):
     """A cable or a hand touches the beam: a damper to the ground, and a little stiffness."""
 
     name = "grounded_damper"
@@ -69,7 +69,7 @@ class GroundedDamper(Effect):
         return [Attachment(modes.shape("y", self.number("x"))[None], held[:, None, None])]
 
 
-class MidSpanSpring(Effect):
+class MidSpanSpring(SimulatedEffect):
     """Something beneath the beam touches it about its middle: a spring to the ground."""
 
     name = "mid_span_spring"
@@ -88,7 +88,7 @@ class MidSpanSpring(Effect):
         return [Attachment(modes.shape("y", self.number("x"))[None], np.full((1, 1), held))]
 
 
-class Crack(Effect):
+class Crack(SimulatedEffect):
     """A cut takes away bending stiffness over a few centimetres."""
 
     name = "crack"
@@ -109,7 +109,7 @@ class Crack(Effect):
         return [Attachment(shapes, np.diag(-self.number("loss") * bending * half * weights).astype(np.complex128))]
 
 
-class RotaryLump(Effect):
+class RotaryLump(SimulatedEffect):
     """Something heavy and wide turns with the beam at one joint."""
 
     name = "rotary_lump"
@@ -123,7 +123,7 @@ class RotaryLump(Effect):
         return [mass_at(modes.shape("r", place)[None], self.number("inertia"), omega)]
 
 
-class CommonBase(Effect):
+class CommonBase(SimulatedEffect):
     """Both joints stand on one plate that moves as a whole, so that each feels the other."""
 
     name = "common_base"
@@ -145,7 +145,7 @@ class CommonBase(Effect):
         return in_series(stiffness, plate, base[:, None, None])
 
 
-class RovingDrift(Effect):
+class RovingDrift(SimulatedEffect):
     """The joints soften while the hammer walks along the beam: in the first set, or in each anew."""
 
     name = "roving_drift"
@@ -162,7 +162,7 @@ class RovingDrift(Effect):
         return stiffness * (1.0 - self.number("d") * (progress - 0.5))[:, None]
 
 
-class SetStep(Effect):
+class SetStep(SimulatedEffect):
     """The joints settle between the reference set and those after it; the tester got them before."""
 
     name = "set_step"
@@ -178,7 +178,7 @@ class SetStep(Effect):
         return stiffness * (1.0 + self.number("step"))
 
 
-class SensorMountResonance(Effect):
+class SensorMountResonance(SimulatedEffect):
     """The accelerometer sits on wax or a magnet that resonates above, or just within, the band."""
 
     name = "sensor_mount_resonance"
@@ -193,7 +193,7 @@ class SensorMountResonance(Effect):
         return np.asarray(accelerance * (1 + damping) / (1 - ratio**2 + damping))
 
 
-class GainDrift(Effect):
+class GainDrift(SimulatedEffect):
     """The measuring chain drifts along the rows of every set."""
 
     name = "gain_drift"
@@ -206,7 +206,7 @@ class GainDrift(Effect):
         return accelerance * (1 + self.number("drift") * (reading.order - 0.5))
 
 
-class PhaseOffset(Effect):
+class PhaseOffset(SimulatedEffect):
     """One set's phase is off by the same angle at every line."""
 
     name = "phase_offset"
@@ -222,7 +222,7 @@ class PhaseOffset(Effect):
         return np.asarray(accelerance * np.exp(1j * np.radians(self.number("angle_deg"))))
 
 
-class TesterRipple(Effect):
+class TesterRipple(SimulatedEffect):
     """The tester's gain waves with frequency, as behind a poor filter or a column with a resonance train."""
 
     name = "tester_ripple"
@@ -241,7 +241,7 @@ class TesterRipple(Effect):
         return stiffness * (1 + self.number("depth") * wave)
 
 
-NOVELTIES: tuple[type[Effect], ...] = (
+NOVELTIES: tuple[type[SimulatedEffect], ...] = (
     Absorber,
     HungMass,
     GroundedDamper,

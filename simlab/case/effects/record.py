@@ -9,11 +9,11 @@ import numpy as np
 from simlab.article import SimulatedArticle
 from simlab.beam import Real
 from simlab.case.campaign import LINE_SPACING, RECORDED, Campaign
-from simlab.case.effects.base import Effect, log_uniform, one_of
+from simlab.case.effects.base import SimulatedEffect, log_uniform, one_of
 from simlab.coupling import Complex
 
 
-class DoubleHit(Effect):
+class DoubleHit(SimulatedEffect):
     """The hammer bounces, always alike or each time otherwise: 1 + r e^(-i w dt) on the force and so on the answer."""
 
     name = "double_hit"
@@ -44,7 +44,7 @@ class DoubleHit(Effect):
         return np.asarray(1 + bounces * ratio * np.exp(-2j * np.pi * frequency * delay))
 
 
-class MainsHum(Effect):
+class MainsHum(SimulatedEffect):
     """The mains and its multiples on the accelerometer, at another phase in every record."""
 
     name = "mains_hum"
@@ -78,4 +78,4 @@ class MainsHum(Effect):
         return total
 
 
-EFFECTS: tuple[type[Effect], ...] = (DoubleHit, MainsHum)
+EFFECTS: tuple[type[SimulatedEffect], ...] = (DoubleHit, MainsHum)

@@ -8,11 +8,11 @@ import numpy as np
 
 from simlab.article import JOINT_NAMES, SimulatedArticle, SimulatedJoint
 from simlab.beam import FreeModes, Real, free_modes
-from simlab.case.effects.base import Effect, RowReading, either_sign, log_uniform, one_of
+from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, log_uniform, one_of
 from simlab.coupling import Attachment, Complex
 
 
-class JointMass(Effect):
+class JointMass(SimulatedEffect):
     """Caps and screws move with the beam at the joints: -w^2 m in both directions, alike at both joints or not."""
 
     name = "joint_mass"
@@ -36,7 +36,7 @@ class JointMass(Effect):
         return np.asarray(stiffness - omega[:, None, None] ** 2 * inertia)
 
 
-class SupportPosition(Effect):
+class SupportPosition(SimulatedEffect):
     """One joint, or both, clamped elsewhere along the beam than the drawing says, by up to 10 mm."""
 
     name = "support_position"
@@ -59,7 +59,7 @@ class SupportPosition(Effect):
         )
 
 
-class CylinderAngle(Effect):
+class CylinderAngle(SimulatedEffect):
     """One joint's cylinders lean off the drawing, in the stand and in the tester's angled fixture alike."""
 
     name = "cylinder_angle"
@@ -74,7 +74,7 @@ class CylinderAngle(Effect):
         return with_joints(article, {name: replace(joint, lean_deg=joint.lean_deg + self.number("delta_deg"))})
 
 
-class VerticalOffset(Effect):
+class VerticalOffset(SimulatedEffect):
     """Cylinders that do not sit evenly about the axis, so that k13 and k23 appear."""
 
     name = "vertical_offset"
@@ -97,7 +97,7 @@ class VerticalOffset(Effect):
         )
 
 
-class ContactPatch(Effect):
+class ContactPatch(SimulatedEffect):
     """The cylinders hold the beam over a length: k33 grows by k22 l^2 / 12 where the pressure is even, l^2 / 20 where
     it falls to nothing at the edges as a parabola.
     """
@@ -116,7 +116,7 @@ class ContactPatch(Effect):
         return changed
 
 
-class FoundationCompliance(Effect):
+class FoundationCompliance(SimulatedEffect):
     """One joint stands on something that gives, with a resonance of its own: k_f (1 + i eta) - w^2 m_f in series."""
 
     name = "foundation_compliance"
@@ -143,7 +143,7 @@ class FoundationCompliance(Effect):
         return in_series(stiffness, np.eye(6)[:, giving], base[:, None, None] * np.eye(len(giving)))
 
 
-class YoungsModulus(Effect):
+class YoungsModulus(SimulatedEffect):
     """Another steel: up to 3 % stiffer or softer than the data sheet."""
 
     name = "youngs_modulus"
@@ -157,7 +157,7 @@ class YoungsModulus(Effect):
         return replace(article, beam=replace(article.beam, youngs_modulus=modulus))
 
 
-class Density(Effect):
+class Density(SimulatedEffect):
     """Up to 2 % heavier or lighter than the data sheet."""
 
     name = "density"
@@ -172,7 +172,7 @@ class Density(Effect):
         )
 
 
-class BeamDamping(Effect):
+class BeamDamping(SimulatedEffect):
     """The beam itself damps more than it did when free: a structural loss factor, or more viscous damping a mode.
 
     In the viscous law every damping ratio grows by one factor, such that the stiffest gains eta / 2.
@@ -190,7 +190,7 @@ class BeamDamping(Effect):
         return replace(article, damping_scale=1.0 + 0.5 * self.number("eta") / article.beam.damping_ratios[-1])
 
 
-class OutOfPlaneBending(Effect):
+class OutOfPlaneBending(SimulatedEffect):
     """The accelerometer sees the beam bend across its width: its two modes near 330 and 855 Hz, one, or all of them.
 
     The beam on edge is held, and damped, by both cylinders of each joint in shear; frequencies are Rayleigh's.  Blows
@@ -223,7 +223,7 @@ class OutOfPlaneBending(Effect):
         return np.asarray(accelerance + weight * np.sum(-residue * omega**2 / (square - omega**2), axis=1))
 
 
-class AccelerometerMass(Effect):
+class AccelerometerMass(SimulatedEffect):
     """The accelerometer and its cable weigh something; the cable's share may act across the beam alone."""
 
     name = "accelerometer_mass"
@@ -257,7 +257,7 @@ def with_joints(article: SimulatedArticle, changed: dict[str, SimulatedJoint]) -
     return replace(article, joints={**article.joints, **changed})
 
 
-EFFECTS: tuple[type[Effect], ...] = (
+EFFECTS: tuple[type[SimulatedEffect], ...] = (
     JointMass,
     SupportPosition,
     CylinderAngle,

@@ -6,11 +6,11 @@ import numpy as np
 
 from simlab.article import SimulatedArticle
 from simlab.case.campaign import Points
-from simlab.case.effects.base import Effect, one_of
+from simlab.case.effects.base import SimulatedEffect, one_of
 from simlab.coupling import Complex
 
 
-class FrameCompliance(Effect):
+class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give: 1 / k + c, without loss or with some."""
 
     name = "frame_compliance"
@@ -24,7 +24,7 @@ class FrameCompliance(Effect):
         return np.asarray(1.0 / (1.0 / stiffness + self.number("c") * (1 - 1j * self.number("loss"))))
 
 
-class FixtureInertia(Effect):
+class FixtureInertia(SimulatedEffect):
     """The fixture between specimen and load cell moves: k - w^2 m, in full or as a share that varies a little with the
     fixture of each configuration.
     """
@@ -45,7 +45,7 @@ class FixtureInertia(Effect):
         return np.asarray(stiffness - (2 * np.pi * points.frequency) ** 2 * mass)
 
 
-class FrameResonance(Effect):
+class FrameResonance(SimulatedEffect):
     """The frame magnifies towards its resonance: 1 / (1 - (f / f_r)^2), undamped or damped."""
 
     name = "frame_resonance"
@@ -62,7 +62,7 @@ class FrameResonance(Effect):
         return np.asarray(stiffness / (1 - ratio**2 + 2j * self.number("zeta") * ratio))
 
 
-class TransducerLag(Effect):
+class TransducerLag(SimulatedEffect):
     """Force and displacement are not sampled together, or one passes a filter: e^(i w tau) or 1 + i w tau."""
 
     name = "transducer_lag"
@@ -76,4 +76,4 @@ class TransducerLag(Effect):
         return np.asarray(stiffness * (np.exp(1j * phase) if self.law == "delay" else 1 + 1j * phase))
 
 
-EFFECTS: tuple[type[Effect], ...] = (FrameCompliance, FixtureInertia, FrameResonance, TransducerLag)
+EFFECTS: tuple[type[SimulatedEffect], ...] = (FrameCompliance, FixtureInertia, FrameResonance, TransducerLag)

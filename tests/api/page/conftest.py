@@ -62,7 +62,7 @@ def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory
 @pytest.fixture
 def hand(running_laboratory: Laboratory) -> Iterator[OperatorClient]:
     """The technician's hand."""
-    hand = OperatorClient(running_laboratory.addresses.hand)
+    hand = OperatorClient(running_laboratory.addresses.operator)
     yield hand
     hand.close()
 

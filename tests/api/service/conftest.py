@@ -73,7 +73,7 @@ def client(catalogue: Catalogue) -> Iterator[httpx.Client]:
 def rig(catalogue: Catalogue, laboratory: Laboratory) -> Iterator[RunManager]:
     """A run manager on simulated instruments."""
     settings = simulated_settings(laboratory.addresses)
-    hand = OperatorClient(laboratory.addresses.hand)
+    hand = OperatorClient(laboratory.addresses.operator)
     manager = RunManager(catalogue, instruments_of(settings), SimulatedOperator(hand))
     yield manager
     manager.close()

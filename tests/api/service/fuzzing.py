@@ -44,7 +44,7 @@ def fuzzed_service(folder: Path, database: str | None) -> Iterator[tuple[str, st
             key, secret = add_key(session, "fuzz", list(Scope))
             session.execute(text(f"UPDATE api_keys SET id = {FAR} WHERE id = {key.id}"))
         settings = simulated_settings(laboratory.addresses)
-        runs = RunManager(catalogue, instruments_of(settings), SimulatedOperator(laboratory.hand))
+        runs = RunManager(catalogue, instruments_of(settings), SimulatedOperator(laboratory.operator))
         app = create_app(Services(catalogue, runs, jobs=JobQueue(catalogue, ProcessExecutor())))
         client = stack.enter_context(served(app))
         yield str(client.base_url).rstrip("/"), secret

@@ -27,7 +27,7 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
     document["steps"] = [light, light | {"peak_force": 300.0}]
     (tmp_path / "levels.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
     settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{tmp_path / 'levels.db'}")
-    hand, events = OperatorClient(laboratory.addresses.hand), list[Event]()
+    hand, events = OperatorClient(laboratory.addresses.operator), list[Event]()
     person = SimulatedOperator(hand)
     with Catalogue.open(settings.database_url) as catalogue:
         run = run_sequence(

@@ -45,7 +45,7 @@ def mount(lab: Client, driver: Driver, laboratory: LaboratoryProcess, run: int) 
     while (prompt := lab.rig().prompt) is None:
         time.sleep(0.05)
     assert prompt.kind == "mount"
-    laboratory.hand.do("mount", specimen="I", configuration="shear")
+    laboratory.operator.do("mount", specimen="I", configuration="shear")
     driver.answer(run, prompt.number)
 
 

@@ -13,14 +13,15 @@ from simlab.case.blows import (
     PRETRIGGER,
     SAMPLE_RATE,
     Blows,
+    average,
     half_sine_spectrum,
+    noise_deviation,
     record,
     record_frequency,
     strike,
 )
 from simlab.case.campaign import AVERAGES, RECORDED
 from simlab.case.draw import RECORD_ONLY, CaseKind, draw_case
-from simlab.case.estimate import average, noise_deviation
 from simlab.case.simulate import simulate
 
 CAMPAIGN = replace(draw_case(1, CaseKind.NONE).campaign, place_scatter=0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +13,16 @@ import pytest
 import pyuff
 
 from simlab.bench import case_bench
-from simlab.case.bundle import floor_percent, truth, write_case
+from simlab.case.blows import noise_deviation
+from simlab.case.bundle import commitment, floor_percent, sealed, truth, write_case
 from simlab.case.campaign import ASKED_FOR, MEASURED, ROWS, draw_setup
 from simlab.case.draw import CaseKind, draw_case
-from simlab.case.estimate import noise_deviation
 from simlab.case.simulate import simulate
 from simlab.clock import Clock
 from store.bundle import read_bundle
 
 SETUPS = 4000
+SEALED = draw_case(3, CaseKind.SINGLE, ["joint_mass"])
 
 
 def test_the_store_takes_a_case_without_a_warning(tmp_path: Path) -> None:
@@ -119,3 +121,22 @@ def test_what_is_asked_for_is_noiseless_and_where_the_drawing_says() -> None:
     bench = case_bench(case, Clock())
     straight = [bench.accelerance(simulated.frequency, row.node, row.direction) for row in ASKED_FOR]
     np.testing.assert_allclose(simulated.accelerance[0, len(MEASURED) :], straight, rtol=1e-9)
+
+
+def test_a_bench_opens_what_it_committed_to() -> None:
+    bench = case_bench(SEALED, Clock(1.0))
+    committed = bench.commitment()
+    seal = bench.open_seal()
+    assert commitment(seal) == committed == bench.commitment()
+    assert seal["truth"]["effects"] == ["joint_mass"]
+    # over the operator's line it comes as JSON, and is still what the hash is of
+    assert commitment(json.loads(json.dumps(seal))) == committed
+
+
+def test_a_commitment_is_a_hash_of_nonce_and_truth_that_chance_keeps_from_being_guessed() -> None:
+    seal = sealed(truth(SEALED))
+    text = json.dumps(seal, sort_keys=True, separators=(",", ":"))
+    assert commitment(seal) == hashlib.sha256(text.encode()).hexdigest()
+    assert commitment(sealed(truth(SEALED))) != commitment(seal)
+    changed = seal | {"truth": seal["truth"] | {"effects": []}}
+    assert commitment(changed) != commitment(seal)

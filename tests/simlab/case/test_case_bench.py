@@ -12,10 +12,9 @@ import pytest
 from simlab.actuator import Actuator
 from simlab.beam import free_modes
 from simlab.bench import SimulatedBench, case_bench, ordinary_bench
-from simlab.case.bundle import write_case
+from simlab.case.bundle import commitment, write_case
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
 from simlab.case.draw import Case, CaseKind, draw_case
-from simlab.case.seal import commitment
 from simlab.case.simulate import simulate
 from simlab.clock import Clock
 from simlab.laboratory import Laboratory, LaboratoryProcess
@@ -146,10 +145,10 @@ def test_a_laboratory_takes_a_case_and_reveals_its_truth() -> None:
 
 def test_a_laboratory_of_its_own_process_takes_a_case_by_seed() -> None:
     with LaboratoryProcess(seed=8, speed=100.0, kind="single", effects=["density"]) as process:
-        process.hand.do("set_up", number=1)
-        process.hand.do("mount", specimen="I", configuration="shear")
-        process.hand.do("strike", node=3, direction="y")
-        assert process.hand.do("truth")["effects"] == ["density"]
+        process.operator.do("set_up", number=1)
+        process.operator.do("mount", specimen="I", configuration="shear")
+        process.operator.do("strike", node=3, direction="y")
+        assert process.operator.do("truth")["effects"] == ["density"]
 
 
 def test_the_joints_that_should_be_found_are_those_of_the_paper_and_the_effect() -> None:

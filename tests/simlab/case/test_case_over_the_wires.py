@@ -33,8 +33,8 @@ STEPS = [
 def test_a_run_on_a_case_measures_its_effect(tmp_path: Path) -> None:
     case = draw_case(4, CaseKind.PAIR, ["foundation_compliance", "frame_compliance"], 0.6)
     with Laboratory(speed=200.0, case=case) as laboratory:
-        hand = OperatorClient(laboratory.addresses.hand)
-        drawing = hand.do("drawing")
+        operator = OperatorClient(laboratory.addresses.operator)
+        drawing = operator.do("drawing")
         article = {part: drawing[part] for part in ("beam", "node_positions", "joints", "accelerometer", "tolerances")}
         document = {
             "format": "jointlab-sequence/1",
@@ -46,9 +46,9 @@ def test_a_run_on_a_case_measures_its_effect(tmp_path: Path) -> None:
         settings = simulated_settings(laboratory.addresses, database_url="")
         with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
             sequence = sequence_from(json.loads(json.dumps(document)))
-            run = run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(hand))
+            run = run_sequence(sequence, instruments_of(settings), catalogue, SimulatedOperator(operator))
             measured = measurement_of_run(catalogue, run)
-        hand.close()
+        operator.close()
     responses = measured.responses(0)
     band = (responses.frequency > 20.0) & (responses.frequency < 1000.0)
     frequency = responses.frequency[band]

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from simlab.fault_proxy import FaultProxy, Impairment, Way
+from tests.fault_proxy import FaultProxy, Impairment, Way
 
 
 class _Echo(socketserver.BaseRequestHandler):

@@ -1,4 +1,4 @@
-"""A block: what the converters gave, untouched, and all that is needed to make SI of it."""
+"""A block: raw counts of the converters, and the scaling that turns them into SI units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from daq.errors import ChannelError
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Simultaneous samples of several channels.
+    """Simultaneous samples of several channels; ChannelError for the name of a channel that it does not hold.
 
     Attributes:
         channels: one per row of `counts`.
@@ -51,29 +51,17 @@ class Block:
         return self.samples / self.sample_rate
 
     def row(self, name: str) -> int:
-        """Row of the channel called `name`.
-
-        Raises:
-            ChannelError: no such channel in this block.
-        """
+        """Row of the channel called `name`."""
         try:
             return self.names.index(name)
         except ValueError:
             raise ChannelError(f"no channel {name!r} in this block; it holds {', '.join(self.names)}") from None
 
     def volts(self, name: str) -> npt.NDArray[np.float64]:
-        """Volts at the input of channel `name`, (samples,).
-
-        Raises:
-            ChannelError: no such channel in this block.
-        """
+        """Volts at the input of channel `name`, (samples,)."""
         row = self.row(name)
         return np.asarray(polynomial.polyval(self.counts[row].astype(np.float64), self.scaling[row]))
 
     def value(self, name: str) -> npt.NDArray[np.float64]:
-        """Channel `name` in its SI unit, (samples,).
-
-        Raises:
-            ChannelError: no such channel in this block.
-        """
+        """Channel `name` in its SI unit, (samples,)."""
         return self.volts(name) / self.channels[self.row(name)].sensitivity

@@ -1,4 +1,4 @@
-"""The channel table: which sensor is wired where, and what its volts mean."""
+"""The channel table: sensors, their inputs and their sensitivities."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from daq.errors import ChannelError
 
 
 class ChannelKind(StrEnum):
-    """How a channel is conditioned: IEPE sensors are fed a constant current, a voltage is taken as it is."""
+    """Conditioning of a channel: IEPE sensors need a constant current, a voltage is measured directly."""
 
     FORCE_IEPE = "force_iepe"
     ACCELERATION_IEPE = "acceleration_iepe"
@@ -24,18 +24,18 @@ class Channel:
     """One sensor on one input.
 
     Attributes:
-        name: what the laboratory calls it ("hammer"); unique in a table.
+        name: such as "hammer"; unique in a table.
         physical: NI-DAQmx physical channel ("cDAQ1Mod1/ai0").
         kind: conditioning.
         sensitivity: volts per `unit`.
         unit: SI unit of the quantity measured ("N", "m/s^2", "m").
-        minimum, maximum: range asked of the instrument, in `unit`.
-        excitation_current: IEPE current in A; 0 where the sensor is fed elsewhere or needs none.
+        minimum, maximum: requested range, in `unit`.
+        excitation_current: IEPE current in A; 0 where the sensor has another supply or needs none.
         serial: serial number of the sensor.
         calibrated_on: date of the calibration that `sensitivity` comes from.
 
     Raises:
-        ChannelError: a figure makes no sense, such as a sensitivity of zero or a range upside down.
+        ChannelError: a value is impossible, such as a sensitivity of zero or an empty range.
     """
 
     name: str
@@ -72,11 +72,8 @@ def checked_table(channels: Sequence[Channel]) -> tuple[Channel, ...]:
     """
     if not channels:
         raise ChannelError("the channel table is empty; name at least one channel")
-    for what, values in (
-        ("name", [c.name for c in channels]),
-        ("physical channel", [c.physical for c in channels]),
-    ):
+    for what, values in (("name", [c.name for c in channels]), ("physical channel", [c.physical for c in channels])):
         twice = sorted({value for value in values if values.count(value) > 1})
         if twice:
-            raise ChannelError(f"channel table: {what} {', '.join(twice)} stands there twice; use each once")
+            raise ChannelError(f"channel table: {what} {', '.join(twice)} occurs twice; use each once")
     return tuple(channels)

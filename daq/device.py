@@ -1,11 +1,10 @@
-"""The instrument: connect to a chassis, locally or over the network, and open tasks on it."""
+"""The instrument: a chassis, local or on the network, and its tasks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 
 import nidaqmx
 from nidaqmx.constants import TaskMode
@@ -13,7 +12,7 @@ from nidaqmx.system import System
 
 from daq.channels import Channel, checked_table
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
-from daq.grpc_link import open_line
+from daq.grpc_link import open_channel
 from daq.nidaqmx_errors import translated
 from daq.readback import agreed
 from daq.session import forget, open_task
@@ -37,10 +36,10 @@ def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
 
     Args:
         address: "local" for the NI-DAQmx driver of this computer, or "grpc://host:port" of an NI gRPC device server.
-        timeout: seconds that a server has to answer each call, beyond what the call is meant to wait.
+        timeout: seconds for the answer of a server to each call, in addition to the time that the call itself may wait.
 
     Raises:
-        DaqError: the address is neither.
+        DaqError: the address has another form.
         InstrumentAbsentError: no driver, no server, or no device.
     """
     if address == "local":
@@ -48,7 +47,7 @@ def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
     match = re.fullmatch(r"grpc://([^/\s]+:\d+)", address)
     if match is None:
         raise DaqError(f"address {address!r}: write local, or grpc://host:port of an NI gRPC device server")
-    channel, close = open_line(match[1], timeout)
+    channel, close = open_channel(match[1], timeout)
     options = nidaqmx.GrpcSessionOptions(channel, "")
     try:
         return Chassis(address, options, close)
@@ -59,13 +58,8 @@ def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
 
 def _devices_of(system: System) -> tuple[Device, ...]:
     return tuple(
-        Device(
-            device.name,
-            device.product_type,
-            f"{device.serial_num:08X}",
-            tuple(device.ai_physical_chans.channel_names),
-        )
-        for device in system.devices
+        Device(each.name, each.product_type, f"{each.serial_num:08X}", tuple(each.ai_physical_chans.channel_names))
+        for each in system.devices
     )
 
 
@@ -73,19 +67,19 @@ class Chassis:
     """The devices at one address. A context manager: leaving it closes the connection.
 
     Attributes:
-        address: where it is.
-        devices: what is there.
+        address: as given to `connect`.
+        devices: as the driver lists them.
 
     Raises:
         InstrumentAbsentError: the driver or the server lists no device.
     """
 
     def __init__(
-        self, address: str, options: nidaqmx.GrpcSessionOptions | None, close_line: Callable[[], None]
+        self, address: str, options: nidaqmx.GrpcSessionOptions | None, close_channel: Callable[[], None]
     ) -> None:
         self.address = address
         self._options = options
-        self._close_line = close_line
+        self._close_channel = close_channel
         with translated(f"instrument at {address}"):
             system = System.local() if options is None else System.remote(options)
             self.devices = agreed(f"devices at {address}", lambda: _devices_of(system))
@@ -95,21 +89,15 @@ class Chassis:
     def __enter__(self) -> Chassis:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def close(self) -> None:
-        """Close the connection; tasks that are open lose it."""
-        self._close_line()
+        """Close the connection, also that of open tasks."""
+        self._close_channel()
 
     def device_of(self, channel: Channel) -> Device:
-        """The module that `channel` is on.
-
-        Raises:
-            ChannelError: there is no such device, or it has no such input; what there is, is named.
-        """
+        """The module of `channel`; ChannelError, which names the known ones, if device or input do not exist."""
         name = channel.physical.partition("/")[0]
         device = next((d for d in self.devices if d.name == name), None)
         if device is None:
@@ -126,14 +114,8 @@ class Chassis:
         return device
 
     def verify(self, channels: Sequence[Channel]) -> None:
-        """Check that the instrument has these channels and can do what the table asks of each.
-
-        Raises:
-            ChannelError: what does not fit, and what there is instead.
-        """
-        table = checked_table(channels)
-        for channel in table:
-            self.device_of(channel)
+        """Check that the instrument has these channels and supports their settings; ChannelError if not."""
+        table = self._checked(channels)
         with translated(f"channel table at {self.address}"):
             task, session = open_task(self._options, table)
             try:
@@ -146,23 +128,19 @@ class Chassis:
     def triggered(
         self, channels: Sequence[Channel], sample_rate: float, duration: float, trigger: EdgeTrigger
     ) -> TriggeredTask:
-        """A task that records `duration` s around a trigger, again and again; see `TriggeredTask`.
+        """A task that records `duration` s around a trigger, repeatedly.
 
         Raises:
-            DaqError: the instrument cannot do it; ChannelError for what the channel table has wrong.
+            DaqError: the instrument cannot do it; ChannelError for an error in the channel table.
         """
-        self._look_up(channels)
-        return TriggeredTask(self._options, channels, sample_rate, duration, trigger)
+        return TriggeredTask(self._options, self._checked(channels), sample_rate, duration, trigger)
 
     def record(self, channels: Sequence[Channel], sample_rate: float, duration: float) -> Recorder:
-        """A recorder of all `channels` on one clock, `duration` s at a time, again and again; see `Recorder`.
+        """A recorder of all `channels` on one clock, `duration` s at a time, repeatedly; errors as for `triggered`."""
+        return Recorder(self._options, self._checked(channels), sample_rate, duration)
 
-        Raises:
-            DaqError: the instrument cannot do it; ChannelError for what the channel table has wrong.
-        """
-        self._look_up(channels)
-        return Recorder(self._options, channels, sample_rate, duration)
-
-    def _look_up(self, channels: Sequence[Channel]) -> None:
-        for channel in checked_table(channels):
+    def _checked(self, channels: Sequence[Channel]) -> tuple[Channel, ...]:
+        table = checked_table(channels)
+        for channel in table:
             self.device_of(channel)
+        return table

@@ -1,13 +1,13 @@
-"""What goes wrong in acquisition, sorted by what the caller can do about it."""
+"""Errors of acquisition, one class for each remedy."""
 
 from __future__ import annotations
 
 
 class DaqError(Exception):
-    """Acquisition failed; the message says what, where and what to do.
+    """Acquisition failed; the message says what failed, where, and what to do.
 
     Attributes:
-        code: NI-DAQmx error code, None where the failure is not one of the driver's.
+        code: NI-DAQmx error code; None for an error that the driver did not report.
     """
 
     def __init__(self, message: str, code: int | None = None) -> None:
@@ -28,8 +28,8 @@ class TriggerTimeoutError(DaqError):
 
 
 class OverrunError(DaqError):
-    """Samples were lost because they were not read in time; the record is void."""
+    """Samples were lost because they were not read in time; the record is invalid."""
 
 
 class AcquisitionCancelledError(DaqError):
-    """Whoever waited for a record no longer wants it; the task is stopped and can be started again."""
+    """The caller cancelled the record; the task is stopped and can be started again."""

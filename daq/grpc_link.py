@@ -1,4 +1,4 @@
-"""The line to an NI gRPC device server: every call on it ends, even when the server hangs."""
+"""The connection to an NI gRPC device server: every call on it ends, even when the server hangs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import grpc
 
 from daq.errors import InstrumentAbsentError
 
-DOUBTFUL = 0.1  # s, for a server to answer that has just failed to
+TIMEOUT_AFTER_FAILURE = 0.1  # s, for the answer of a server that has just failed to answer
 OPTIONS = (
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
@@ -33,32 +33,32 @@ class _CallDetails(grpc.ClientCallDetails):  # type: ignore[misc]  # grpc ships 
 class _Deadline(grpc.UnaryUnaryClientInterceptor):  # type: ignore[misc]  # grpc ships no types
     """Gives each call the time that it asks the server to wait, and `timeout` s for the answer.
 
-    nidaqmx sets no deadline, so without this a server that hangs would hang its clients for ever. After a call that was
-    not answered the next get little time, until one is: what clears up after a failure shall not wait as long again.
+    nidaqmx sets no deadline, so without this a server that hangs would hang its clients for ever. After a call without
+    an answer the next calls get little time, until one is answered: cleaning up after a failure must not take long.
     """
 
     def __init__(self, timeout: float) -> None:
         self._timeout = timeout
-        self._doubtful = False
+        self._failed = False
 
     def intercept_unary_unary(self, continuation: Callable[[Any, Any], Any], details: Any, request: Any) -> Any:
         wait = getattr(request, "timeout", None) or getattr(request, "time_to_wait", None) or 0.0
-        deadline = wait + (min(DOUBTFUL, self._timeout) if self._doubtful else self._timeout)
+        deadline = wait + (min(TIMEOUT_AFTER_FAILURE, self._timeout) if self._failed else self._timeout)
         limited = _CallDetails(
             details.method, deadline, details.metadata, details.credentials, details.wait_for_ready, None
         )
         call = continuation(limited, request)
         if call.code() is grpc.StatusCode.OK and call.result() is None:
-            raise ValueError("it is empty")  # was damaged on the way; gRPC gives None for it
-        self._doubtful = call.code() in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE)
+            raise ValueError("it is empty")  # gRPC gives None for a damaged reply
+        self._failed = call.code() in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE)
         return call
 
 
-def open_line(target: str, timeout: float) -> tuple[grpc.Channel, Callable[[], None]]:
-    """A channel to the server at `target` ("host:port"), and what closes it; `timeout` s for every answer.
+def open_channel(target: str, timeout: float) -> tuple[grpc.Channel, Callable[[], None]]:
+    """A channel to the server at `target` ("host:port"), and the function that closes it; `timeout` s for every answer.
 
     Raises:
-        InstrumentAbsentError: nobody answers within `timeout` s.
+        InstrumentAbsentError: no answer within `timeout` s.
     """
     bare = grpc.insecure_channel(target, options=OPTIONS)
     ask = bare.unary_unary("/nidaqmx_grpc.NiDAQmx/GetErrorString")

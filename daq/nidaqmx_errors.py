@@ -1,4 +1,4 @@
-"""From what nidaqmx and gRPC raise to what acquisition raises: what was wrong, where, and what to do."""
+"""Errors of nidaqmx and gRPC, translated into errors of acquisition with advice."""
 
 from __future__ import annotations
 
@@ -15,39 +15,26 @@ CHANNEL_ADVICE = "check the channel table against the instrument (device, channe
 ADVICE: dict[int, tuple[type[DaqError], str]] = {
     DAQmxErrors.SAMPLES_NOT_YET_AVAILABLE: (TriggerTimeoutError, "nothing came in time; check the trigger, then arm"),
     DAQmxErrors.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE: (TriggerTimeoutError, "it did not finish in time; start again"),
-    DAQmxErrors.SAMPLES_NO_LONGER_AVAILABLE: (
-        OverrunError,
-        "samples were lost; close what loads this computer, repeat",
-    ),
+    DAQmxErrors.SAMPLES_NO_LONGER_AVAILABLE: (OverrunError, "samples were lost; close other programs, repeat"),
     DAQmxErrors.ACQ_STOPPED_TO_PREVENT_INPUT_BUFFER_OVERWRITE: (OverrunError, "samples were lost; repeat"),
     DAQmxErrors.INPUT_FIFO_OVERFLOW: (OverrunError, "the instrument's own memory overflowed; lower the rate, repeat"),
-    DAQmxErrors.DEV_CANNOT_BE_ACCESSED: (
-        InstrumentAbsentError,
-        "check power and cable of the instrument, then reconnect",
-    ),
+    DAQmxErrors.DEV_CANNOT_BE_ACCESSED: (InstrumentAbsentError, "check power and cable, then reconnect"),
     DAQmxErrors.INVALID_DEVICE_ID: (ChannelError, CHANNEL_ADVICE),
     DAQmxErrors.PHYSICAL_CHAN_DOES_NOT_EXIST: (ChannelError, CHANNEL_ADVICE),
     DAQmxErrors.PHYS_CHAN_MEAS_TYPE: (ChannelError, CHANNEL_ADVICE),
     DAQmxErrors.CHAN_ALREADY_IN_TASK: (ChannelError, CHANNEL_ADVICE),
     DAQmxErrors.INVALID_ATTRIBUTE_VALUE: (ChannelError, "ask for a value that the instrument has; see above"),
-    DAQmxErrors.PAL_RESOURCE_RESERVED: (
-        DaqError,
-        "another task or program holds the module; close it, or reset the device",
-    ),
+    DAQmxErrors.PAL_RESOURCE_RESERVED: (DaqError, "another task or program holds the module; close it, or reset it"),
     DAQmxErrors.INVALID_TASK: (DaqError, "the server has forgotten the task, perhaps it was restarted; reconnect"),
 }
 
-# what nidaqmx trips over when a reply was changed on the way: too many samples, no known code, a text that is none
-NONSENSE = (AssertionError, ValueError, TypeError, UnboundLocalError)
+# nidaqmx raises these for a reply that was damaged on the way: too many samples, an unknown code, invalid text
+DAMAGED_REPLY = (AssertionError, ValueError, TypeError, UnboundLocalError)
 
 
 @contextmanager
 def translated(where: str) -> Iterator[None]:
-    """Raise whatever nidaqmx raises inside as a `DaqError` that begins with `where`.
-
-    Raises:
-        DaqError: or its subclass that fits.
-    """
+    """Raise an error of nidaqmx inside the context as the `DaqError` that fits; its message begins with `where`."""
     try:
         yield
     except nidaqmx.errors.DaqError as error:
@@ -63,5 +50,5 @@ def translated(where: str) -> Iterator[None]:
             f"{where}: this computer has no NI-DAQmx driver; install it, or give the address of an NI gRPC device "
             "server (grpc://host:port)"
         ) from error
-    except NONSENSE as error:
+    except DAMAGED_REPLY as error:
         raise DaqError(f"{where}: the reply makes no sense ({error}); check the network to the instrument") from error

@@ -1,6 +1,6 @@
-"""Trust in what comes over a wire: settings are read back, and what is read is read until two readings agree.
+"""Values from a network connection: settings are read back, and values are read until two readings agree.
 
-An NI gRPC device server answers without a checksum of its own, so a bit that changes on the way would pass for a value.
+An NI gRPC device server sends no checksum of its own, so a bit that changes on the way would be taken for a value.
 """
 
 from __future__ import annotations
@@ -20,25 +20,17 @@ _Value = TypeVar("_Value")
 
 
 def agreed(what: str, read: Callable[[], _Value]) -> _Value:
-    """What `read` gives twice running.
-
-    Raises:
-        DaqError: no two readings in a row agree, `what` they are of.
-    """
+    """The value that `read` gives twice in succession; DaqError, which names `what`, if no two readings agree."""
     last = read()
     for _ in range(READINGS - 1):
         before, last = last, read()
         if bool(np.all(before == last)):  # numbers, tuples and arrays alike
             return last
-    raise DaqError(f"{what}: {READINGS} readings, and no two alike in a row; check the network to the instrument")
+    raise DaqError(f"{what}: {READINGS} readings, and no two in succession agree; check the network to the instrument")
 
 
 def check_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
-    """Read back which inputs the channels of `task` are on, and how they are fed.
-
-    Raises:
-        DaqError: the instrument has something else than `channels` say.
-    """
+    """Read back the inputs and the excitation of the channels of `task`; DaqError if they differ."""
     for channel in channels:
         found = task.ai_channels[channel.name]
         _compare(f"input of channel {channel.name!r}", found.physical_channel.name, channel.physical)
@@ -47,11 +39,7 @@ def check_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
 
 
 def check_trigger(task: nidaqmx.Task, source: str, level: float, pre_trigger: int) -> None:
-    """Read back the analog edge trigger of `task`.
-
-    Raises:
-        DaqError: the instrument has another one.
-    """
+    """Read back the analog edge trigger of `task`; DaqError if it differs."""
     trigger = task.triggers.reference_trigger
     _compare("source of the trigger", trigger.anlg_edge_src, source)
     _compare("level of the trigger", trigger.anlg_edge_lvl, level)
@@ -59,11 +47,7 @@ def check_trigger(task: nidaqmx.Task, source: str, level: float, pre_trigger: in
 
 
 def check_samples(task: nidaqmx.Task, samples: int) -> None:
-    """Read back the length of the record of `task`.
-
-    Raises:
-        DaqError: it is not `samples`.
-    """
+    """Read back the length of the record of `task`; DaqError if it is not `samples`."""
     _compare("samples of a record", task.timing.samp_quant_samp_per_chan, samples)
 
 

@@ -1,7 +1,7 @@
-"""Tasks on an NI gRPC device server, by names that outlive who made them.
+"""Named tasks on an NI gRPC device server.
 
-The server keeps a task, and the modules it holds, when its client dies. So tasks are named after this computer and
-their modules: who comes next clears what a predecessor has left, and nobody else's.
+When a client dies, the server keeps its task and the reserved modules. So tasks are named after this computer and their
+modules: the next process of this computer clears a task that was left over, and no other computer's.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ _open_here: set[str] = set()  # names in use in this process
 
 
 def open_task(options: GrpcSessionOptions | None, channels: Sequence[Channel]) -> tuple[nidaqmx.Task, str]:
-    """A new task for `channels`, with the name to give `forget` when it is cleared.
+    """A new task for `channels`, and its name for `forget`.
 
-    Over a network, what a process of this computer that is gone has left on the same modules is cleared first.
+    Over a network, a task that a dead process of this computer has left on the same modules is cleared first.
 
     Raises:
-        nidaqmx.errors.Error: the instrument cannot be reached, or says no.
+        nidaqmx.errors.Error: the instrument cannot be reached, or refuses.
     """
     name = _name(channels)
     if options is None or name in _open_here:
-        # a second one on the same modules: the instrument says whether it may be
+        # a second task on the same modules: the instrument decides whether it is possible
         return nidaqmx.Task(grpc_options=options), ""
     try:
         task = nidaqmx.Task(name, grpc_options=_named(options, name, new=True))
@@ -43,12 +43,12 @@ def open_task(options: GrpcSessionOptions | None, channels: Sequence[Channel]) -
 
 
 def forget(name: str) -> None:
-    """The task called `name` is no longer used here, whether it could be cleared or not."""
+    """Note that the task called `name` is no longer used here, cleared or not."""
     _open_here.discard(name)
 
 
 def _clear_left_over(options: GrpcSessionOptions, name: str) -> None:
-    # where there was none, what made the first attempt fail shows again at the second
+    # without such a task the second attempt shows again why the first one failed
     with suppress(nidaqmx.errors.Error):
         nidaqmx.Task(name, grpc_options=_named(options, name, new=False)).close()
 

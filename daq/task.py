@@ -1,4 +1,4 @@
-"""Tasks: what acquires blocks, once set up and then as often as wanted."""
+"""Tasks: set up once, they acquire any number of blocks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
-from types import TracebackType
+from typing import Self
 
 import nidaqmx
 import nidaqmx.errors
@@ -37,9 +37,9 @@ from daq.readback import agreed, check_channels, check_samples, check_trigger
 from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665
-RATE_TOLERANCE = 1e-6  # relative difference of the rate from the one asked for, above which it is reported
+RATE_TOLERANCE = 1e-6  # relative difference from the requested rate above which it is reported
 LONGEST_ARMING_NAP = 5e-3  # s
-CANCELLATION_POLL = 0.05  # s, between two looks at whether a record is still wanted
+CANCELLATION_POLL = 0.05  # s, between two questions whether to cancel
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
 NO_OVERLOAD_ATTRIBUTE = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
 
@@ -54,11 +54,7 @@ class EdgeTrigger:
 
 
 def add_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
-    """Add `channels` to `task`, each as its kind wants it.
-
-    Raises:
-        ChannelError: the instrument refuses one.
-    """
+    """Add `channels` to `task`, each by its kind; ChannelError if the instrument refuses one."""
     for channel in channels:
         with translated(f"channel {channel.name!r} on {channel.physical}"):
             _add_channel(task.ai_channels, channel)
@@ -111,11 +107,12 @@ def _range_of(channel: AIChannel) -> tuple[float, float]:
 class _FiniteTask:
     """A finite acquisition of several channels on one clock, set up once.
 
-    Any error but a timeout clears the task, so that the instrument is free again; after that it cannot be used.
+    A context manager. Any error but a timeout or a cancellation clears the task, so that the instrument is free again;
+    after that the task cannot be used.
 
     Attributes:
         channels: in the order of the rows of a block.
-        requested_rate: Hz, as asked for.
+        requested_rate: Hz.
         sample_rate: Hz, as the instrument coerced it; the blocks have this one.
         samples: per channel and block.
     """
@@ -181,27 +178,22 @@ class _FiniteTask:
 
     @property
     def rate_note(self) -> str | None:
-        """What to tell about the sample rate; None where it is the one asked for."""
+        """A note that the sample rate differs from the requested one; None if it does not."""
         if abs(self.sample_rate / self.requested_rate - 1) <= RATE_TOLERANCE:
             return None
-        return (
-            f"{self.requested_rate:g} Hz asked for; the instrument samples at {self.sample_rate:.6g} Hz, and so do we"
-        )
+        return f"{self.requested_rate:g} Hz were requested; the instrument samples at {self.sample_rate:.6g} Hz"
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
         if error is None:
             self.close()
         else:
             self._close_because_of(error)
 
     def close(self) -> None:
-        """Clear the task and free the instrument; a second time does nothing.
-
-        Raises:
-            DaqError: the instrument cannot be reached, so it could not be told.
-        """
+        """Clear the task and free the instrument, once; DaqError if the instrument cannot be reached."""
         if self._open:
             self._open = False
             forget(self._session)
@@ -209,7 +201,7 @@ class _FiniteTask:
                 self._task.close()
 
     def _close_because_of(self, error: BaseException) -> None:
-        """Clear the task on the way out of `error`, which stays the one that is raised."""
+        """Clear the task because of `error`, which stays the error that is raised."""
         try:
             self.close()
         except DaqError as second:
@@ -247,7 +239,7 @@ class _FiniteTask:
                 timeout = self._wait_unless(cancelled, timeout)
             counts = self._counts(timeout)
             complete_at = datetime.now(UTC)
-            overloaded = self._flagged() | self._at_the_rail(counts)
+            overloaded = self._flagged() | self._at_range_end(counts)
             self._task.stop()
         return Block(
             channels=self.channels,
@@ -261,26 +253,22 @@ class _FiniteTask:
         )
 
     def _counts(self, timeout: float) -> npt.NDArray[np.int32]:
-        """The record, (channels, samples); over a network as two readings of it agree."""
+        """The record, (channels, samples); over a network read until two readings agree."""
 
         def read() -> npt.NDArray[np.int32]:
             counts = np.empty((len(self.channels), self.samples), dtype=np.int32)
             if (came := self._reader.read_int32(counts, self.samples, timeout=timeout)) != self.samples:
-                raise DaqError(f"{self._names}: {came} samples came of {self.samples}; try again")
+                raise DaqError(f"{self._names}: {came} samples of {self.samples} arrived; try again")
             return counts
 
         return agreed(f"record of {self._names}", read) if self._is_remote else read()
 
     def _wait_unless(self, cancelled: Callable[[], bool], timeout: float) -> float:
-        """Wait until the record is complete or `timeout` s have passed; how much of `timeout` is left.
-
-        Raises:
-            AcquisitionCancelledError: `cancelled` says so.
-        """
+        """Wait for the record, at most `timeout` s; the rest of `timeout`, or AcquisitionCancelledError."""
         end = time.monotonic() + timeout
         while (left := end - time.monotonic()) > 0:
             if cancelled():
-                raise AcquisitionCancelledError(f"{self._names}: the record was given up as asked")
+                raise AcquisitionCancelledError(f"{self._names}: the record was cancelled")
             try:
                 self._task.wait_until_done(min(left, CANCELLATION_POLL))
             except nidaqmx.errors.DaqError as error:
@@ -291,7 +279,7 @@ class _FiniteTask:
         return max(left, 0.0)
 
     def _flagged(self) -> set[str]:
-        """Names of channels that the instrument itself calls overloaded; not every instrument can."""
+        """Names of channels that the instrument reports as overloaded; not every instrument can."""
         if not self._overload_attribute:
             return set()
         try:
@@ -303,7 +291,7 @@ class _FiniteTask:
             self._overload_attribute = False
             return set()
 
-    def _at_the_rail(self, counts: npt.NDArray[np.int32]) -> set[str]:
+    def _at_range_end(self, counts: npt.NDArray[np.int32]) -> set[str]:
         """Names of channels whose lowest or highest count is at or beyond the end of the range."""
         names = set()
         for channel, row, coefficients, (low, high) in zip(
@@ -317,26 +305,16 @@ class _FiniteTask:
 
 
 class TriggeredTask(_FiniteTask):
-    """Blocks around a trigger: arm, let the trigger come, wait for the block; as often as wanted.
-
-    A context manager. Made by `Chassis.triggered`.
-    """
-
-    def __enter__(self) -> TriggeredTask:
-        return self
+    """Blocks around a trigger: arm, wait for the block, any number of times. Made by `Chassis.triggered`."""
 
     def arm(self) -> None:
-        """Start to look for the trigger; returns when the pre-trigger samples are there, so that it counts.
-
-        Raises:
-            DaqError: the instrument does not start; the task is cleared.
-        """
+        """Start, and return when the pre-trigger samples are there, so that a trigger counts; DaqError if it fails."""
         self._start()
         deadline = time.monotonic() + self._pre_trigger / self.sample_rate + ARMING_TIMEOUT
         with self._cleared_on_error("arm"):
             while (missing := self._pre_trigger - int(self._task.in_stream.total_samp_per_chan_acquired)) > 0:
                 if time.monotonic() > deadline:
-                    raise DaqError(f"{self._names}: no samples come; check the sample clock of the instrument")
+                    raise DaqError(f"{self._names}: no samples arrive; check the sample clock of the instrument")
                 time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_NAP))
 
     def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
@@ -344,40 +322,30 @@ class TriggeredTask(_FiniteTask):
 
         Args:
             timeout: s.
-            cancelled: asked now and then, from this thread, whether to give up.
+            cancelled: called repeatedly, in this thread: whether to give up.
 
         Raises:
-            AcquisitionCancelledError: `cancelled` said so; the task is stopped and can be armed again.
-            TriggerTimeoutError: none came; the task is stopped and can be armed again.
+            AcquisitionCancelledError: `cancelled` said so; the task is stopped and can be started again.
+            TriggerTimeoutError: the block was not complete in time; the task is stopped and can be started again.
             OverrunError: samples were lost; the task is cleared.
             InstrumentAbsentError: instrument or server is gone; the task is cleared.
-            DaqError: anything else; the task is cleared.
+            DaqError: any other failure; the task is cleared.
         """
         return self._block(timeout + self.samples / self.sample_rate, cancelled)
 
 
 class Recorder(_FiniteTask):
-    """Blocks that start when asked for; as often as wanted. A context manager. Made by `Chassis.record`."""
-
-    def __enter__(self) -> Recorder:
-        return self
+    """Blocks that start on demand, any number of times. Made by `Chassis.record`."""
 
     def record(
         self, duration: float | None = None, timeout: float = 5.0, cancelled: Callable[[], bool] | None = None
     ) -> Block:
-        """The block that starts now.
+        """The block that starts now; errors as for `TriggeredTask.wait`.
 
         Args:
-            duration: seconds; None for as long as the last.
-            timeout: seconds that it may take beyond its duration.
-            cancelled: asked now and then, from this thread, whether to give up.
-
-        Raises:
-            AcquisitionCancelledError: `cancelled` said so; the recorder is stopped and can be used again.
-            TriggerTimeoutError: it was not complete in time; the recorder is stopped and can be used again.
-            OverrunError: samples were lost; the task is cleared.
-            InstrumentAbsentError: instrument or server is gone; the task is cleared.
-            DaqError: anything else; the task is cleared.
+            duration: s; None for the duration of the block before.
+            timeout: s that it may take beyond its duration.
+            cancelled: called repeatedly, in this thread: whether to give up.
         """
         samples = self.samples if duration is None else max(2, round(duration * self.sample_rate))
         if samples != self.samples:

@@ -47,11 +47,11 @@ from rig.tester_status import interlock_text
 from rig.waiting import soak, wait
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
-from store.deferred_run_end import defer_run_end, store_kept_end
+from store.deferred_run_end import defer_run_end, store_deferred_end
 from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
+from store.locks import discard_run_lock, run_lock
 from store.provenance import who_is_here
-from store.run_lock import discard_lock, holding
 from store.runs import Run, begin_run, create_run, finish_run, get_run, reopen_run, start_run
 from store.states import RunState
 
@@ -136,7 +136,7 @@ def run_sequence(
                 run = start_run(session, **described, **begun)
             else:
                 run = begin_run(session, planned, sequence=described["sequence"], **begun)
-            held.enter_context(holding(catalogue, run))  # before another process can see it
+            held.enter_context(run_lock(catalogue, run))  # before another process can see it
         observer(RunStarted(run.id))
         steps = CompletedPoints().remaining_steps(sequence)
         _carry_out(
@@ -176,8 +176,8 @@ def resume_run(
     control = control or RunControl()
     with catalogue.reading() as session:
         run = get_run(session, run_id)
-    with holding(catalogue, run):
-        store_kept_end(catalogue, run)
+    with run_lock(catalogue, run):
+        store_deferred_end(catalogue, run)
         with catalogue.reading() as session:
             run = get_run(session, run_id)  # again, now that no other process can change it
         if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
@@ -284,7 +284,7 @@ def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
         _end(work, RunState.FAILED, failure_reason(error, EXPECTED))
         raise
     _end(work, RunState.FINISHED)
-    discard_lock(work.catalogue, work.run)
+    discard_run_lock(work.catalogue, work.run)
 
 
 def _end(work: _Work, state: RunState, reason: str | None = None) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from store.dof import StoredDof
 from store.errors import StoreError
-from store.excitation import HAMMER, SINE, Excitation
+from store.states import HAMMER, SINE, Excitation
 from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff
 
 Real = NDArray[np.float64]

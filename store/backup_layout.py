@@ -1,8 +1,8 @@
-"""What a backup holds: a manifest with checksums, the copy of the catalogue, and the waveform files.
+"""The files of a backup: a manifest with checksums, the copy of the catalogue, and the waveforms.
 
-backup.json                       what was backed up, when, by which version; size and SHA-256 of every file
-catalogue.sqlite | catalogue.dump the SQLite file, or what pg_dump wrote (custom format)
-waveforms/<file>                  one for each run that has recorded something
+backup.json                       time, version, schema revision; size and SHA-256 of every file
+catalogue.sqlite | catalogue.dump the SQLite file, or the output of pg_dump (custom format)
+waveforms/<file>                  one for each run with records
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ class Content:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a backup says about itself.
+    """The description of a backup.
 
     Attributes:
         database: sqlite or postgresql.
         revision: of the schema.
-        made_at: UTC, ISO 8601: when the state was taken that the backup holds.
+        made_at: UTC, ISO 8601, of the state that the backup holds.
         files: by path within the backup.
     """
 
@@ -68,11 +68,7 @@ class Manifest:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Source]:
-    """A backup, folder or zip.
-
-    Raises:
-        StoreError: it is not there, or neither a folder nor a zip.
-    """
+    """A backup, folder or zip; StoreError if it is missing, or neither of both."""
     if path.is_dir():
         yield path
         return
@@ -85,11 +81,7 @@ def opened(path: Path) -> Iterator[Source]:
 
 
 def read_manifest(source: Source, where: str) -> Manifest:
-    """What the backup says about itself.
-
-    Raises:
-        StoreError: it is no backup, or of another format.
-    """
+    """The manifest of a backup; StoreError if it is no backup, or of another format."""
     try:
         document = json.loads((source / MANIFEST).read_text(encoding="utf-8"))
         if document.pop("format") != FORMAT:
@@ -110,11 +102,11 @@ def read_manifest(source: Source, where: str) -> Manifest:
 def content_of(path: Path) -> Content:
     """Size and checksum of a file."""
     with path.open("rb") as file:
-        return _pass_on(file, None)
+        return _copy(file, None)
 
 
 def extract(source: Source, path: str, expected: Content, target: Path, where: str) -> None:
-    """Write one file of a backup to `target`, and see that it is what was backed up.
+    """Write one file of a backup to `target`, and verify its checksum.
 
     Raises:
         DamagedError: size or checksum differ, or it cannot be unpacked.
@@ -122,7 +114,7 @@ def extract(source: Source, path: str, expected: Content, target: Path, where: s
     """
     try:
         with (source / path).open("rb") as packed, target.open("xb") as written:
-            found = _pass_on(packed, written)
+            found = _copy(packed, written)
             written.flush()
             os.fsync(written.fileno())
     except (zipfile.BadZipFile, zlib.error, EOFError, KeyError, FileNotFoundError) as error:
@@ -131,7 +123,7 @@ def extract(source: Source, path: str, expected: Content, target: Path, where: s
         raise DamagedError(f"{where}: {path}", "its checksum differs")
 
 
-def _pass_on(source: IO[bytes], target: IO[bytes] | None) -> Content:
+def _copy(source: IO[bytes], target: IO[bytes] | None) -> Content:
     digest, size = hashlib.sha256(), 0
     while chunk := source.read(_CHUNK):
         digest.update(chunk)

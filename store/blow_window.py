@@ -1,8 +1,8 @@
-"""The window on the records of blows, as bundle and catalogue state it.
+"""The window on the records of blows, as stated in bundle and catalogue.
 
 ``none`` (or ``rectangular``, ``uniform``), ``force 0.05 s``, ``exponential 0.5 s``, or both with a comma between them.
-A force window says how long force counts; an exponential window its time constant, or as ``exponential 5 %`` what is
-left of a signal at the end of the record.
+The number of a force window is how long force counts. That of an exponential window is its time constant, or in
+``exponential 5 %`` the rest of a signal at the end of the record.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class BlowWindow:
     """A window; by default none.
 
     Attributes:
-        force_seconds: from the blow on, after which force counts as nil; None where all of it counts.
+        force_seconds: after this time from the blow, force counts as zero; None where all of it counts.
         time_constant: s in which the exponential window falls to 1/e; None without one.
     """
 
@@ -35,7 +35,7 @@ class BlowWindow:
 
     @property
     def decay(self) -> float:
-        """Of the exponential window, 1/s; nought without one."""
+        """Decay rate of the exponential window, 1/s; zero without one."""
         return 0.0 if self.time_constant is None else 1 / self.time_constant
 
     @classmethod
@@ -43,7 +43,7 @@ class BlowWindow:
         """Read a window on records of `block_seconds`.
 
         Raises:
-            StoreError: it is no window, or one that nobody can correct for.
+            StoreError: it is no window, or one that cannot be corrected for.
         """
         if text.strip().lower() in PLAIN:
             return cls()
@@ -57,20 +57,16 @@ class BlowWindow:
         return cls(found.get("force"), found.get("exponential"))
 
 
-NO_WINDOW = BlowWindow()
-"""Plain records."""
-
-
 def stated_window(text: str, block_seconds: float) -> tuple[BlowWindow, str | None]:
-    """The window that somebody else's record is stated to have; where nobody could correct for it, none, and why."""
+    """The stated window of an imported record, or no window and the reason, where it cannot be corrected for."""
     try:
         return BlowWindow.parse(text, block_seconds), None
     except StoreError as error:
-        return NO_WINDOW, f"{error}; it is taken for none, and what it adds to the damping stays"
+        return BlowWindow(), f"{error}; it is taken for none, and the damping that it adds stays"
 
 
 def _part(text: str, block_seconds: float) -> tuple[str, float] | None:
-    """Which window it is, and its seconds; None where it is none that can be corrected for."""
+    """Name of the window and its seconds; None if it cannot be corrected for."""
     match = _PART.fullmatch(text)
     if match is None:
         return None

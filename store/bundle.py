@@ -20,8 +20,8 @@ from store.bundle_setup import BundleSetup, InverseSet, parse_setup
 from store.direct_table import DirectPoint, read_direct
 from store.dof import StoredDof
 from store.errors import StoreError
-from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet
+from store.states import HAMMER
 
 SETUP, BLOWS = "setup.json", "blows"
 # A bundle of the usual size has a few MB; more than this in a zip is a mistake, or meant to fill the disk.

@@ -23,10 +23,9 @@ from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffnes
 from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
-from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
 from store.runs import Run, finish_run, get_run, start_run
-from store.states import AnalysisKind, RunState
+from store.states import HAMMER, AnalysisKind, RunState
 from store.uff import write_uff
 from store.waveform import WaveformReference
 

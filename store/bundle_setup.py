@@ -12,8 +12,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from store.dof import StoredDof
 from store.errors import StoreError
-from store.excitation import HAMMER, Excitation
 from store.quantity import quantity
+from store.states import HAMMER, Excitation
 
 FORMAT: Literal["jointlab-bundle/1"] = "jointlab-bundle/1"
 

@@ -1,4 +1,4 @@
-"""The catalogue: one SQL database, SQLite or PostgreSQL, and the folder of waveforms beside it.
+"""The catalogue: one SQL database, SQLite or PostgreSQL, with its folder of waveforms.
 
     with Catalogue.open("sqlite:///lab.db") as catalogue, catalogue.writing() as session:
         run = start_run(session, kind="hammer", title="beam 3, 23 C", article="beam 3", setup={})
@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from sqlalchemy import Engine
@@ -25,7 +24,7 @@ from store.waveforms import WaveformFolder
 
 
 class Catalogue:
-    """An open database and its waveforms; make one with `Catalogue.open`."""
+    """An open database and its waveforms; `Catalogue.open` gives one."""
 
     def __init__(self, engine: Engine, waveforms: WaveformFolder) -> None:
         self._engine = engine
@@ -36,14 +35,14 @@ class Catalogue:
 
     @classmethod
     def open(cls, url: str, waveform_folder: Path | None = None) -> Self:
-        """Open a database; an empty one gets its tables, an older one is brought up to date.
+        """Open a database; an empty one gets its tables, an older one is updated.
 
         Args:
             url: ``sqlite:///path/to/file.db`` or ``postgresql://user@host/database``.
-            waveform_folder: where waveforms go; beside an SQLite file by default, required for PostgreSQL.
+            waveform_folder: folder of waveforms; beside an SQLite file by default, required for PostgreSQL.
 
         Raises:
-            StoreError: the address is not understood, the database cannot be reached, or its schema is not known.
+            StoreError: the address is not valid, the database cannot be reached, or its schema is not known.
         """
         address = address_of(url)
         waveforms = WaveformFolder(waveform_folder or waveform_folder_of(address))
@@ -95,7 +94,5 @@ class Catalogue:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()

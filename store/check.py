@@ -1,6 +1,6 @@
-"""Checking that a catalogue and its waveforms are what was written: checksums, references, nothing missing.
+"""The check of a catalogue and its waveforms: checksums, references, missing records.
 
-It only reads, and may be done while a run is on.
+It only reads, also while a run is on.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _ROWS_AT_ONCE = 200
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is not as it should be.
+    """One fault.
 
     Attributes:
         where: the table and row, or the waveform file and record.
-        what: what is wrong with it.
+        what: the fault.
         remedy: what to do.
-        damage: False where nothing is lost or wrong: something is left over that no row refers to.
+        damage: False where nothing is lost: a record or file is left over to which no row refers.
     """
 
     where: str
@@ -48,7 +48,7 @@ class Finding:
 
 @dataclass
 class Claim:
-    """What the rows of one run say about its waveform file.
+    """References from the rows of one run to its waveform file.
 
     Attributes:
         run: the run's number.
@@ -62,7 +62,7 @@ class Claim:
 
 
 def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
-    """Everything that is not as it should be; empty where all is well.
+    """All faults of a catalogue and its waveforms.
 
     Every record is verified against its checksum, every array column too, and every reference is followed, between
     rows and from rows to waveforms and back.
@@ -84,7 +84,7 @@ def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
 
 
 def claims(session: Session) -> dict[str, Claim]:
-    """What the rows refer to, by waveform file."""
+    """References from rows to records, by waveform file."""
     found = {
         file: Claim(number, state == RunState.RUNNING)
         for number, file, state in session.execute(select(RunRow.id, RunRow.waveform_file, RunRow.state))
@@ -102,7 +102,7 @@ def claims(session: Session) -> dict[str, Claim]:
 
 
 def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[Finding]:
-    """What is wrong in one waveform file, and between it and the rows that refer to it."""
+    """Faults of one waveform file, and of the references to it."""
     where = f"waveform file {file}"
     if claim is None:
         remedy = "an import that was cut off leaves one; if none is going on, move it away"
@@ -138,7 +138,7 @@ def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[F
 
 
 def _check_structure(catalogue: Catalogue) -> list[Finding]:
-    """What SQLite says about its own file; PostgreSQL looks after its files itself."""
+    """Faults that SQLite finds in its own file; PostgreSQL checks its files itself."""
     found: list[Finding] = []
     with _noted(f"database {catalogue.address}", found), catalogue.reading() as session:
         if session.get_bind().dialect.name == "sqlite":
@@ -152,14 +152,14 @@ def _check_references(catalogue: Catalogue) -> list[Finding]:
     for table in Base.metadata.sorted_tables:
         for key in table.foreign_key_constraints:
             with _noted(f"table {table.name}", found), catalogue.reading() as session:
-                astray = session.scalar(_rows_astray(table, key)) or 0
-                if astray:
-                    what = f"{astray} rows refer to {key.referred_table.name} that are not there"
+                dangling = session.scalar(_count_dangling(table, key)) or 0
+                if dangling:
+                    what = f"{dangling} rows refer to {key.referred_table.name} that are not there"
                     found.append(Finding(f"table {table.name}, {', '.join(key.column_keys)}", what, RESTORE))
     return found
 
 
-def _rows_astray(table: Table, key: ForeignKeyConstraint) -> Select[int]:
+def _count_dangling(table: Table, key: ForeignKeyConstraint) -> Select[int]:
     target = key.referred_table.alias()
     pairs = [(element.parent, target.c[element.column.name]) for element in key.elements]
     there = select(1).select_from(target).where(and_(*(one == other for one, other in pairs))).exists()
@@ -203,7 +203,7 @@ def _listed(numbers: list[int]) -> str:
 
 @contextmanager
 def _noted(where: str, found: list[Finding]) -> Iterator[None]:
-    """Note that something cannot be read, and go on with the next check."""
+    """Report an error of reading as a fault, and go on with the next check."""
     try:
         yield
     except StoreError as error:

@@ -1,4 +1,4 @@
-"""A degree of freedom as the catalogue keeps it: a node number and a direction."""
+"""A degree of freedom as it is stored: a node number and a direction."""
 
 from __future__ import annotations
 
@@ -26,11 +26,7 @@ class StoredDof:
 
     @classmethod
     def parse(cls, text: str) -> StoredDof:
-        """Read ``3y``.
-
-        Raises:
-            StoreError: the text is not a node number followed by x, y or r.
-        """
+        """Read ``3y``; StoreError if the text is not a node number followed by x, y or r."""
         match = re.fullmatch(r"([1-9]\d*)([xyr])", text)
         if match is None:
             raise StoreError(f"{text!r} is not a degree of freedom; write node and direction, such as 3y")

@@ -88,11 +88,11 @@ COLUMNS: tuple[InstrumentedAttribute[Any], ...] = (
     SpecimenRow.name,
     *(getattr(DynamicStiffnessRow, name) for name in (*_JSON, *_NUMBERS)),
 )
-"""What a query has to select of points and their specimens for `from_columns`."""
+"""Columns of points and their specimens for a query; `from_columns` takes their values."""
 
 
 def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None, *numbers: Any) -> StoredStiffness:
-    """The point whose `COLUMNS` these are."""
+    """The point with these values of `COLUMNS`."""
     return StoredStiffness(
         specimen=specimen,
         flags=tuple(flags),
@@ -131,11 +131,7 @@ def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[S
 
 
 def list_dynamic_stiffness(session: Session, analysis_id: int) -> list[StoredStiffness]:
-    """The points of an analysis in the order of measuring.
-
-    Raises:
-        NotFoundError: it has none.
-    """
+    """The points of an analysis in the order of measuring, or NotFoundError."""
     rows = session.execute(
         select(*COLUMNS)
         .join(SpecimenRow, SpecimenRow.id == DynamicStiffnessRow.specimen_id)

@@ -13,10 +13,10 @@ from sqlalchemy.orm import Session
 from store.columns import decode_array, encode_array
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
-from store.excitation import HAMMER, Excitation
 from store.models.results import FrequencyResponseRow, FrequencyResponseSetRow
 from store.rows import add_row, from_row, to_columns
 from store.runs import get_run
+from store.states import HAMMER, Excitation
 
 Real = NDArray[np.float64]
 ARRAYS = ("accelerance", "coherence", "variance")

@@ -1,4 +1,4 @@
-"""The waveforms of a run as one HDF5 file, for programs that read nothing else."""
+"""The waveforms of a run as one HDF5 file, for other programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def export_hdf5(catalogue: Catalogue, run_id: int, path: Path) -> int:
 
     Raises:
         NotFoundError: there is no such run or waveform.
-        DamagedError: a waveform is not what was written.
+        DamagedError: a waveform is damaged.
         StoreError: the file exists already or cannot be written.
     """
     if path.exists():

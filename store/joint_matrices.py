@@ -66,12 +66,7 @@ def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) ->
 
 
 def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]:
-    """The joints of an analysis, by name.
-
-    Raises:
-        NotFoundError: it has none.
-        DamagedError: a stored array is damaged.
-    """
+    """The joints of an analysis, by name, or NotFoundError; DamagedError for a damaged array."""
     query = select(JointMatrixRow).filter_by(analysis_id=analysis_id).order_by(JointMatrixRow.joint)
     rows = session.scalars(query).all()
     if not rows:

@@ -1,4 +1,4 @@
-"""Bringing a database to this version's schema with Alembic; the revisions are in `store/migrations`."""
+"""Update of a database to this version's schema with Alembic; the revisions are in `store/migrations`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _POSTGRESQL_LOCK = 7_341_902_418
 
 
 def configuration(connection: Connection | None = None) -> Config:
-    """Alembic's configuration for the packaged revisions, on a connection that is already in a transaction."""
+    """Alembic's configuration for the packaged revisions, on a connection that is in a transaction."""
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
     config.attributes["connection"] = connection
@@ -26,7 +26,7 @@ def configuration(connection: Connection | None = None) -> Config:
 
 
 def upgrade(connection: Connection) -> None:
-    """Create the tables of an empty database, or bring an older one up to date, in the caller's transaction.
+    """Create the tables of an empty database, or update an older one, in the caller's transaction.
 
     Raises:
         StoreError: the database is of a newer or unknown revision, or holds other tables.

@@ -96,12 +96,7 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
 
 
 def get_modes(session: Session, analysis_id: int) -> ModeSet:
-    """The modes of an analysis.
-
-    Raises:
-        NotFoundError: it has none.
-        DamagedError: a stored array is damaged.
-    """
+    """The modes of an analysis, or NotFoundError; DamagedError for a damaged array."""
     holder = session.scalars(select(ModeSetRow).filter_by(analysis_id=analysis_id)).one_or_none()
     if holder is None:
         raise NotFoundError(f"analysis {analysis_id} has no modes")

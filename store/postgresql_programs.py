@@ -15,21 +15,13 @@ _INSTALLED = Path("/usr/lib/postgresql")
 
 
 def dump(connection: Connection, target: Path) -> None:
-    """Write the state that the connection's transaction sees to a file, in pg_dump's custom format.
-
-    Raises:
-        StoreError: pg_dump is not installed, or fails.
-    """
+    """Write the state that the transaction sees to a file, in pg_dump's custom format; StoreError if that fails."""
     snapshot = connection.scalar(text("SELECT pg_export_snapshot()"))
     _run(connection, "pg_dump", "--format=custom", f"--snapshot={snapshot}", f"--file={target}")
 
 
 def load(connection: Connection, source: Path) -> None:
-    """Read what `dump` wrote into the connection's database, which is empty: all of it or nothing.
-
-    Raises:
-        StoreError: pg_restore is not installed, or fails.
-    """
+    """Read a file of `dump` into the connection's empty database, all or nothing; StoreError if that fails."""
     options = ("--single-transaction", "--exit-on-error", "--no-owner", "--no-privileges")
     _run(connection, "pg_restore", *options, str(source))
 
@@ -54,6 +46,6 @@ def _program(name: str) -> str:
     if not installed:
         raise StoreError(
             f"{name} is neither on PATH nor in {_INSTALLED}; install PostgreSQL's client programs "
-            "(Debian: apt-get install postgresql-client) and do it again"
+            "(Debian: apt-get install postgresql-client) and try again"
         )
     return str(installed[-1])

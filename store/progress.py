@@ -1,4 +1,4 @@
-"""How long work tells how far it is: `with progress("files", 12) as advance:` ... `advance(1)`."""
+"""Progress of longer work: `with progress("files", 12) as advance:` ... `advance(1)`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ Progress = Callable[[str, int], AbstractContextManager[Advance]]
 
 
 @contextmanager
-def silent(what: str, total: int) -> Iterator[Advance]:  # noqa: ARG001 - a Progress that tells nobody
-    """Tell nobody."""
+def silent(what: str, total: int) -> Iterator[Advance]:  # noqa: ARG001 - the signature of a Progress
+    """Report nothing."""
     yield lambda done: None  # noqa: ARG005 - as above

@@ -13,11 +13,7 @@ from store.errors import StoreError
 
 
 def to_json(document: Any) -> str:
-    """JSON text of plain values.
-
-    Raises:
-        StoreError: the document holds NaN, infinity or objects that JSON has no form for.
-    """
+    """JSON text of plain values; StoreError for NaN, infinity and objects that have no JSON form."""
     try:
         return json.dumps(document, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -25,11 +21,7 @@ def to_json(document: Any) -> str:
 
 
 def configuration_hash(document: Any) -> str:
-    """SHA-256 of the document as JSON with sorted keys: equal configurations have equal hashes.
-
-    Raises:
-        StoreError: the document has no JSON form.
-    """
+    """SHA-256 of the document as JSON with sorted keys; StoreError if it has no JSON form."""
     to_json(document)
     canonical = json.dumps(document, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

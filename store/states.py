@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 
 class RunState(StrEnum):
@@ -48,3 +49,9 @@ class Scope(StrEnum):
     CONTROL = "control:rig"
     ENGINEER = "engineer"
     ADMIN = "admin"
+
+
+Excitation = Literal["hammer", "sine"]
+"""Excitation of a set of accelerances: a roving hammer, or a shaker that stays while the accelerometer roves."""
+HAMMER: Excitation = "hammer"
+SINE: Excitation = "sine"

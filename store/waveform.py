@@ -1,4 +1,4 @@
-"""A waveform: raw samples of simultaneous channels, with what turns them into physical values."""
+"""A waveform: raw samples of simultaneous channels, and their scaling to physical values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Samples = NDArray[Any]
 
 @dataclass(frozen=True)
 class WaveformChannel:
-    """How one row of samples becomes physical values.
+    """Scaling of one row of samples to physical values.
 
     Attributes:
         name: the channel's name, unique within the waveform.
@@ -36,8 +36,8 @@ class Waveform:
     """One record of all channels on one clock.
 
     Attributes:
-        channels: (channels,) what the rows are.
-        samples: (channels, samples) int32 counts as the converter gave them, or float64 values of a file.
+        channels: (channels,) of the rows.
+        samples: (channels, samples) int32 counts of the converter, or float64 values of a file.
         sample_rate: Hz.
         started_at: UTC of the first sample, or None where it is not known.
         trigger_index: index of the sample at the trigger, or None for an untriggered record.
@@ -65,11 +65,7 @@ class Waveform:
             raise StoreError(f"sample rate {self.sample_rate} Hz is not positive")
 
     def value(self, name: str) -> NDArray[np.float64]:
-        """(samples,) physical values of a channel in its unit.
-
-        Raises:
-            NotFoundError: the waveform has no such channel.
-        """
+        """(samples,) physical values of a channel in its unit; NotFoundError if there is no such channel."""
         for channel, row in zip(self.channels, self.samples, strict=True):
             if channel.name == name:
                 volts = np.polynomial.polynomial.polyval(row.astype(np.float64), channel.coefficients)
@@ -80,7 +76,7 @@ class Waveform:
 
 @dataclass(frozen=True)
 class WaveformReference:
-    """Where a waveform is: the run's file and the record's number in it."""
+    """Reference to a waveform: the run's file and the record's number in it."""
 
     file: str
     record: int

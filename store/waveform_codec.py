@@ -23,7 +23,13 @@ _LEVEL = 1
 
 
 def encode(waveform: Waveform) -> tuple[str, bytes, int]:
-    """Header, compressed samples, and the CRC-32 over the header and the uncompressed samples."""
+    """Header, compressed samples, and the CRC-32 over the header and the uncompressed samples.
+
+    Raises:
+        StoreError: the start of the waveform has no time zone.
+    """
+    if waveform.started_at is not None and waveform.started_at.tzinfo is None:
+        raise StoreError(f"the waveform's start {waveform.started_at} has no time zone; give it in UTC")
     header = to_json(
         {
             "channels": [asdict(channel) for channel in waveform.channels],
@@ -43,7 +49,7 @@ def decode(header: str, compressed: bytes, crc: int, where: str) -> Waveform:
     """The waveform of `encode`.
 
     Raises:
-        DamagedError: header or samples are not what was written; the message starts with `where`.
+        DamagedError: header or samples are damaged; the message starts with `where`.
     """
     if not (isinstance(header, str) and isinstance(compressed, bytes)):
         raise DamagedError(where, "the waveform is damaged (its columns have other types)")
@@ -92,13 +98,3 @@ def _unshuffled(shuffled: bytes, dtype: np.dtype[Any], shape: tuple[int, ...]) -
         return np.asarray(flat.view(dtype).reshape(shape))
     counts = np.cumsum(flat.view("<u4").reshape(shape), axis=1, dtype="<u4")
     return np.asarray(counts.view(dtype))
-
-
-def check_storable(waveform: Waveform) -> None:
-    """Refuse a waveform whose start has no time zone.
-
-    Raises:
-        StoreError: the start is a local time without its zone.
-    """
-    if waveform.started_at is not None and waveform.started_at.tzinfo is None:
-        raise StoreError(f"the waveform's start {waveform.started_at} has no time zone; give it in UTC")

@@ -11,11 +11,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
-from store import sqlite_wal
-from store.database_messages import in_words
+from store import database
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.waveform import Waveform, WaveformReference
-from store.waveform_codec import check_storable, decode, encode
+from store.waveform_codec import decode, encode
 
 SUFFIX = ".waveforms"
 _SCHEMA = """
@@ -59,10 +58,7 @@ class WaveformFolder:
         Raises:
             StoreError: the file cannot be written.
         """
-        rows = []
-        for waveform in waveforms:
-            check_storable(waveform)
-            rows.append(encode(waveform))
+        rows = [encode(waveform) for waveform in waveforms]
         path = self._path(file)
         with self._lock, _explained(path, "written"):
             writer = self._writer(file)
@@ -79,7 +75,7 @@ class WaveformFolder:
 
         Raises:
             NotFoundError: there is no such file or record.
-            DamagedError: the record is not what was written.
+            DamagedError: the record is damaged.
         """
         with self._reader(reference.file, str(reference)) as reader:
             return _record(reader, reference)
@@ -95,7 +91,7 @@ class WaveformFolder:
         return [WaveformReference(file, number) for (number,) in numbers]
 
     def verify(self, file: str) -> Iterator[tuple[int, DamagedError | None]]:
-        """Number of each record of a file, and what is wrong with it or None.
+        """Number of each record of a file, and its damage or None.
 
         Raises:
             NotFoundError: there is no such file.
@@ -104,7 +100,7 @@ class WaveformFolder:
         """
         with self._reader(file, file) as reader:
             if reader.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
-                return  # made by a writer that was cut off before its first record
+                return  # made by a writer that was interrupted before its first record
             numbers = [number for (number,) in reader.execute("SELECT number FROM records ORDER BY number")]
             for number in numbers:
                 yield number, _damage(reader, WaveformReference(file, number))
@@ -120,7 +116,7 @@ class WaveformFolder:
         return sorted(path.name for path in self._folder.glob(f"*{SUFFIX}"))
 
     def copy(self, file: str, target: Path) -> None:
-        """Copy a file as it is at one moment, also while it is being written; the copy is one plain file.
+        """Copy a file as it is at one moment, also during writing; the copy is one plain file.
 
         Raises:
             NotFoundError: there is no such file.
@@ -133,12 +129,12 @@ class WaveformFolder:
             copy.execute("PRAGMA journal_mode = DELETE")
 
     def finish(self, file: str) -> None:
-        """Close a file that is not written any more; it is then one plain file without a journal beside it."""
+        """Close a file after the last record; it is then one plain file without a journal beside it."""
         with self._lock:
             writer = self._writers.pop(file, None)
             if writer is not None:
-                # Without its journal the file can be read from a read-only medium. While a reader is in
-                # the file this is refused, and it stays as it is: complete, with the journal beside it.
+                # Without its journal the file can be read from a read-only medium. While another process reads the
+                # file this is refused, and it stays complete, with the journal beside it.
                 with suppress(sqlite3.OperationalError):
                     writer.execute("PRAGMA journal_mode = DELETE")
                 writer.close()
@@ -171,9 +167,9 @@ class WaveformFolder:
         if not path.is_file():
             raise NotFoundError(f"waveform file {file} is not in {self._folder}; was the folder moved?")
         with _explained(path.with_name(what), done):
-            _take_back_half_a_change(path)
+            _undo_unfinished_change(path)
             reader = _connected(path, "ro")
-            # Damaged text is for the checksum to find: without this, reading it would fail for the whole file.
+            # The checksum finds damaged text; without this, one damaged text would prevent reading the whole file.
             reader.text_factory = lambda text: text.decode(errors="replace")
             try:
                 yield reader
@@ -201,21 +197,24 @@ def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> Damaged
 
 
 def _connected(path: Path, mode: str) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=sqlite_wal.PATIENCE)
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=database.PATIENCE)
 
 
-def _take_back_half_a_change(path: Path) -> None:
-    """What whoever was killed while opening or finishing the file left half done, which a reader may not undo."""
-    # Only then is there such a journal: records are written by way of another one.
+def _undo_unfinished_change(path: Path) -> None:
+    """Undo an unfinished change by a process that was killed while it opened or finished the file.
+
+    A reader may not undo it.
+    """
+    # Only such a change has this journal; records go through the write-ahead log.
     if path.with_name(f"{path.name}-journal").exists():
         with closing(_connected(path, "rw")) as writer:
             writer.execute("PRAGMA schema_version").close()
 
 
 def _open_for_writing(path: Path) -> sqlite3.Connection:
-    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=sqlite_wal.PATIENCE)
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=database.PATIENCE)
     try:
-        sqlite_wal.prepare(writer)
+        database.prepare_sqlite(writer)
         if writer.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
             writer.executescript(f"BEGIN IMMEDIATE;{_SCHEMA}COMMIT;")
     except sqlite3.Error:
@@ -226,14 +225,14 @@ def _open_for_writing(path: Path) -> sqlite3.Connection:
 
 @contextmanager
 def _explained(path: Path, done: str) -> Iterator[None]:
-    """Turn what SQLite and the file system say into errors of the store."""
+    """Turn errors of SQLite and of the file system into errors of the store."""
     try:
         yield
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):
-            raise StoreError(f"waveform file {path} cannot be {done}: {in_words(error)}") from error
+            raise StoreError(f"waveform file {path} cannot be {done}: {database.driver_message(error)}") from error
         raise DamagedError(f"waveform file {path}", f"it is damaged ({error})") from error
-    except UnicodeDecodeError as error:  # of what SQLite says where the file's own schema is damaged
+    except UnicodeDecodeError as error:  # in SQLite's message about a damaged schema
         raise DamagedError(f"waveform file {path}", "its structure is damaged") from error
     except OSError as error:
         raise StoreError(f"waveform file {path} cannot be {done}: {error}") from error

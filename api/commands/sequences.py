@@ -26,8 +26,8 @@ from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.database import is_made
+from store.locks import rig_lock
 from store.provenance import who_is_here
-from store.rig_lock import driving_alone
 from store.runs import get_run
 
 Reset = Annotated[
@@ -71,7 +71,7 @@ def run(
         list_steps(document, settings)
         return
     instruments = instruments_of(settings)
-    with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
+    with open_catalogue(settings) as catalogue, rig_lock(catalogue, settings.rig):
         instruments = with_stored_limits(instruments, catalogue)
         _carry_out(partial(run_sequence, document, reset=reset), instruments, catalogue, document)
 
@@ -86,7 +86,7 @@ def resume(
     """
     settings = load_settings()
     instruments = instruments_of(settings)
-    with open_catalogue(settings) as catalogue, driving_alone(catalogue, settings.rig):
+    with open_catalogue(settings) as catalogue, rig_lock(catalogue, settings.rig):
         instruments = with_stored_limits(instruments, catalogue)
         with catalogue.reading() as session:
             stored = get_run(session, number)

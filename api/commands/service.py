@@ -24,9 +24,9 @@ from jointlab.supervision.manager import RunManager
 from jointlab.supervision.prompts import AutomaticOperator
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
-from store.deferred_run_end import store_kept_ends
+from store.deferred_run_end import store_deferred_ends
 from store.keys import count_keys
-from store.rig_lock import driving_alone
+from store.locks import rig_lock
 
 LOOPBACK = "127.0.0.1"
 SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers
@@ -98,8 +98,8 @@ def _driving(
     if not settings.channels:
         yield None
         return
-    with driving_alone(catalogue, settings.rig):
-        store_kept_ends(catalogue)
+    with rig_lock(catalogue, settings.rig):
+        store_deferred_ends(catalogue)
         yield RunManager(catalogue, instruments_of(settings), automatic_operator)
 
 

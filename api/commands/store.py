@@ -13,9 +13,9 @@ from api.commands.terminal import open_catalogue, out, progress_console
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
 from store.backup import back_up
+from store.backup import restore as restore_backup
 from store.check import Finding
 from store.check import check as check_catalogue
-from store.restore import restore as restore_backup
 from store.runs import count_runs
 
 commands = typer.Typer(name="store", help="Check, back up and restore what is stored.", no_args_is_help=True)

@@ -20,7 +20,7 @@ from jointlab.supervision.lease import ForeignLeaseError
 from rig.completed_points import ResumeError
 from rig.errors import UNEXPECTED, RequestError, RigError
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.run_lock import RunBusyError
+from store.locks import RunBusyError
 
 PROBLEM_JSON = "application/problem+json"
 log = logging.getLogger(__name__)

@@ -19,9 +19,9 @@ from store.bundle import Bundle
 from store.bundle_exchange import stored_blows
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
-from store.excitation import HAMMER
 from store.progress import Progress, silent
 from store.runs import get_run
+from store.states import HAMMER
 
 LOWEST_LINE = 5.0
 """Hz. Below, ten blows of two seconds say little, and an accelerometer less."""

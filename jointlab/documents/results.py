@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field
 
 from jointlab.documents.fields import Known
-from store.excitation import Excitation
 from store.quantity import quantity
+from store.states import Excitation
 
 ACCELERANCE = "(m/s^2)/N"
 MATRIX_UNITS = "N/m, N, N m"

@@ -12,8 +12,8 @@ from jointlab.diagnosis.load import gap_measurement
 from jointlab.errors import JointlabError
 from jointlab.identification.measurement import Measurement, dof
 from store.blow_window import stated_window
-from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet
+from store.states import HAMMER
 
 
 def correct_faults(measurement: Measurement) -> Measurement:

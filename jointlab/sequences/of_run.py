@@ -16,9 +16,9 @@ from store.analyses import get_analysis
 from store.bundle_setup import article_from
 from store.diagnoses import get_diagnosis
 from store.errors import NotFoundError
-from store.excitation import HAMMER
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.runs import Run, get_run
+from store.states import HAMMER
 
 
 def sequence_of_run(session: Session, run_id: int) -> Sequence:

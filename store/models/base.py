@@ -1,4 +1,4 @@
-"""What every table has in common: names of constraints, the UTC time type, provenance columns."""
+"""Common to all tables: names of constraints, column types, columns of provenance."""
 
 from __future__ import annotations
 
@@ -15,17 +15,13 @@ from store.version import software_version
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """A moment in UTC on both databases; SQLite has no time zones, so a naive time is refused on the way in."""
+    """A time in UTC on both databases. SQLite has no time zones, so a time without a zone is refused."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """Convert to UTC.
-
-        Raises:
-            StoreError: the time has no time zone.
-        """
+        """Convert to UTC; StoreError for a time without a zone."""
         if value is None:
             return None
         if value.tzinfo is None:
@@ -45,7 +41,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 class Number(TypeDecorator[float]):
-    """A float, numpy's own kinds included: SQLite would store those as bytes without a word."""
+    """A float, also of a numpy type, which SQLite would silently store as bytes."""
 
     impl = Double
     cache_ok = True
@@ -56,7 +52,7 @@ class Number(TypeDecorator[float]):
 
 
 class Whole(TypeDecorator[int]):
-    """An integer, numpy's own kinds included; a float is refused."""
+    """An integer, also of a numpy type; a float is refused."""
 
     impl = Integer
     cache_ok = True
@@ -89,7 +85,7 @@ class Base(DeclarativeBase):
 
 
 class Recorded:
-    """Columns of every row: its number, when it was written and by which version of the software."""
+    """Columns of every row: its number, the time of writing and the version of the software."""
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, sort_order=-1)
     created_at: Mapped[datetime] = mapped_column(default=lambda: datetime.now(UTC), sort_order=1)

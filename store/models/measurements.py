@@ -1,4 +1,4 @@
-"""Tables of what was measured, with what, on what: rows that are written once and never changed."""
+"""Tables of measurements, instruments and specimens: rows are written once and never changed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from store.models.base import Base, Recorded
 
 
 class SpecimenRow(Recorded, Base):
-    """One joint's cylinders, or a known piece; `article` is the test article they belong to, `name` the joint."""
+    """The cylinders of one joint, or a known piece; `article` is their test article, `name` the joint."""
 
     __tablename__ = "specimens"
     __table_args__ = (UniqueConstraint("article", "name"),)
@@ -23,7 +23,7 @@ class SpecimenRow(Recorded, Base):
 
 
 class InstrumentRow(Recorded, Base):
-    """A sensor, a tester, a thermometer: what has a serial number."""
+    """A sensor, a tester, a thermometer: an instrument with a serial number."""
 
     __tablename__ = "instruments"
     __table_args__ = (UniqueConstraint("kind", "model", "serial"),)
@@ -67,7 +67,7 @@ class RunRow(Recorded, Base):
 
 
 class RunEventRow(Recorded, Base):
-    """A run came into a state: it was started, ended or resumed; nothing of its history is ever overwritten."""
+    """A change of a run's state: a start, an end, a resumption. The history of a run is never overwritten."""
 
     __tablename__ = "run_events"
     __table_args__ = (Index(None, "run_id"),)
@@ -80,7 +80,7 @@ class RunEventRow(Recorded, Base):
 
 
 class RunInstrumentRow(Base):
-    """Which instruments, under which calibration, a run used."""
+    """An instrument, with its calibration, that a run used."""
 
     __tablename__ = "run_instruments"
 
@@ -89,7 +89,7 @@ class RunInstrumentRow(Base):
 
 
 class ChannelRow(Recorded, Base):
-    """One input as it was set during a run."""
+    """Settings of one input during a run."""
 
     __tablename__ = "channels"
     __table_args__ = (UniqueConstraint("run_id", "name"),)
@@ -108,7 +108,7 @@ class ChannelRow(Recorded, Base):
 
 
 class PointRow(Recorded, Base):
-    """A point struck in a hammer run; a set is one complete walk along the beam."""
+    """A point struck in a hammer run; a set is one complete series along the beam."""
 
     __tablename__ = "points"
     __table_args__ = (UniqueConstraint("run_id", "set_number", "node", "direction"),)
@@ -139,7 +139,7 @@ class BlowRow(Recorded, Base):
 
 
 class BlowWithdrawalRow(Recorded, Base):
-    """Somebody took an accepted blow back: it stays where it is, and counts no more."""
+    """An accepted blow was withdrawn: its row stays, and it counts no more."""
 
     __tablename__ = "blow_withdrawals"
 

@@ -1,4 +1,4 @@
-"""Tables of what was computed: every row belongs to one analysis; a new computation is a new analysis."""
+"""Tables of results: every row belongs to one analysis; a new computation is a new analysis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from store.models.measurements import RunRow, SpecimenRow
 
 
 class AnalysisRow(Recorded, Base):
-    """One computation: what, how, with which settings."""
+    """One computation, with its method and settings."""
 
     __tablename__ = "analyses"
     __table_args__ = (Index(None, "kind", "method"),)

@@ -1,4 +1,4 @@
-"""Tables of the service: who may do what, what was asked for, and what is being worked on."""
+"""Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from store.models.base import Base, Recorded
 
 
 class ApiKeyRow(Recorded, Base):
-    """A key by which a person or a program is known; only a hash of its secret is kept."""
+    """A key that identifies a person or a program; only a hash of its secret is stored."""
 
     __tablename__ = "api_keys"
 
@@ -24,7 +24,7 @@ class ApiKeyRow(Recorded, Base):
 
 
 class AuditEntryRow(Recorded, Base):
-    """Somebody asked for something that acts, and what came of it; never changed."""
+    """An action that was asked for, and its outcome; never changed."""
 
     __tablename__ = "audit_entries"
     __table_args__ = (Index(None, "action", "id"),)
@@ -37,7 +37,7 @@ class AuditEntryRow(Recorded, Base):
 
 
 class RequestRow(Recorded, Base):
-    """A request that acts, by its idempotency key: asked again, it gets the first answer."""
+    """A request with an idempotency key: sent again, it gets the first answer."""
 
     __tablename__ = "requests"
     __table_args__ = (UniqueConstraint("who", "idempotency_key"),)
@@ -50,7 +50,7 @@ class RequestRow(Recorded, Base):
 
 
 class SequenceDocumentRow(Recorded, Base):
-    """A sequence under a name, to be run again and again."""
+    """A named sequence, to be run again and again."""
 
     __tablename__ = "sequence_documents"
 
@@ -60,7 +60,7 @@ class SequenceDocumentRow(Recorded, Base):
 
 
 class RigLimitsRow(Recorded, Base):
-    """Somebody set the limits of a rig; the newest row of a rig is in force, and none is ever changed."""
+    """The limits of a rig, and who set them; the newest row of a rig is in force, and no row is ever changed."""
 
     __tablename__ = "rig_limits"
     __table_args__ = (Index(None, "rig", "id"),)
@@ -71,7 +71,7 @@ class RigLimitsRow(Recorded, Base):
 
 
 class JobRow(Recorded, Base):
-    """Work that takes its time; whoever holds `lease_token` until `leased_until` does it."""
+    """Longer work; the worker with `lease_token` does it until `leased_until`."""
 
     __tablename__ = "jobs"
     __table_args__ = (Index(None, "state", "id"), Index(None, "kind", "id"))
@@ -95,7 +95,7 @@ class JobRow(Recorded, Base):
 
 
 class DiagnosisRow(Recorded, Base):
-    """A diagnosis of the gap between measurement and simulation: its verdict, and the whole document."""
+    """A diagnosis of the gap between measurement and simulation: its verdict and the whole document."""
 
     __tablename__ = "diagnoses"
 

@@ -45,7 +45,7 @@ from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.run_lock import holding
+from store.locks import run_lock
 from store.runs import Run, list_run_events, list_runs
 from store.sine_records import list_sine_records
 from store.states import RunState
@@ -214,7 +214,7 @@ class Site:
         found.resumed = sum(event.state is RunState.RUNNING for event in events) - 1
         found.resets = sum("tester reset after" in (event.reason or "") for event in events)
         found.orphans = len(catalogue.waveforms.records(run.waveform_file)) - len(blows) - len(sines)
-        with holding(catalogue, run):  # nobody else does
+        with run_lock(catalogue, run):  # nobody else does
             pass
         if not self._comes_to_rest():
             found.wrong.append("the actuator is not at rest")

@@ -43,9 +43,9 @@ def test_a_name_can_stand_in_a_list(name: str) -> None:
 
 def test_a_table_uses_each_name_and_each_input_once() -> None:
     assert checked_table([HAMMER, FORCE]) == (HAMMER, FORCE)
-    with pytest.raises(ChannelError, match="name hammer stands there twice"):
+    with pytest.raises(ChannelError, match="name hammer occurs twice"):
         checked_table([HAMMER, replace(FORCE, name="hammer")])
-    with pytest.raises(ChannelError, match="physical channel cDAQ1Mod1/ai0 stands there twice"):
+    with pytest.raises(ChannelError, match="physical channel cDAQ1Mod1/ai0 occurs twice"):
         checked_table([HAMMER, replace(FORCE, physical="cDAQ1Mod1/ai0")])
     with pytest.raises(ChannelError, match="empty"):
         checked_table([])

@@ -52,7 +52,7 @@ def test_arrays_agree_where_every_sample_does() -> None:
 
 def test_readings_that_never_agree_are_refused_with_what_they_were_of() -> None:
     numbers = iter(range(100))
-    with pytest.raises(DaqError, match="sample rate: 4 readings, and no two alike"):
+    with pytest.raises(DaqError, match="sample rate: 4 readings, and no two in succession agree"):
         agreed("sample rate", lambda: next(numbers))
 
 
@@ -120,7 +120,7 @@ def test_a_record_that_nobody_wants_any_more_is_given_up_and_the_recorder_goes_o
         return asked > 3
 
     with chassis.record(tester_table, 5120.0, 60.0) as recorder:
-        with pytest.raises(AcquisitionCancelledError, match="displacement, force: the record was given up as asked"):
+        with pytest.raises(AcquisitionCancelledError, match="displacement, force: the record was cancelled"):
             recorder.record(cancelled=after_three_looks)
         assert recorder.record(0.1, cancelled=lambda: False).duration == pytest.approx(0.1, abs=1e-3)
 

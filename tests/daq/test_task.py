@@ -205,7 +205,7 @@ def test_a_rate_that_the_instrument_has_needs_no_note(chassis: Chassis, tester_t
 def test_a_coerced_rate_is_reported_and_used(chassis: Chassis, hammer_table: Table) -> None:
     with chassis.record(hammer_table, 4096, 1.5) as recorder:
         block = recorder.record()
-        assert recorder.rate_note == "4096 Hz asked for; the instrument samples at 4266.67 Hz, and so do we"
+        assert recorder.rate_note == "4096 Hz were requested; the instrument samples at 4266.67 Hz"
     assert block.sample_rate == pytest.approx(51200 / 12)
     assert block.samples == 6400
     assert block.duration == pytest.approx(1.5)

@@ -28,7 +28,7 @@ from simlab.laboratory import Laboratory
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.run_lock import RunBusyError, holding
+from store.locks import RunBusyError, run_lock
 from store.runs import Run, finish_run, get_run, list_run_events, list_runs, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
 from store.states import RunState
@@ -400,7 +400,7 @@ def test_a_run_is_free_again_when_it_has_ended(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
 ) -> None:
     stop_after(BlowAccepted, 1, sequence, instruments, catalogue, person)
-    with holding(catalogue, newest(catalogue)):
+    with run_lock(catalogue, newest(catalogue)):
         pass
 
 

@@ -13,7 +13,7 @@ import pytest
 from store.accelerance_file import accelerance_functions, even_spacing, read_accelerances
 from store.dof import StoredDof
 from store.errors import StoreError
-from store.excitation import SINE
+from store.states import SINE
 from store.uff import UffDof, UffFunction, write_uff
 from tests.recordings import Recording
 

@@ -17,14 +17,13 @@ import pytest
 from alembic import command
 from sqlalchemy import inspect, text
 
-from store.backup import back_up
+from store.backup import back_up, restore
 from store.backup_layout import MANIFEST
 from store.catalogue import Catalogue
 from store.check import check
 from store.database import address_of, make_engine
 from store.errors import DamagedError, StoreError
 from store.migrate import configuration
-from store.restore import restore
 from store.runs import get_run, list_runs
 from store.sine_records import list_sine_records
 

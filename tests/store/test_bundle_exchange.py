@@ -20,9 +20,8 @@ from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.excitation import SINE
 from store.runs import get_run, list_runs
-from store.states import RunState
+from store.states import SINE, RunState
 from store.uff import write_uff
 from tests.recordings import Recording
 

@@ -50,7 +50,7 @@ def test_a_database_with_other_peoples_tables_is_refused(empty_database_url: str
         ("sqlite://", "in memory"),
         ("sqlite:///:memory:", "in memory"),
         ("sqlite:////nowhere/at/all/lab.db", "no folder /nowhere/at/all"),
-        ("postgresql://host/lab", "say where waveforms go"),
+        ("postgresql://host/lab", "set the folder of waveforms"),
     ],
 )
 def test_an_address_that_cannot_work_is_refused(url: str, said: str) -> None:
@@ -112,7 +112,7 @@ def test_a_reader_sees_one_state_while_a_writer_commits(catalogue: Catalogue) ->
 
 
 def test_a_database_locked_by_another_program_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("store.sqlite_wal.PATIENCE", 0.05)
+    monkeypatch.setattr("store.database.PATIENCE", 0.05)
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
         other = sqlite3.connect(tmp_path / "lab.db", isolation_level=None)
         other.execute("BEGIN IMMEDIATE")

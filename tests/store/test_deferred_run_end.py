@@ -7,9 +7,9 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from store.catalogue import Catalogue
-from store.deferred_run_end import defer_run_end, store_kept_end, store_kept_ends
+from store.deferred_run_end import defer_run_end, store_deferred_end, store_deferred_ends
 from store.errors import StoreError
-from store.run_lock import holding
+from store.locks import run_lock
 from store.runs import Run, get_run, list_run_events, reopen_run, start_run
 from store.states import RunState
 
@@ -30,7 +30,7 @@ def test_an_end_that_was_kept_is_stored_with_its_time_reason_and_who(catalogue: 
     before = datetime.now(UTC)
     defer_run_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
     after = datetime.now(UTC)
-    store_kept_ends(catalogue)
+    store_deferred_ends(catalogue)
     assert history(catalogue, run)[1:] == [("failed", "the database is locked", "test")]
     assert history(catalogue, other)[1:] == []
     with catalogue.reading() as session:
@@ -43,10 +43,10 @@ def test_an_end_that_was_kept_is_stored_with_its_time_reason_and_who(catalogue: 
 def test_an_end_is_stored_once_and_not_again_for_a_run_that_was_resumed(catalogue: Catalogue) -> None:
     run = begun(catalogue)
     defer_run_end(catalogue, run, RunState.STOPPED, "stopped by hand", "test")
-    store_kept_end(catalogue, run)
+    store_deferred_end(catalogue, run)
     with catalogue.writing() as session:
         reopen_run(session, run.id, "resumed")
-    store_kept_ends(catalogue)
+    store_deferred_ends(catalogue)
     assert [state for state, _, _ in history(catalogue, run)] == ["running", "stopped", "running"]
 
 
@@ -54,14 +54,14 @@ def test_an_end_that_was_stored_before_its_file_was_removed_is_not_stored_twice(
     run = begun(catalogue)
     for _ in range(2):  # the second file is what a power cut leaves
         defer_run_end(catalogue, run, RunState.STOPPED, "stopped by hand", "test")
-        store_kept_end(catalogue, run)
+        store_deferred_end(catalogue, run)
     assert [state for state, _, _ in history(catalogue, run)] == ["running", "stopped"]
 
 
 def test_an_end_before_its_start_is_stored_and_says_that_the_clock_was_set_back(catalogue: Catalogue) -> None:
     run = begun(catalogue, datetime.now(UTC) + timedelta(hours=1))
     defer_run_end(catalogue, run, RunState.FAILED, "the disk is full", "test")
-    store_kept_ends(catalogue)
+    store_deferred_ends(catalogue)
     (_, (state, reason, _)) = history(catalogue, run)
     assert state == "failed"
     assert str(reason).startswith("the disk is full; the computer's clock was set back")
@@ -70,10 +70,10 @@ def test_an_end_before_its_start_is_stored_and_says_that_the_clock_was_set_back(
 def test_a_run_that_somebody_holds_is_left_to_them(catalogue: Catalogue) -> None:
     run = begun(catalogue)
     defer_run_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
-    with holding(catalogue, run):
-        store_kept_ends(catalogue)
+    with run_lock(catalogue, run):
+        store_deferred_ends(catalogue)
         assert history(catalogue, run)[1:] == []
-    store_kept_ends(catalogue)
+    store_deferred_ends(catalogue)
     assert [state for state, _, _ in history(catalogue, run)] == ["running", "failed"]
 
 

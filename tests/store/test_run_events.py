@@ -11,8 +11,8 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
+from store.locks import RunBusyError, discard_run_lock, run_lock
 from store.migrate import configuration
-from store.run_lock import RunBusyError, discard_lock, holding
 from store.runs import Run, finish_run, get_run, list_run_events, reopen_run, start_run
 from store.states import RunState
 from tests.store.another_process import another_process
@@ -79,11 +79,11 @@ def test_a_run_of_an_older_database_has_its_start_and_end_for_history(catalogue:
 
 def test_a_run_is_held_by_one_at_a_time_who_is_named(catalogue: Catalogue, run: Run) -> None:
     refused = pytest.raises(RunBusyError, match="carried out by ann@rig, process 7")
-    with holding(catalogue, run), refused, holding(catalogue, run):
+    with run_lock(catalogue, run), refused, run_lock(catalogue, run):
         pass
-    with holding(catalogue, run):
+    with run_lock(catalogue, run):
         pass
-    discard_lock(catalogue, run)
+    discard_run_lock(catalogue, run)
     assert list(catalogue.waveforms.folder.glob("*.lock")) == []
 
 
@@ -96,23 +96,23 @@ def test_a_lock_ends_with_the_process_that_held_it(catalogue: Catalogue, run: Ru
         "held.execute('BEGIN EXCLUSIVE'); print('held', flush=True); sys.stdin.read()"
     )
     with another_process(script) as holder:
-        with pytest.raises(RunBusyError), holding(catalogue, run):
+        with pytest.raises(RunBusyError), run_lock(catalogue, run):
             pass
         holder.kill()
         holder.wait()
-        with holding(catalogue, run):
+        with run_lock(catalogue, run):
             pass
 
 
 def test_a_folder_that_cannot_be_written_is_named(catalogue: Catalogue, run: Run) -> None:
     (catalogue.waveforms.folder / f"{run.waveform_file}.lock").mkdir(parents=True)
-    with pytest.raises(StoreError, match=r"\.lock cannot be"), holding(catalogue, run):
+    with pytest.raises(StoreError, match=r"\.lock cannot be"), run_lock(catalogue, run):
         pass
 
 
 def test_holding_is_of_one_run_not_of_all(catalogue: Catalogue, run: Run) -> None:
     with catalogue.writing() as session:
         other = start_run(session, kind="sequence", title="t", article="a", setup={})
-    with holding(catalogue, run), holding(catalogue, other):
+    with run_lock(catalogue, run), run_lock(catalogue, other):
         held = sorted(Path(path).name for path in catalogue.waveforms.folder.glob("*.lock"))
     assert held == sorted(f"{each.waveform_file}.lock" for each in (run, other))

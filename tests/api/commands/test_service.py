@@ -19,7 +19,7 @@ from rig.instruments import Instruments, save_limits
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.deferred_run_end import defer_run_end
-from store.rig_lock import driving_alone
+from store.locks import rig_lock
 from store.runs import list_runs, start_run
 from store.states import RunState
 from tests.api.conftest import Command
@@ -87,7 +87,7 @@ def test_a_second_program_that_would_drive_the_rig_is_refused_until_the_first_ha
 ) -> None:
     """Whoever presses STOP has to reach whatever moves the machine."""
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        with driving_alone(catalogue, "rig"):
+        with rig_lock(catalogue, "rig"):
             for command in (("serve", "--port", 0), ("run", sequence()), ("resume", 1)):
                 refused = jointlab(*command)
                 assert refused.returncode == 3, command

@@ -53,7 +53,7 @@ def served(app: FastAPI) -> Iterator[httpx.Client]:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Writers wait for each other for 0.05 s instead of ten."""
-    monkeypatch.setattr("store.sqlite_wal.PATIENCE", 0.05)
+    monkeypatch.setattr("store.database.PATIENCE", 0.05)
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from store.bundle import Bundle, read_bundle
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
 from store.dof import StoredDof
-from store.excitation import HAMMER, SINE, Excitation
+from store.states import HAMMER, SINE, Excitation
 from store.uff import write_uff
 from tests.simlab.shaking import shake
 

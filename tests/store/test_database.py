@@ -16,7 +16,7 @@ from sqlalchemy import text
 
 from store.catalogue import Catalogue
 from store.check import check
-from store.database_messages import in_words
+from store.database import driver_message
 from store.errors import StoreError
 from store.runs import finish_run, get_run, list_run_events, list_runs, start_run
 from store.states import RunState
@@ -87,7 +87,7 @@ def test_where_the_disk_is_full_nothing_acknowledged_is_lost_and_it_goes_on_once
     said = done.stdout.splitlines()
     refused = [line for line in said if line.startswith("refused")]
     assert len(refused) == 1
-    assert "see whether the disk is full" in refused[0] or "free some space" in refused[0]
+    assert "check whether the disk is full" in refused[0] or "free some space" in refused[0]
     acknowledged = [int(line.split()[1]) for line in said if line.startswith("stored")]
     assert acknowledged == list(range(1, len(acknowledged) + 1))
     assert not [finding for finding in check(catalogue) if finding.damage]
@@ -114,7 +114,7 @@ def test_a_waveform_that_does_not_fit_on_the_disk_is_not_half_there(tmp_path: Pa
 
 @pytest.mark.parametrize("database_kind", ["postgresql"])
 @pytest.mark.parametrize(
-    ("state", "said"), [("53100", "free some space on the disk"), ("58030", "see whether the disk is full")]
+    ("state", "said"), [("53100", "free some space on the disk"), ("58030", "check whether the disk is full")]
 )
 def test_a_full_disk_of_the_server_is_said_and_nothing_is_half_stored(
     catalogue: Catalogue, state: str, said: str
@@ -139,7 +139,7 @@ def test_a_full_disk_of_the_server_is_said_and_nothing_is_half_stored(
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("store.sqlite_wal.PATIENCE", 0.05)
+    monkeypatch.setattr("store.database.PATIENCE", 0.05)
 
 
 @pytest.mark.parametrize("database_kind", ["postgresql"])
@@ -278,5 +278,5 @@ def test_the_order_of_storing_stands_whatever_the_clock_says(catalogue: Catalogu
 
 
 def test_what_is_not_known_is_told_as_the_driver_says_it() -> None:
-    assert in_words(sqlite3.OperationalError("no such table: a\nmore")) == "no such table: a"
-    assert in_words(psycopg.OperationalError()) == "OperationalError"
+    assert driver_message(sqlite3.OperationalError("no such table: a\nmore")) == "no such table: a"
+    assert driver_message(psycopg.OperationalError()) == "OperationalError"

@@ -1,7 +1,7 @@
-"""The accelerances of one set in one UFF file: what belongs together, in the right units.
+"""The accelerances of one set in one UFF file, with checks of units and completeness.
 
-A shaker stays where it is and the accelerometer roves. Such a file is read, and written, with the two exchanged: by
-reciprocity it is that of a roving hammer with the accelerometer where the shaker is.
+A shaker stays and the accelerometer roves. Such a file is read and written with the two exchanged: by reciprocity it is
+that of a roving hammer with the accelerometer at the place of the shaker.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from store.uff import FunctionKind, Quantity, UffDof, UffFunction, read_uff
 
 Real = NDArray[np.float64]
 
-# How other people's software writes the units, in lower case and without blanks.
+# Units as various programs write them, in lower case and without blanks.
 ACCELERATION_LABELS = ("m/s^2", "m/s2", "m/s**2", "m/s²", "m/s/s", "m/sec^2")
 FORCE_LABELS = ("n", "newton")
 _RATIO_LABELS = tuple(f"{left}{unit}{right}/n" for unit in ACCELERATION_LABELS for left, right in (("", ""), "()"))
@@ -33,15 +33,15 @@ _COHERENCE_ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Accelerances:
-    """What a file holds.
+    """The content of a file.
 
     Attributes:
-        response: where the accelerometer sits, or the shaker pushes.
-        inputs: (rows,) where the hammer struck, or the accelerometer went.
+        response: of the accelerometer, or of the shaker.
+        inputs: (rows,) of the hammer, or of the roving accelerometer.
         frequency: (lines,) Hz, evenly spaced.
         accelerance: (rows, lines) complex128, (m/s^2)/N, along positive directions.
         coherence: (rows, lines), or None where the file has none.
-        warnings: what the file holds besides and was passed over.
+        warnings: of other functions in the file, which are ignored.
     """
 
     response: StoredDof
@@ -93,8 +93,8 @@ def accelerance_functions(
     """The functions to write for one set, accelerances first.
 
     Args:
-        response: where the accelerometer sits, or the shaker pushes.
-        inputs: (rows,) where the hammer struck, or the accelerometer went.
+        response: of the accelerometer, or of the shaker.
+        inputs: (rows,) of the hammer, or of the roving accelerometer.
         frequency: (lines,) Hz, evenly spaced.
         accelerance: (rows, lines) complex, (m/s^2)/N.
         coherence: (rows, lines), or None.
@@ -128,22 +128,18 @@ def accelerance_functions(
 
 
 def _as_hammer_set(functions: list[UffFunction], excitation: Excitation) -> list[UffFunction]:
-    """With response and reference exchanged where a shaker stayed; twice is as before."""
+    """With response and reference exchanged for a shaker; a second time undoes it."""
     if excitation == HAMMER:
         return functions
     return [replace(each, response=each.reference, reference=each.response) for each in functions]
 
 
 def even_spacing(abscissa: Real) -> tuple[float, float]:
-    """Start and step of an evenly spaced axis.
-
-    Raises:
-        StoreError: it has fewer than two values, or they are not evenly spaced.
-    """
+    """Start and step of an axis; StoreError if it has fewer than two values, or uneven spacing."""
     if abscissa.size < 2:
         raise StoreError("an axis of fewer than two values has no spacing")
     start = float(abscissa[0])
-    # The first step is what a file gave; the mean is better by rounding only where the axis was computed.
+    # The first step is that of the file; the mean has less rounding error where the axis was computed.
     for step in (float(abscissa[1] - abscissa[0]), float((abscissa[-1] - abscissa[0]) / (abscissa.size - 1))):
         if step > 0 and np.allclose(start + np.arange(abscissa.size) * step, abscissa, rtol=1e-12, atol=1e-9 * step):
             return start, step
@@ -151,23 +147,19 @@ def even_spacing(abscissa: Real) -> tuple[float, float]:
 
 
 def to_dof(dof: UffDof, where: str) -> StoredDof:
-    """Node and direction of the beam; the sign is left to the values.
-
-    Raises:
-        StoreError: node 0, a scalar or an axis that the plane beam does not have.
-    """
+    """Node and direction on the beam, without the sign; StoreError for a point that a plane beam does not have."""
     if dof.node < 1 or dof.axis not in _AXIS_DIRECTIONS:
         raise StoreError(f"{where}: {dof} is no point of the beam; it has nodes from 1 and directions 1 = x, 2 = y")
     return StoredDof(dof.node, _AXIS_DIRECTIONS[dof.axis])
 
 
 def to_uff(dof: StoredDof) -> UffDof:
-    """Node and positive direction as UFF has them."""
+    """Node and positive direction in UFF."""
     return UffDof(dof.node, _UFF_AXES[dof.direction])
 
 
 def has_unit(label: str, quantity: int, labels: tuple[str, ...], expected: Quantity) -> bool:
-    """Whether a unit is the expected one in SI; without a label the quantity decides, which UFF has in SI."""
+    """Whether a unit is the expected SI unit; without a label the quantity decides, because UFF has it in SI."""
     return label.replace(" ", "").lower() in labels if label else quantity == expected
 
 

@@ -25,7 +25,7 @@ class BundleBlow:
 
     Attributes:
         file: its name in the bundle's folder of blows.
-        point: where the hammer struck; response: where the accelerometer sits.
+        point: of the hammer; response: of the accelerometer.
         force: (samples,) N; acceleration: (samples,) m/s^2; along positive directions.
         sample_rate: Hz.
         trigger_index: index of the sample at time zero.
@@ -80,11 +80,7 @@ def read_blow(path: Path) -> BundleBlow:
 
 
 def write_blow(folder: Path, blow: BundleBlow) -> None:
-    """Write a blow as UFF58b.
-
-    Raises:
-        StoreError: the file cannot be written.
-    """
+    """Write a blow as UFF58b; StoreError if the file cannot be written."""
 
     def history(response: StoredDof, values: Real, name: str, unit: str, quantity: Quantity) -> UffFunction:
         step = 1 / blow.sample_rate
@@ -109,7 +105,7 @@ def write_blow(folder: Path, blow: BundleBlow) -> None:
 
 
 def to_waveform(blow: BundleBlow) -> Waveform:
-    """The blow as it is kept beside the catalogue: values as the file gave them, without counts."""
+    """The blow as a waveform: values of the file, without counts."""
     return Waveform(
         channels=(WaveformChannel("force", FORCE_UNIT), WaveformChannel("acceleration", ACCELERATION_UNIT)),
         samples=np.stack([blow.force, blow.acceleration]),
@@ -119,11 +115,7 @@ def to_waveform(blow: BundleBlow) -> Waveform:
 
 
 def from_waveform(waveform: Waveform, file: str, point: StoredDof, response: StoredDof) -> BundleBlow:
-    """The blow of a stored waveform, imported or recorded here.
-
-    Raises:
-        StoreError: the waveform does not have one channel in N and one in m/s^2.
-    """
+    """The blow of a stored waveform; StoreError if it does not have one channel in N and one in m/s^2."""
     names = {}
     for unit in (FORCE_UNIT, ACCELERATION_UNIT):
         found = [channel.name for channel in waveform.channels if channel.unit == unit]

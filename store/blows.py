@@ -1,4 +1,4 @@
-"""Points struck in a hammer run, and every blow on them, accepted or refused."""
+"""Points of a hammer run and their blows, accepted or refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a measurement bundle, a folder or a zip of it: everything is checked before anything is given back."""
+"""Reading of a measurement bundle, a folder or a zip: all of it is checked first."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from store.accelerance_file import read_accelerances
 from store.blow_file import BundleBlow, read_blow
 from store.blow_window import stated_window
-from store.bundle_setup import BundleSetup, InverseSet, parse_setup
+from store.bundle_setup import BundleSetup, parse_setup
 from store.direct_table import DirectPoint, read_direct
 from store.dof import StoredDof
 from store.errors import StoreError
@@ -24,22 +23,22 @@ from store.frequency_responses import FrequencyResponseSet
 from store.states import HAMMER
 
 SETUP, BLOWS = "setup.json", "blows"
-# A bundle of the usual size has a few MB; more than this in a zip is a mistake, or meant to fill the disk.
+# A bundle has a few MB; more than this in a zip is a mistake, or an attempt to fill the disk.
 _MOST_BYTES_IN_ZIP = 4 * 1024**3
-# What Python's zipfile raises for a damaged, encrypted or exotic archive.
+# Errors of Python's zipfile for a damaged, encrypted or unusual archive.
 _ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError)
 
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """What was measured on one test article in both experiments.
+    """The measurements on one test article in both experiments.
 
     Attributes:
-        setup: what was built and how it was measured; without checksums, which have been verified.
+        setup: the article and its measurements; without checksums, which have been verified.
         inverse: the sets, in the order of setup.json; the first is the reference set. None without beam.
         direct: the rows of the tester's table, in the order of the file. None without tester.
         blows: single blows, by file name.
-        warnings: unknown keys and columns, files that are not named, windows that nobody could correct for: ignored.
+        warnings: of unknown keys and columns, unnamed files, and windows that cannot be corrected for; all are ignored.
     """
 
     setup: BundleSetup
@@ -62,7 +61,8 @@ def read_bundle(path: Path) -> Bundle:
         _verify_checksums(folder, setup.checksums)
         setup = setup.model_copy(update={"checksums": {}})
         sets, set_warnings = _read_sets(folder, setup)
-        direct, direct_warnings = _read_direct(folder, setup)
+        table = setup.direct
+        direct, direct_warnings = read_direct(_file(folder, table.file), setup.specimens) if table else ((), ())
         blows = tuple(_read_blow(file, setup) for file in sorted(folder.glob(f"{BLOWS}/*.unv")))
         return Bundle(
             setup=setup,
@@ -101,20 +101,10 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
                 coherence=measured.coherence,
                 source=entry.file,
                 estimator="not stated",
-                **_how_measured(entry),
+                **entry.model_dump(exclude={"file"}),
             )
         )
     return tuple(sets), tuple(warnings)
-
-
-def _read_direct(folder: Path, setup: BundleSetup) -> tuple[tuple[DirectPoint, ...], tuple[str, ...]]:
-    if setup.direct is None:
-        return (), ()
-    return read_direct(_file(folder, setup.direct.file), setup.specimens)
-
-
-def _how_measured(entry: InverseSet) -> dict[str, Any]:
-    return entry.model_dump(exclude={"file"})
 
 
 def _read_blow(file: Path, setup: BundleSetup) -> BundleBlow:
@@ -163,7 +153,7 @@ def _content(folder: Path, name: str) -> bytes:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Path]:
-    """The bundle's folder; a zip is unpacked for as long as it is read."""
+    """The bundle's folder; a zip is unpacked while the context lasts."""
     if path.is_dir():
         yield path
         return

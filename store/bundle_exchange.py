@@ -1,4 +1,4 @@
-"""Bundles into the catalogue and out of it."""
+"""Import of bundles into the catalogue, and export."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from store.analyses import add_analysis, latest_analysis
 from store.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
 from store.blows import Blow, Point, add_blow, add_point, list_blows
 from store.bundle import BLOWS, SETUP, Bundle, read_bundle
-from store.bundle_setup import FORMAT, BundleSetup, article_from, setup_from
+from store.bundle_setup import FORMAT, BundleSetup, InverseSet, article_from, setup_from
 from store.catalogue import Catalogue
 from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
 from store.dof import StoredDof
@@ -36,8 +36,8 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
     """Store a bundle as one finished run of kind ``import`` and return its number; on any error nothing is stored.
 
     Args:
-        catalogue: where to.
-        bundle: what `read_bundle` gave, or its path.
+        catalogue: gets the run.
+        bundle: from `read_bundle`, or its path.
         article: the test article, by which its specimens are known over the years; the bundle's title by default.
 
     Raises:
@@ -75,14 +75,14 @@ def export_bundle(
     """Write the newest frequency responses and dynamic stiffness of a run as a bundle, with checksums.
 
     Args:
-        catalogue: where from.
+        catalogue: has the runs.
         run_id: an imported run, or one measured here whose setup is in the form of setup.json.
-        path: a folder that is new or empty, or a new file that ends in .zip.
-        also: further runs whose results belong to the same bundle, such as the sweep of a hammer run.
-        blows: whether accepted blows go with it.
+        path: a new or empty folder, or a new file that ends in .zip.
+        also: further runs for the same bundle, such as the sweep of a hammer run.
+        blows: whether accepted blows are exported.
 
     Raises:
-        StoreError: the runs do not hold what a bundle needs, or the path is taken or cannot be written.
+        StoreError: the runs lack results that a bundle needs, or the path exists or cannot be written.
     """
     if path.exists() and not (path.is_dir() and not any(path.iterdir())):
         raise StoreError(f"{path} exists already; name a new folder or zip file")
@@ -153,10 +153,10 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         sets = _newest_sets(session, runs)
         direct = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
-    # what came as a bundle of one rig goes as one; of a run measured here, the other run has been forgotten
+    # an imported bundle may be of one rig only; for a run measured here, the caller forgot the other run
     for found, what in ((sets, "frequency responses"), (direct, "dynamic stiffness")):
         if not found and first.kind != IMPORT:
-            raise StoreError(f"run {_names(runs)} has no {what} to export")
+            raise StoreError(f"run {', '.join(map(str, runs))} has no {what} to export")
     setup = _setup(first, sets, bool(direct))
     for entry, measured in zip(setup.inverse, sets, strict=True):
         write_uff(
@@ -178,7 +178,7 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
             write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
     document = setup.model_dump(mode="json")
     for each in document["inverse"]:
-        if each["excitation"] == HAMMER:  # which goes without saying: the exchange format does not have the key
+        if each["excitation"] == HAMMER:  # the default; the exchange format does not have the key
             del each["excitation"]
     document["checksums"] = {
         file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
@@ -194,7 +194,7 @@ def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyRespons
         try:
             sets += list_frequency_responses(session, run)
         except NotFoundError:
-            # A sweep has none; what counts is that some run has.
+            # A sweep has none; another run may have them.
             continue
     return sets
 
@@ -214,13 +214,7 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> Bund
     inverse: list[dict[str, Any]] = [
         {
             "file": measured.source or f"inverse_{number}.unv",
-            "averages": measured.averages,
-            "peak_force": measured.peak_force,
-            "temperature_c": measured.temperature_c,
-            "window": measured.window,
-            "sample_rate": measured.sample_rate,
-            "block_seconds": measured.block_seconds,
-            "excitation": measured.excitation,
+            **{name: getattr(measured, name) for name in InverseSet.model_fields if name != "file"},
         }
         for number, measured in enumerate(sets, start=1)
     ]
@@ -234,7 +228,3 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> Bund
 def _bundle_blow(catalogue: Catalogue, blow: Blow, reference: WaveformReference, response: StoredDof) -> BundleBlow:
     file = blow.source or f"blow_{blow.point}_set{blow.set_number}_{blow.number:02}.unv"
     return from_waveform(catalogue.waveforms.read(reference), file, blow.point, response)
-
-
-def _names(runs: Sequence[int]) -> str:
-    return ", ".join(map(str, runs))

@@ -1,4 +1,4 @@
-"""setup.json of a bundle: what was built and how it was measured, checked."""
+"""setup.json of a bundle, checked: the test article and its measurements."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Joint(_Part):
 
 
 class Accelerometer(_Part):
-    """Where the accelerometer sits, and what it weighs."""
+    """The accelerometer, its place and its mass."""
 
     node: Node
     direction: Literal["x", "y"]
@@ -85,7 +85,7 @@ class DirectTable(_Part):
 
 
 class Tolerances(_Part):
-    """One standard deviation of what the lab admits not to know; a unit of 1 is relative."""
+    """Uncertainties, one standard deviation each; a unit of 1 is relative."""
 
     node_position: Annotated[NotNegative, quantity("m")]
     sensor_gain: Annotated[NotNegative, quantity("1")]
@@ -97,14 +97,14 @@ class Tolerances(_Part):
 
 
 class Prediction(_Part):
-    """A frequency response that the model is asked for."""
+    """A frequency response for the model to predict."""
 
     response: tuple[Node, Literal["x", "y"]]
     input: tuple[Node, Literal["x", "y"]]
 
 
 class Article(_Part):
-    """What was built, and how far the lab trusts its figures."""
+    """The test article, and the uncertainties of its values."""
 
     beam: Beam
     node_positions: Annotated[tuple[NotNegative, ...], quantity("m", "from the left end, rising", min_length=2)]
@@ -126,31 +126,23 @@ class Article(_Part):
         return self
 
     def check_known(self, node: int, what: str) -> None:
-        """Refuse a node that the beam does not have.
-
-        Raises:
-            ValueError: there are fewer node positions.
-        """
+        """ValueError for a node that the beam does not have."""
         if node > len(self.node_positions):
             raise ValueError(f"{what} is at node {node}; node_positions has {len(self.node_positions)}")
 
     def check_node(self, dof: StoredDof, where: str) -> None:
-        """Refuse a point that the beam does not have.
-
-        Raises:
-            StoreError: the node is not among the node positions, or the direction is not x or y.
-        """
+        """StoreError for a point that the beam does not have: an unknown node, or a direction other than x and y."""
         if dof.node > len(self.node_positions) or dof.direction not in ("x", "y"):
             raise StoreError(f"{where}: unknown point {dof}; nodes are 1 to {len(self.node_positions)}, x or y")
 
     @property
     def specimens(self) -> tuple[str, ...]:
-        """Names of the joints, which are those of their cylinders."""
+        """Names of the joints, which are also the names of their cylinders."""
         return tuple(joint.name for joint in self.joints)
 
 
 class BundleSetup(Article):
-    """All of setup.json; of both rigs one may be missing, its key left out.
+    """All of setup.json; one of the two experiments may be missing.
 
     `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files.
     """
@@ -174,7 +166,7 @@ class BundleSetup(Article):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Names of the files that hold what was measured."""
+        """Names of the files with measurements."""
         return (*(entry.file for entry in self.inverse), *(() if self.direct is None else (self.direct.file,)))
 
 
@@ -201,27 +193,19 @@ def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
 
 
 def unknown_keys(given: Any, known: Any) -> tuple[str, ...]:
-    """Keys of a document, by their path such as ``beam.lenght``, that what was read from it does not have."""
+    """Keys in `given`, by their path such as ``beam.lenght``, that are not in `known`."""
     return tuple(_unknown(given, known, ""))
 
 
 def setup_from(document: dict[str, Any]) -> BundleSetup:
-    """Check a document in the form of setup.json.
-
-    Raises:
-        StoreError: a key is missing, or a value is wrong; the message names the key.
-    """
+    """A document in the form of setup.json; StoreError, which names the key, if a value is missing or wrong."""
     if document.get("format") != FORMAT:
         raise StoreError(f"setup.json: format is {document.get('format')!r}, expected {FORMAT!r}")
     return _checked(BundleSetup, document)
 
 
 def article_from(document: dict[str, Any]) -> Article:
-    """The article that a stored setup describes; whatever else it holds is left aside.
-
-    Raises:
-        StoreError: a key is missing, or a value is wrong; the message names the key.
-    """
+    """The article of a stored setup, whose other keys are ignored; errors as for `setup_from`."""
     return _checked(Article, document)
 
 
@@ -230,7 +214,7 @@ _Model = TypeVar("_Model", bound=_Part)
 
 def _checked(model: type[_Model], document: dict[str, Any]) -> _Model:
     try:
-        # By way of JSON text, where an array is a tuple; Python's lists are not, and strict means strict.
+        # Strict models take a JSON array for a tuple, but not a Python list: so the document becomes JSON text.
         return model.model_validate_json(json.dumps(document, allow_nan=False))
     except ValidationError as error:
         first = error.errors()[0]

@@ -90,10 +90,8 @@ def claims(session: Session) -> dict[str, Claim]:
         for number, file, state in session.execute(select(RunRow.id, RunRow.waveform_file, RunRow.state))
     }
     blows = select(RunRow.waveform_file, BlowRow.waveform_record).select_from(BlowRow)
-    blows = blows.join(PointRow, PointRow.id == BlowRow.point_id)
-    sines = select(RunRow.waveform_file, SineRecordRow.waveform_record).select_from(SineRecordRow)
-    blows = blows.join(RunRow, RunRow.id == PointRow.run_id)
-    sines = sines.join(RunRow, RunRow.id == SineRecordRow.run_id)
+    blows = blows.join(BlowRow.point).join(PointRow.run)
+    sines = select(RunRow.waveform_file, SineRecordRow.waveform_record).join(SineRecordRow.run)
     for query in (blows, sines):
         for file, record in session.execute(query):
             if record is not None:

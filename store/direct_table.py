@@ -40,7 +40,7 @@ class DirectPoint:
 
 
 COLUMNS = tuple(field.name for field in fields(DirectPoint))
-# Lowest value, whether it may be reached, and highest value (never reached) of each column.
+# Lowest value, whether it is allowed, and highest value (not allowed) of each column.
 _LIMITS = {
     "order": (1, True, _MOST_ROWS),
     "time_s": (0.0, True, math.inf),
@@ -95,7 +95,7 @@ def read_direct(path: Path, specimens: Collection[str]) -> tuple[tuple[DirectPoi
 
 
 def write_direct(path: Path, points: Sequence[DirectPoint]) -> None:
-    """Write the rows; every number keeps its value to the last bit."""
+    """Write the rows with all digits."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -174,7 +174,7 @@ def _point(row: dict[str, str], where: str, specimens: Collection[str]) -> Direc
 
 def _number(text: str, where: str, lowest: float, reached: bool, highest: float) -> float:
     try:
-        # Python reads 1_000 as a thousand; a table does not mean that.
+        # Python reads 1_000 as a thousand; in a table it is no number.
         value = float(text if "_" not in text else "")
     except ValueError as error:
         raise StoreError(f"{where}: {text!r} is not a number") from error

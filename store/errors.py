@@ -1,4 +1,4 @@
-"""Errors of the store: the message says what was wrong, where, and what to do."""
+"""Errors of the store; each message names the fault, its place and a remedy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class NotFoundError(StoreError):
 
 
 class DamagedError(StoreError):
-    """Stored bytes are not what was written: a checksum differs or a record is cut short."""
+    """Stored data are damaged: a checksum differs, or a record is incomplete."""
 
     def __init__(self, where: str, what: str) -> None:
         super().__init__(f"{where}: {what}; {RESTORE}")

@@ -1,4 +1,4 @@
-"""Fields of documents that hold a quantity: the unit is in the schema, for people and for programs."""
+"""Fields of documents that hold a quantity: the schema has the unit, for people and for programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def quantity(unit: str, description: str = "", **constraints: Any) -> Any:
 
     Args:
         unit: such as "N/m"; "1" for a ratio.
-        description: of what is measured.
+        description: of the quantity.
         constraints: of the value, such as `gt=0`.
     """
     words = f"{description}, {unit}" if description else unit

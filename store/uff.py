@@ -24,7 +24,7 @@ _COMPLEX_TYPES, _REAL_TYPES = (5, 6), (2, 4)
 
 
 class FunctionKind(IntEnum):
-    """Function types of dataset 58 that the store knows by name; others are kept by their number."""
+    """Function types of dataset 58 with a name; others have their number only."""
 
     TIME_RESPONSE = 1
     FREQUENCY_RESPONSE = 4
@@ -32,7 +32,7 @@ class FunctionKind(IntEnum):
 
 
 class Quantity(IntEnum):
-    """Specific data types of dataset 58 that the store knows by name."""
+    """Specific data types of dataset 58 with a name."""
 
     UNKNOWN = 0
     DISPLACEMENT = 8
@@ -60,10 +60,10 @@ class UffFunction:
 
     Attributes:
         kind: function type; a `FunctionKind` where it has a name.
-        response, reference: where it was measured, and against what.
+        response, reference: degrees of freedom.
         start, step: of the abscissa, in s or Hz.
         values: (samples,) float64 or complex128.
-        abscissa_unit, unit, denominator_unit: labels as the file has them, empty for NONE.
+        abscissa_unit, unit, denominator_unit: labels of the file, empty for NONE.
         quantity, denominator: specific data types of ordinate and denominator; a `Quantity` where it has a name.
         name: first identification line.
     """
@@ -88,7 +88,7 @@ class UffFunction:
 
 
 def read_uff(path: Path) -> list[UffFunction]:
-    """Every function of a file, text or binary, in its order; datasets other than 58 are passed over.
+    """Every function of a file, text or binary, in its order; datasets other than 58 are ignored.
 
     Raises:
         StoreError: the file is missing, no UFF, cut short, in other units than SI, unevenly spaced, or holds
@@ -136,7 +136,7 @@ def _datasets(path: Path, expected: int) -> list[dict[str, Any]]:
     except StoreError:
         raise
     except Exception as error:
-        # pyuff raises bare Exception, and whatever its parsing meets.
+        # pyuff raises bare Exception, and any error of its parser.
         raise StoreError(f"{path.name} is damaged or not a UFF file: {str(error) or type(error).__name__}") from error
 
 
@@ -238,7 +238,7 @@ def _fitting(text: str, width: int) -> str:
 def _field(value: float) -> str:
     """A number in 13 columns, one of them blank, with as many digits as fit.
 
-    The decimal point is always there: without it a Fortran reader of E13.5 would put one five digits from the right.
+    It always has a decimal point: without one a Fortran reader of E13.5 assumes it five digits from the right.
     """
     texts = (f"{value:#.{digits}g}" for digits in range(17, 3, -1))
     return next(text for text in texts if len(text) <= 12).rjust(13)

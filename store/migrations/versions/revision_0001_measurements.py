@@ -1,4 +1,4 @@
-"""Tables of what was measured, with what, on what."""
+"""Tables of measurements, instruments and specimens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of what was computed from the measurements."""
+"""Tables of results."""
 
 from __future__ import annotations
 

@@ -120,12 +120,12 @@ INDICES = (
 
 
 def upgrade() -> None:
-    """Make the indices and views anew."""
+    """Create the indices and views again."""
     _replace(OLD_INDICES, INDICES, VIEWS)
 
 
 def downgrade() -> None:
-    """Make the former ones anew."""
+    """Create the former indices and views again."""
     _replace(INDICES, OLD_INDICES, {name: before.VIEWS[name] for name in VIEWS})
 
 

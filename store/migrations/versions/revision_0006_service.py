@@ -131,7 +131,7 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop what was created."""
+    """Drop the tables."""
     op.execute("DROP VIEW v_gap")
     _replace_views({name: before.VIEWS[name] for name in VIEWS})
     _replace(INDICES, OLD_INDICES)
@@ -188,7 +188,7 @@ def recorded(table: str, *columns: Any) -> None:
 
 
 def never_change(table: str) -> None:
-    """Let nobody change or delete what was written."""
+    """Refuse to change or delete rows."""
     if op.get_bind().dialect.name == "postgresql":
         op.execute(
             f"CREATE TRIGGER {table}_are_final BEFORE UPDATE OR DELETE ON {table} "

@@ -1,4 +1,4 @@
-"""The limits of a rig, as they were set over the service: what was in force when, and by whom."""
+"""The limits of a rig: each row has a time and the name of the person who set them."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop what was created."""
+    """Drop the table."""
     op.drop_table(TABLE)

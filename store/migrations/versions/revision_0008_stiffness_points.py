@@ -63,7 +63,7 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """Drop the columns with what is in them."""
+    """Drop the columns with their values."""
     op.execute(f"DROP VIEW {VIEW}")
     for name in (SHARED, *reversed(NUMBERS)):
         op.drop_column(TABLE, name)

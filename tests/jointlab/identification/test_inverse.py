@@ -19,7 +19,7 @@ from jointlab.identification.statements import MOSTLY, regularisation_statements
 from jointlab.identification.structure import free_beam_of
 from jointlab.report.inverse import inverse_sections
 from jointlab.report.section import Table
-from store.blow_window import NO_WINDOW, BlowWindow
+from store.blow_window import BlowWindow
 from store.bundle_setup import Article
 from store.dof import StoredDof
 from store.frequency_responses import FrequencyResponseSet
@@ -43,6 +43,9 @@ def joints_of(article: Article, stiffer: float) -> list[Joint]:
         )
         for each in article.joints
     ]
+
+
+NO_WINDOW = BlowWindow()
 
 
 def measured(stiffer: float, window: BlowWindow = NO_WINDOW) -> Measurement:

@@ -1,4 +1,4 @@
-"""A block: raw counts and what they mean."""
+"""A block: raw counts and their scaling."""
 
 from __future__ import annotations
 

@@ -35,9 +35,9 @@ def test_an_address_of_another_form_is_refused_with_the_form_wanted(address: str
 
 
 def test_a_server_that_is_not_there_is_an_absent_instrument_within_the_timeout() -> None:
-    with socket.socket() as nobody:
-        nobody.bind(("127.0.0.1", 0))
-        port = nobody.getsockname()[1]
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        port = unused.getsockname()[1]
     before = time.monotonic()
     with pytest.raises(InstrumentAbsentError, match=f"no NI gRPC device server at 127.0.0.1:{port}"):
         connect(f"grpc://127.0.0.1:{port}", timeout=0.3)
@@ -106,7 +106,7 @@ def test_a_table_that_fits_is_verified(chassis: Chassis, hammer_table: Table, te
         ("cDAQ1/ai0", "has only no analog input"),
     ],
 )
-def test_a_wrong_channel_is_named_with_what_there_is(
+def test_a_wrong_channel_is_named_with_the_known_ones(
     chassis: Chassis, hammer_table: Table, physical: str, reason: str
 ) -> None:
     with pytest.raises(ChannelError, match=f"channel 'hammer' is on {physical}.*{reason}"):
@@ -121,7 +121,7 @@ def test_a_wrong_channel_is_named_with_what_there_is(
         ({"excitation_current": 4e-3}, -200077),
     ],
 )
-def test_what_the_module_cannot_do_is_an_error_about_that_channel(
+def test_an_unsupported_setting_is_an_error_of_its_channel(
     chassis: Chassis, hammer_table: Table, change: dict[str, object], code: int
 ) -> None:
     with pytest.raises(ChannelError, match=r"channel 'hammer' on cDAQ1Mod./ai0: .*check|ask") as error:

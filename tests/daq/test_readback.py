@@ -1,4 +1,4 @@
-"""Nothing that came over the wire once is believed: readings have to agree, settings are read back."""
+"""Values from the network: readings have to agree, settings are read back."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ def test_arrays_agree_where_every_sample_does() -> None:
     assert agreed("record", lambda: next(readings)).tolist() == [1, 6]
 
 
-def test_readings_that_never_agree_are_refused_with_what_they_were_of() -> None:
+def test_readings_that_never_agree_are_refused_by_name() -> None:
     numbers = iter(range(100))
     with pytest.raises(DaqError, match="sample rate: 4 readings, and no two in succession agree"):
         agreed("sample rate", lambda: next(numbers))
 
 
-def test_what_the_network_changed_on_the_way_is_found_when_it_is_read_back(
+def test_a_setting_damaged_on_the_network_is_found_by_reading_back(
     plant: Plant, hammer_table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     original = NiDaqmx.CfgAnlgEdgeRefTrig
@@ -109,9 +109,7 @@ def test_a_record_of_which_one_bit_changed_on_the_way_is_read_again(
     assert not np.array_equal(block.counts, server.given[0])
 
 
-def test_a_record_that_nobody_wants_any_more_is_given_up_and_the_recorder_goes_on(
-    chassis: Chassis, tester_table: Table
-) -> None:
+def test_a_cancelled_record_ends_and_the_recorder_goes_on(chassis: Chassis, tester_table: Table) -> None:
     asked = 0
 
     def after_three_looks() -> bool:

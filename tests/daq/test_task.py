@@ -78,7 +78,7 @@ def test_a_block_carries_its_calibration_rate_and_time(chassis: Chassis, plant: 
     assert block.overloaded == ()
 
 
-def test_nobody_strikes_and_the_task_can_be_armed_again(chassis: Chassis, plant: Plant, hammer_table: Table) -> None:
+def test_without_a_blow_the_task_can_be_armed_again(chassis: Chassis, plant: Plant, hammer_table: Table) -> None:
     with chassis.triggered(hammer_table, 5120, 0.1, TRIGGER) as task:
         task.arm()
         before = time.monotonic()
@@ -236,7 +236,7 @@ def test_a_rate_beyond_the_instrument_is_an_error_and_frees_it(chassis: Chassis,
     ],
 )
 @pytest.mark.parametrize("method", ["StartTask", "ReadBinaryI32", "StopTask"])
-def test_every_error_says_where_what_and_what_to_do_and_clears_the_task(
+def test_every_error_names_place_and_remedy_and_clears_the_task(
     chassis: Chassis, server: DaqServer, tester_table: Table, method: str, code: int, kind: type[DaqError], advice: str
 ) -> None:
     with chassis.record(tester_table, 5000, 0.1) as recorder:

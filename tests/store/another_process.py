@@ -1,4 +1,4 @@
-"""Another process that holds something until it is ended."""
+"""Another process that runs until the test ends it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One roving-hammer set in a file: rows that belong together, in (m/s^2)/N, along positive directions."""
+"""Accelerances of one set in a file: complete, in (m/s^2)/N, along positive directions."""
 
 from __future__ import annotations
 

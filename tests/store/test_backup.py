@@ -264,7 +264,7 @@ def _refused(catalogue: Catalogue, url: str, tmp_path: Path, break_it: Callable[
         (_make_it_another_database, "the configured database is"),
     ],
 )
-def test_a_backup_that_is_not_what_was_made_is_refused_and_leaves_nothing(
+def test_a_changed_backup_is_refused_and_leaves_nothing(
     catalogue: Catalogue,
     filled: int,
     empty_database_url: str,
@@ -325,7 +325,7 @@ def test_a_backup_of_an_older_version_is_brought_up_to_date(
 
 
 @pytest.mark.parametrize("database_kind", ["postgresql"])
-def test_without_pg_dump_it_is_said_what_to_install(
+def test_without_pg_dump_the_error_names_the_package_to_install(
     catalogue: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))

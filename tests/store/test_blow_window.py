@@ -1,4 +1,4 @@
-"""A stated window: what it says is read, written again and refused where nobody could correct for it."""
+"""A stated window is read and written again, or refused if it cannot be corrected for."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_both_windows_are_read_in_either_order() -> None:
     assert BlowWindow(0.05, 0.5).decay == 2.0
 
 
-def test_what_a_window_leaves_at_the_end_of_the_record_says_how_fast_it_falls() -> None:
+def test_the_rest_at_the_end_of_the_record_gives_the_time_constant() -> None:
     assert math.exp(-2.0 * BlowWindow.parse("exponential 5 %", 2.0).decay) == pytest.approx(0.05)
 
 
@@ -43,6 +43,6 @@ def test_what_a_window_leaves_at_the_end_of_the_record_says_how_fast_it_falls() 
      "exponential 1 s, exponential 2 s", "force 0.05 s, ", "exponential -1 s",
      f"force 1{400 * '0'} s", "exponential 1e-323 %"],
 )  # fmt: skip
-def test_a_window_that_nobody_could_correct_for_is_refused_with_what_to_write(text: str) -> None:
+def test_a_window_that_cannot_be_corrected_for_is_refused_with_advice(text: str) -> None:
     with pytest.raises(StoreError, match=r"not a window that can be corrected for; write none, force 0\.05 s"):
         BlowWindow.parse(text, 2.0)

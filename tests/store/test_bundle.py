@@ -1,4 +1,4 @@
-"""Reading a bundle: whole ones come in, and every way of being wrong is refused by file, key or line."""
+"""Reading a bundle: a fault is refused with its file, key or line."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_a_file_that_is_not_named_is_ignored_with_a_warning(bundle: Path) -> Non
     assert read_bundle(bundle).warnings == ("inverse_2.unv is not named in setup.json and is ignored",)
 
 
-def test_a_window_that_nobody_could_correct_for_is_kept_with_a_warning(bundle: Path) -> None:
+def test_a_window_that_cannot_be_corrected_for_is_stored_with_a_warning(bundle: Path) -> None:
     _edit(bundle, lambda setup: setup["inverse"][0].update(window="hanning"))
     found = read_bundle(bundle)
     assert found.inverse[0].window == "hanning"

@@ -111,7 +111,7 @@ def test_two_runs_measured_here_make_one_bundle(
     assert found.direct[0].sd_rel == pytest.approx(700.0 / 7.1e5)
 
 
-def test_blows_stay_behind_where_nobody_wants_them(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:
+def test_an_export_without_blows(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:
     export_bundle(catalogue, import_bundle(catalogue, bundle), tmp_path / "out", blows=False)
     assert read_bundle(tmp_path / "out").blows == ()
 

@@ -1,4 +1,4 @@
-"""setup.json: what it says comes back, unknown keys are warned of, and what is wrong is refused by key."""
+"""setup.json: every value comes back, an unknown key gives a warning, a wrong value is refused by key."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def parse(document: Any) -> tuple[BundleSetup, tuple[str, ...]]:
     return parse_setup(json.dumps(document).encode())
 
 
-def test_what_a_setup_says_comes_back() -> None:
+def test_a_setup_comes_back_with_every_value() -> None:
     setup, warnings = parse(WHOLE)
     assert warnings == ()
     assert setup.beam.youngs_modulus == 207e9
@@ -149,7 +149,7 @@ def test_a_wrong_value_is_refused_by_its_key(key: str, value: Any, said: str) ->
         json.dumps(changed("beam.length", float("nan"))).encode(), json.dumps(WHOLE).replace("0.914", "1e999").encode(),
     ],
 )  # fmt: skip
-def test_what_is_no_json_object_of_numbers_is_refused(content: bytes) -> None:
+def test_a_document_that_is_no_json_object_of_numbers_is_refused(content: bytes) -> None:
     with pytest.raises(StoreError, match=r"^setup\.json"):
         parse_setup(content)
 

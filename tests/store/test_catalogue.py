@@ -123,7 +123,7 @@ def test_a_database_locked_by_another_program_is_said(tmp_path: Path, monkeypatc
         assert _start(opened) == 1
 
 
-def test_a_full_disk_is_said_and_nothing_is_half_stored(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_nothing_is_half_stored(tmp_path: Path) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
         with opened.reading() as session:
             pages = session.scalar(text("PRAGMA page_count"))
@@ -148,7 +148,7 @@ with catalogue.writing() as session:
 """
 
 
-def test_a_killed_process_leaves_what_it_committed_and_nothing_else(database_url: str, tmp_path: Path) -> None:
+def test_a_killed_process_leaves_exactly_its_commits(database_url: str, tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", CRASH, database_url, str(tmp_path)], check=False)
     with Catalogue.open(database_url, tmp_path) as opened, opened.reading() as session:
         assert [run.title for run in list_runs(session)] == ["kept"]

@@ -1,4 +1,4 @@
-"""The check: silent where all is well, and whatever is damaged or missing is named with what to do."""
+"""The check reports damaged and missing records, each with a remedy, and nothing else."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ def copy_with_a_flipped_bit(whole: Path, copy: Path, data: st.DataObject) -> Non
 
 @given(data=st.data())
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_whichever_bit_of_an_sqlite_catalogue_is_flipped_the_check_ends_in_words(
+def test_the_check_reports_any_flipped_bit_of_an_sqlite_catalogue(
     exported: Path, tmp_path: Path, data: st.DataObject
 ) -> None:
     with TemporaryDirectory(dir=tmp_path) as folder:

@@ -1,4 +1,4 @@
-"""Full disk, locked database, read-only folder, a clock set back: said in words, and nothing is half stored."""
+"""Addresses and errors of databases: full disk, lock, read-only folder, clock set back; nothing is half stored."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_a_waveform_that_does_not_fit_on_the_disk_is_not_half_there(tmp_path: Pa
 @pytest.mark.parametrize(
     ("state", "said"), [("53100", "free some space on the disk"), ("58030", "check whether the disk is full")]
 )
-def test_a_full_disk_of_the_server_is_said_and_nothing_is_half_stored(
+def test_a_full_disk_of_the_server_is_reported_and_nothing_is_half_stored(
     catalogue: Catalogue, state: str, said: str
 ) -> None:
     with catalogue.writing() as session:
@@ -214,7 +214,7 @@ print(WaveformFolder(folder / "waveforms").read(record).samples.size)
 """
 
 
-def test_a_folder_that_may_only_be_read_is_said_and_its_waveforms_can_be_read(tmp_path: Path) -> None:
+def test_a_read_only_folder_is_reported_and_its_waveforms_can_be_read(tmp_path: Path) -> None:
     with TemporaryDirectory() as folder:  # pytest's own folder is closed to other users
         done = subprocess.run([sys.executable, "-c", READ_ONLY, folder], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
@@ -277,6 +277,6 @@ def test_the_order_of_storing_stands_whatever_the_clock_says(catalogue: Catalogu
         assert [run.title for run in list_runs(session)] == ["5", "-60", "0"]
 
 
-def test_what_is_not_known_is_told_as_the_driver_says_it() -> None:
+def test_an_unknown_error_keeps_the_message_of_the_driver() -> None:
     assert driver_message(sqlite3.OperationalError("no such table: a\nmore")) == "no such table: a"
     assert driver_message(psycopg.OperationalError()) == "OperationalError"

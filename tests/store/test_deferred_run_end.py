@@ -1,4 +1,4 @@
-"""The end of a run whose database did not answer is stored when it does, once."""
+"""A deferred end of a run is stored once, when the database answers again."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_an_end_before_its_start_is_stored_and_says_that_the_clock_was_set_back(
     assert str(reason).startswith("the disk is full; the computer's clock was set back")
 
 
-def test_a_run_that_somebody_holds_is_left_to_them(catalogue: Catalogue) -> None:
+def test_the_end_of_a_locked_run_is_left_to_the_process_that_holds_it(catalogue: Catalogue) -> None:
     run = begun(catalogue)
     defer_run_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
     with run_lock(catalogue, run):

@@ -72,7 +72,7 @@ def test_the_relative_deviation_of_a_measured_point_comes_from_its_standard_erro
 
 
 @pytest.mark.parametrize("missing", ["stiffness_se", "thd_percent", "temperature_c"])
-def test_a_point_without_what_the_format_needs_is_not_exported(missing: str) -> None:
+def test_a_point_that_lacks_a_value_of_the_format_is_not_exported(missing: str) -> None:
     absent: dict[str, Any] = {missing: None, "sd_rel": None}
     measured = replace(to_dynamic_stiffness(POINT), **absent)
     with pytest.raises(StoreError, match="sine point 1 cannot be exported"):
@@ -150,9 +150,7 @@ def test_bytes_that_are_no_text_are_refused(tmp_path: Path, content: bytes) -> N
 
 @given(st.data())
 @PROPERTY
-def test_whatever_happens_to_a_table_the_answer_is_rows_or_an_error_of_the_store(
-    tmp_path: Path, data: st.DataObject
-) -> None:
+def test_any_damaged_table_gives_rows_or_an_error_of_the_store(tmp_path: Path, data: st.DataObject) -> None:
     content = bytearray(f"{HEADER}\n{LINE}\n{LINE.replace('1', '2', 1)}\n".encode())
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(content) - 1))

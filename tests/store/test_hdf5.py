@@ -1,4 +1,4 @@
-"""The waveforms of a run as HDF5: raw samples with what turns them into physical values."""
+"""The waveforms of a run as HDF5: raw samples with their scaling."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_damaged_waveform_leaves_no_file(catalogue: Catalogue, filled: int, tm
     assert not list(tmp_path.glob("run.h5*"))
 
 
-def test_what_cannot_be_written_is_refused(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_refused(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:
     with pytest.raises(NotFoundError, match="no run 77"):
         export_hdf5(catalogue, 77, tmp_path / "run.h5")
     (tmp_path / "taken.h5").write_text("")

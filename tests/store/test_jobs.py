@@ -1,4 +1,4 @@
-"""Jobs: taken once, kept by heartbeats, queued again when a worker is lost, and with exactly one result."""
+"""Jobs: taken once, leased by heartbeats, queued again when a worker is lost, with exactly one result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""API keys: found by their secret only, and never kept with it."""
+"""API keys are found by their secret only; the secret is not stored."""
 
 from __future__ import annotations
 

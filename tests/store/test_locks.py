@@ -10,7 +10,7 @@ from store.locks import RigBusyError, rig_lock
 from tests.store.another_process import another_process
 
 
-def test_a_rig_is_driven_by_one_at_a_time_who_is_named(catalogue: Catalogue) -> None:
+def test_one_process_at_a_time_drives_a_rig_and_is_named(catalogue: Catalogue) -> None:
     with rig_lock(catalogue, "rig"):
         with pytest.raises(RigBusyError, match=r"'rig' is driven by .+@.+, process \d+; work there, or end it first"):
             rig_lock(catalogue, "rig").__enter__()
@@ -20,7 +20,7 @@ def test_a_rig_is_driven_by_one_at_a_time_who_is_named(catalogue: Catalogue) -> 
         pass
 
 
-def test_a_rig_is_free_when_whoever_drove_it_was_killed(catalogue: Catalogue) -> None:
+def test_a_rig_is_free_when_its_process_was_killed(catalogue: Catalogue) -> None:
     folder = catalogue.waveforms.folder
     script = (
         "import sys\nfrom pathlib import Path\nfrom store.locks import exclusive_lock\n"

@@ -1,4 +1,4 @@
-"""Runs, points, blows and sine records: what goes in comes out, and raw rows stay as they are."""
+"""Runs, points, blows and sine records come back as they were stored, and raw rows never change."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_runs_are_listed_newest_first_and_filtered(catalogue: Catalogue, filled:
         assert [run.kind for run in list_runs(session, limit=1, before=list_runs(session)[0].id)] == ["hammer"]
 
 
-def test_what_is_not_there_is_not_found(catalogue: Catalogue) -> None:
+def test_a_missing_row_is_not_found(catalogue: Catalogue) -> None:
     with catalogue.reading() as session:
         for read in (get_run, list_blows, list_sine_records):
             with pytest.raises(NotFoundError, match="no run 77"):

@@ -1,4 +1,4 @@
-"""The schema: migrations make what the models say, go up and down with data in them, and are packaged."""
+"""The schema: migrations create the tables of the models, work with data in both directions, and are packaged."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _as_far_as(contents: Contents, other: Contents) -> Contents:
     }
 
 
-def test_the_migrations_make_what_the_models_say(catalogue: Catalogue) -> None:
+def test_the_migrations_create_the_tables_of_the_models(catalogue: Catalogue) -> None:
     with catalogue.reading() as session:
         context = MigrationContext.configure(session.connection(), opts={"compare_type": True})
         assert compare_metadata(context, Base.metadata) == []
@@ -165,7 +165,7 @@ def test_a_database_that_was_written_at_a_revision_is_read_and_goes_on(
         assert check(opened) == []
 
 
-def test_what_a_point_is_known_by_since_revision_8_is_lost_below_it_and_nothing_else(
+def test_a_downgrade_below_revision_8_loses_only_its_columns(
     catalogue: Catalogue, filled: int, samples: SimpleNamespace
 ) -> None:
     _migrate(catalogue, "0007")

@@ -21,7 +21,7 @@ def test_the_limits_that_were_set_last_are_in_force_at_their_own_rig(catalogue: 
         assert rig_limits(session, "none") is None
 
 
-@pytest.mark.parametrize("statement", ["UPDATE rig_limits SET who = 'nobody'", "DELETE FROM rig_limits"])
+@pytest.mark.parametrize("statement", ["UPDATE rig_limits SET who = 'another'", "DELETE FROM rig_limits"])
 def test_limits_that_were_in_force_are_never_changed(catalogue: Catalogue, filled: int, statement: str) -> None:
     with pytest.raises(StoreError, match="never changed or deleted"), catalogue.writing() as session:
         session.execute(text(statement))

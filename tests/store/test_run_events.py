@@ -77,7 +77,7 @@ def test_a_run_of_an_older_database_has_its_start_and_end_for_history(catalogue:
     assert (last.state, last.reason) == (before.state, before.reason)
 
 
-def test_a_run_is_held_by_one_at_a_time_who_is_named(catalogue: Catalogue, run: Run) -> None:
+def test_one_process_at_a_time_carries_out_a_run_and_is_named(catalogue: Catalogue, run: Run) -> None:
     refused = pytest.raises(RunBusyError, match="carried out by ann@rig, process 7")
     with run_lock(catalogue, run), refused, run_lock(catalogue, run):
         pass
@@ -110,7 +110,7 @@ def test_a_folder_that_cannot_be_written_is_named(catalogue: Catalogue, run: Run
         pass
 
 
-def test_holding_is_of_one_run_not_of_all(catalogue: Catalogue, run: Run) -> None:
+def test_each_run_has_its_own_lock(catalogue: Catalogue, run: Run) -> None:
     with catalogue.writing() as session:
         other = start_run(session, kind="sequence", title="t", article="a", setup={})
     with run_lock(catalogue, run), run_lock(catalogue, other):

@@ -1,4 +1,4 @@
-"""UFF58: read what others write, write what others read, refuse what is damaged with the file's name."""
+"""UFF58: files of other programs are read, theirs read ours, and a damaged file is refused by name."""
 
 from __future__ import annotations
 
@@ -182,9 +182,7 @@ def test_a_file_in_other_units_than_si_is_refused_by_its_units_dataset(tmp_path:
 
 @given(st.data())
 @PROPERTY
-def test_whatever_happens_to_a_file_the_answer_is_functions_or_an_error_of_the_store(
-    tmp_path: Path, data: st.DataObject
-) -> None:
+def test_any_damaged_file_gives_functions_or_an_error_of_the_store(tmp_path: Path, data: st.DataObject) -> None:
     path = tmp_path / "a.unv"
     write_uff(path, [accelerance(), accelerance()], binary=data.draw(st.booleans(), label="binary"))
     content = bytearray(path.read_bytes())
@@ -238,7 +236,7 @@ def test_text_and_binary_of_one_vendor_hold_the_same_signal(recording: Recording
     assert text.values == pytest.approx(binary.values, rel=1e-5)
 
 
-def test_the_accelerances_of_a_real_beam_are_what_its_text_files_say(recording: Recording) -> None:
+def test_the_accelerances_of_a_real_beam_equal_its_text_files(recording: Recording) -> None:
     folder = recording("data/beam")
     functions = read_uff(folder / "beam_accelerance_derived.uff")
     assert [str(function.reference) for function in functions] == ["1+x", "2+x", "3+x"]

@@ -2,15 +2,17 @@
 
 Read in this order:
 
-- What was measured: `measurement`. What is unknown: `parameter`.
-- One simulation of both rigs: `bench` says what parameters make of the drawing, `baseline` is the paper's model of it,
-  `beam` and `beam_rig` answer a hammer; `simulation` answers a sine too, and puts all together with derivatives.
-- The catalogue: `effect` is what an effect is, `effects` holds one file for each, `catalogue` lists them.
-- What is wrong with the measurement itself comes first: `faults`, by rows (`row_faults`, `rough_fit`, `row_faults`)
-  and in records of blows (`faults`, `mains`, `mains_detection`; a `record_effect` with its `parameter`).
-- Which: `fit` finds the most likely parameters of one model, `screening` and `screening` say which effects promise
-  anything, `search` tries those, `evidence` weighs models, `verdict` says what follows; `parallel_map` shares the work.
-- Where: `structure` counts misfit beyond noise, `location` maps it. How far: `held_out`, and the `floor` below it.
-- What cannot be told apart: `twins`; what would tell: `next_experiment`; for want of which measurement: `lost`.
+- The data: `measurement`. The unknowns: `parameter`.
+- One simulation of both rigs: `bench` holds the quantities that parameters change, `baseline` is the paper's model,
+  `free_beam_modes` and `beam_rig` give the response to a blow; `simulation` joins both rigs, with derivatives.
+- The catalogue: `effect` defines what an effect can change, `effects` has a file for each family, `catalogue` lists
+  them.
+- Faults of the measurement come first: `faults` (of records), `row_faults` with `rough_fit`, `mains_detection`.
+- Which effect: `fit` finds the most likely parameters of one model, `screening` predicts which effects are promising,
+  `search` and `two_effect_search` fit those, `evidence` compares models, `verdict` gives their probabilities and the
+  effects that cannot be told apart.
+- Where: `residual_structure` separates misfit from noise, `location` maps it. How far: `held_out`, and `gaps` with the
+  floor.
+- What to measure next: `next_experiment`. What these data cannot show: `missing_evidence`.
 - All of it: `diagnosis`.
 """

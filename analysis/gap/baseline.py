@@ -1,7 +1,7 @@
 """The paper's model of the bench, and the tolerances that the laboratory states for it.
 
 A Timoshenko beam on lumped joints of two cylinders each, Eqs. (8)-(11), whose stiffness and structural damping depend
-on neither amplitude nor frequency. Its cylinders are wanted; what is stated only within a tolerance comes along.
+on neither amplitude nor frequency. Its unknowns are the cylinders, and all that is stated within a tolerance only.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
 STIFFNESS_SPREAD = 1.0
-"""Of the natural logarithm of a cylinder's stiffness: nothing is known beforehand but its order."""
+"""Prior of the natural logarithm of a cylinder's stiffness: only its order of magnitude is known."""
 TYPICAL_LOSS, LOSS_SPREAD = 0.1, 0.7
 """Loss factors of filled rubber lie between 0.03 and 0.3 (D. I. G. Jones, Viscoelastic Vibration Damping, 2001)."""
 TYPICAL_ROTATION = 20.0
+"""N m, centre of the prior for the rotational stiffness c."""
 MESH_TOLERANCE = 5e-5
-"""Of the square of the third free frequency: eighty elements come within this of a converged beam."""
+"""Relative error of the squared third free frequency: eighty elements are this close to a converged mesh."""
 STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
-"""Shear and compression that the tester sees, by configuration; of an angled pair see `Baseline.weights`."""
+"""Weights of shear and compression in the tester's reading, by configuration; angled pairs: `Baseline.weights`."""
 LOCAL_COMPLIANCE = 1e-11
-"""m/N, of the beam between a blow and an accelerometer a millimetre beside it: a beam theory cannot know it, and the
-shear in that millimetre alone makes half of it."""
+"""m/N, of the beam between a blow and an accelerometer one millimetre away. Beam theory does not contain it; shear in
+that millimetre makes half of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Baseline:
     """The paper's model for one measurement.
 
     Attributes:
-        measurement: that it is a model of.
+        measurement: of the bench that is modelled.
         shear, compression: (joints,) typical stiffness a and b, N/m, on which the priors are centred.
     """
 
@@ -46,7 +47,7 @@ class Baseline:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Of the cylinders of each joint, then what is stated within tolerances."""
+        """Parameters of the cylinders of each joint, then of all that has a tolerance."""
         drawing, tolerances = self.measurement.drawing, self.measurement.tolerances
         found = list[Parameter]()
         for joint, a, b in zip(drawing.joints, self.shear, self.compression, strict=True):
@@ -75,7 +76,7 @@ class Baseline:
         return tuple(found)
 
     def cylinders(self, given: Given) -> Cylinders:
-        """The same everywhere; a cylinder in rotation loses what one in compression does."""
+        """Stiffness of all cylinders; in rotation a cylinder has the loss factor of compression."""
         storage, loss = [], []
         for joint in self.measurement.drawing.joints:
             name = joint.name
@@ -97,7 +98,7 @@ class Baseline:
         )
 
     def mounting(self, given: Given) -> Mounting:
-        """As drawn, within tolerances; both cylinders of a joint lean together, as its frame does."""
+        """The mounting as drawn, within tolerances; both cylinders of a joint lean with its frame."""
         drawn, names = self._drawn, [joint.name for joint in self.measurement.drawing.joints]
         return Mounting(
             inclination=drawn.inclination + np.array([[given[f"inclination({name})"]] for name in names]),
@@ -107,7 +108,7 @@ class Baseline:
         )
 
     def beam(self, given: Given, setting: Setting, mounting: Mounting) -> BeamBench:
-        """The beam rig in a set, its joints yet to be put in."""
+        """The beam rig in one hammer set, without the stiffness of its joints."""
         drawing = self.measurement.drawing
         rows = len(setting.inputs)
         driven = np.array([dof == drawing.accelerometer for dof in setting.inputs])
@@ -133,9 +134,9 @@ class Baseline:
         )
 
     def weights(self, mounting: Mounting, points: TesterPoints) -> Real:
-        """(points, 2) how much of shear and of compression the tester sees.
+        """(points, 2) weights of shear and of compression in the tester's reading.
 
-        An angled pair shows sin^2 theta of a and cos^2 theta of b from each side, which is a + b at 45 degrees.
+        An angled pair adds sin^2 theta of a and cos^2 theta of b from each side, which is a + b at 45 degrees.
         """
         lean = mounting.inclination
         pairs = np.stack([np.sum(np.sin(lean) ** 2, axis=1), np.sum(np.cos(lean) ** 2, axis=1)], axis=1)
@@ -145,7 +146,7 @@ class Baseline:
 
 
 def changed_by(name: str) -> frozenset[str]:
-    """Which parts of the bench a parameter of the baseline changes: joints, surroundings, tester."""
+    """Parts of the bench that a parameter of the baseline changes: joints, surroundings, tester."""
     kind = name.partition("(")[0]
     if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
         return frozenset({"surroundings"})
@@ -153,7 +154,7 @@ def changed_by(name: str) -> frozenset[str]:
 
 
 def baseline_of(measurement: Measurement) -> Baseline:
-    """Priors centred on what the tester shows, or on a stiff joint where there is no tester."""
+    """The model with priors centred on the tester's stiffness, or on a stiff joint where there is no tester."""
     joints = len(measurement.drawing.joints)
     typical = measurement.drawing.beam.flexural_rigidity / measurement.drawing.beam.length**3
     shear, compression = np.full(joints, 20 * typical), np.full(joints, 120 * typical)

@@ -1,8 +1,9 @@
-"""What the accelerometer reads for a blow at each point, and how that changes with everything in the bench.
+"""The accelerometer's reading for a blow at each point, and its derivatives in everything of the bench.
 
-The beam is never solved for: joints and accelerometer are attached to its free modes through their receptance, a small
-system a line. With y_q the beam's motion under a unit force at the accelerometer and y_r that under a blow, a change dD
-of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, and cheap for any number of changes.
+The beam itself is not solved for: joints and accelerometer are attached to its free modes through their receptance, a
+small system for each line. With y_q the beam's motion under a unit force at the accelerometer and y_r that under a
+blow, a change dD of dynamic stiffness anywhere changes the receptance by -y_q^T dD y_r: exact, and cheap for any number
+of changes.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class BeamRig:
         modes: without joints.
         inputs: (rows,) the points struck.
         node_positions: (nodes,) m.
-        sensor: which way the accelerometer looks.
+        sensor: direction of the accelerometer.
         sensor_mass: known, kg.
         joint_mass: (joints,) known, kg.
     """
@@ -46,17 +47,17 @@ class BeamRig:
     joint_mass: Real
 
     def answer(self, bench: BeamBench, blow_offset: Real) -> Answer:
-        """What `bench` answers to blows `blow_offset` (rows,) m beside where it says."""
+        """The response of `bench` to blows that fall another `blow_offset` (rows,) m beside their points."""
         return Answer(self, bench, bench.blow_offset + blow_offset)
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The beam rig's answer at one state of the bench.
+    """The beam rig's response at one state of the bench.
 
     Attributes:
-        rig: that answers.
-        bench: its state.
+        rig: points, sensor and known masses.
+        bench: state of the rig.
         blow_offset: (rows,) of the blows beside their nodes, m.
     """
 
@@ -66,7 +67,7 @@ class Answer:
 
     @cached_property
     def _sensor(self) -> tuple[Real, Real, Real]:
-        """(N,) the modes as the accelerometer sees them; their derivatives in its place and in its cross-axis share."""
+        """(N,) modes at the accelerometer, and their derivatives in its position and in its cross-axis share."""
         modes, place, share = (
             self.rig.modes,
             self.bench.sensor_position,
@@ -83,7 +84,7 @@ class Answer:
 
     @cached_property
     def _blows(self) -> tuple[Real, Real, Real]:
-        """(rows, N) the modes as the blows see them; their derivatives in the place and in the lean of each blow.
+        """(rows, N) modes at the blows, and their derivatives in the position and in the lean of each blow.
 
         A leaning blow that strikes above the axis turns the section as well.
         """
@@ -104,7 +105,7 @@ class Answer:
 
     @cached_property
     def _attached(self) -> tuple[Real, Real]:
-        """(attached, N) the modes at joints (x, y, rotation each) and accelerometer (x, y), and at joints' slopes."""
+        """(attached, N) modes at joints (x, y, rotation each) and accelerometer (x, y), and their slopes there."""
         modes, sensor = self.rig.modes, self.bench.sensor_position
 
         def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
@@ -116,7 +117,7 @@ class Answer:
 
     @cached_property
     def _stiffness(self) -> Complex:
-        """(lines, attached, attached) what is attached to the beam."""
+        """(lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
         bench, rig = self.bench, self.rig
         joints = bench.joints.shape[1]
         size = 3 * joints + 2
@@ -144,19 +145,19 @@ class Answer:
 
     @cached_property
     def _ends(self) -> Real:
-        """(3 + rows, N) the accelerometer, its derivatives in place and cross-axis share, and the blows."""
+        """(3 + rows, N) modes at the accelerometer, their two derivatives, and modes at the blows."""
         return np.concatenate([np.array(self._sensor), self._blows[0]])
 
     @cached_property
     def _motion(self) -> Complex:
-        """(lines, attached, 3 + rows) of the attached freedoms under unit forces at the ends."""
+        """(lines, attached, 3 + rows) motion of the attached degrees of freedom under unit forces at the ends."""
         attached, _ = self._attached
         system = np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness
         return np.asarray(np.linalg.solve(system, self._free(attached, self._ends)))
 
     @cached_property
     def _force(self) -> Complex:
-        """(lines, attached, 3 + rows) what the attached push back with."""
+        """(lines, attached, 3 + rows) forces of the attached parts on the beam, negative."""
         return self._stiffness @ self._motion
 
     @cached_property
@@ -191,7 +192,7 @@ class Answer:
 
     @cached_property
     def by_blow_offset(self) -> Complex:
-        """(rows, lines) derivative of each row's accelerance in the place of its blow, (m/s^2)/N/m."""
+        """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
         return self._to_read * _times(self._blows[1], self._field)
 
     @cached_property
@@ -200,7 +201,7 @@ class Answer:
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
-        """With the mass that goes with it."""
+        """(rows, lines) derivative in the sensor's position; its mass moves with it."""
         carried = range(self._stiffness.shape[1] - 2, self._stiffness.shape[1])
         return self._to_read * (self._receptances[:, 1] + self._moved(carried)).T
 
@@ -212,7 +213,7 @@ class Answer:
         return self._free(slopes, self._ends[at]) - self._free(slopes, attached) @ self._force[:, :, at]
 
     def _moved(self, which: range) -> Complex:
-        """(lines, rows) derivative of the receptance when what is attached at `which` moves along the beam."""
+        """(lines, rows) derivative of the receptance when the parts attached at `which` move along the beam."""
         at, slope = list(which), self._slopes_under_forces
         of_sensor = np.einsum("la,lar->lr", slope[:, at, 0], self._force[:, at, 3:])
         of_blows = np.einsum("la,lar->lr", self._force[:, at, 0], slope[:, at, 1:])
@@ -269,7 +270,7 @@ class Answer:
         return np.asarray(self._to_read * np.moveaxis(pulled @ self._motion[:, : 3 * joints, 3:], 0, 2))
 
     def _besides_joints(self, changes: Changes) -> Complex:
-        """(rows, lines) derivative of the accelerance in one parameter, but for what comes through the joints."""
+        """(rows, lines) derivative of the accelerance in one parameter, without the part through the joints."""
         bench = self.bench
         total = np.zeros_like(self.accelerance)
         if "sensor_mass" in changes:
@@ -298,7 +299,7 @@ class Answer:
 
     @cached_property
     def _by_pole(self) -> Complex:
-        """(rows, lines) derivative by the pole through the known masses; joints and modes have theirs elsewhere."""
+        """(rows, lines) derivative in the pole through the known masses; joints and modes are treated elsewhere."""
         joints = [mass for kilograms in self.rig.joint_mass for mass in (kilograms, kilograms, 0.0)]
         mass = np.array([*joints, *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
         both = np.einsum("lp,p,lpr->rl", self._motion[:, :, 0], mass, self._motion[:, :, 3:])

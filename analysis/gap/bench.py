@@ -1,4 +1,4 @@
-"""What parameters make of the drawing: all that the two rigs need to answer a blow or a sine."""
+"""The bench as parameters make it of the drawing: all that the two rigs need to respond to a blow or a sine."""
 
 from __future__ import annotations
 
@@ -12,20 +12,19 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 
 REFERENCE_FORCE = 100.0
-"""N; of a blow at level 1."""
+"""Peak force in N of a blow at level 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Loading:
-    """In which state of motion cylinders are asked for their stiffness; all but `tester` and `level` as (n,).
+    """The state of motion for which the stiffness of cylinders is computed; arrays are (n,).
 
     Attributes:
-        tester: in the tester, not under the beam.
+        tester: whether the cylinders are in the tester; otherwise they are under the beam.
         frequency: Hz.
-        amplitude: zero to peak in the tester, m; nan under the beam, where a law has to say it from `level`.
+        amplitude: zero to peak in the tester, m; nan under the beam, where a law derives it from `level`.
         level: peak force of the blows over 100 N; 1 in the tester.
-        temperature: degrees Celsius; nan where it is not known.
-        fraction: of the tester's order of measuring; 0 under the beam.
+        fraction: how far the test had come in the order of measuring, 0 to 1; 0 under the beam.
         angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
 
@@ -33,7 +32,6 @@ class Loading:
     frequency: Real
     amplitude: Real
     level: float
-    temperature: Real
     fraction: Real
     angled: NDArray[np.bool_]
 
@@ -50,14 +48,12 @@ class Setting:
         inputs: (rows,) points struck.
         frequency: (lines,) Hz.
         peak_force: of a blow, N.
-        temperature: degrees Celsius; nan where it is not known.
         decay: of the exponential window that the records are stated to carry, 1/s.
     """
 
     inputs: tuple[Dof, ...]
     frequency: Real
     peak_force: float
-    temperature: float
     decay: float = 0.0
 
     @cached_property
@@ -69,7 +65,6 @@ class Setting:
             frequency=self.frequency,
             amplitude=np.full(lines, np.nan),
             level=self.peak_force / REFERENCE_FORCE,
-            temperature=np.full(lines, self.temperature),
             fraction=np.zeros(lines),
             angled=np.zeros(lines, dtype=bool),
         )
@@ -80,7 +75,7 @@ class Cylinders:
     """Stiffness of the cylinders of each joint in shear, compression (N/m) and rotation (N m).
 
     Attributes:
-        storage, loss: (joints, 3, n) k' and k''; n is 1 where they are the same everywhere.
+        storage, loss: (joints, 3, n) k' and k''; n is 1 where they are the same for all points or lines.
     """
 
     storage: Real
@@ -118,21 +113,21 @@ class BeamBench:
     """The beam rig in one hammer set.
 
     Attributes:
-        pole: (lines,) at which the bench is looked at: i w, or beside it under an exponential window.
+        pole: (lines,) at which the bench is evaluated: i w, plus the decay of an exponential window.
         joints: (lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
-        modulus, density: over the drawing's.
-        mesh: share by which the mesh stiffens the third free mode, and others by their frequency squared.
+        modulus, density: relative to the drawing.
+        mesh: share by which the mesh raises the squared frequency of the third free mode; of others by that square.
         loss: (lines or 1,) structural loss factor of the beam beyond its free damping.
-        damping: damping ratios of the free beam over the drawing's.
-        ratio: damping ratio of every elastic mode beyond that.
+        damping: damping ratios of the free beam, relative to the drawing.
+        ratio: damping ratio that every elastic mode has in addition.
         joint_position: (joints,) m.
         sensor_position: m.
         sensor_mass: kg, beyond the known one.
         cross_axis: share of the axial acceleration that the sensor reads.
-        blow_offset: (rows,) of the blows along the beam beyond what each set's tolerance says, m.
+        blow_offset: (rows,) of the blows along the beam, in addition to the tolerance of each set, m.
         lean: (rows,) of the blows, rad; leaning to the right.
-        strike_height: of the struck surface over the axis, m: the lever of a leaning blow.
-        chain: (rows or 1, lines or 1) what is read over the acceleration per force.
+        strike_height: of the struck surface over the beam's axis, m: the lever of a leaning blow.
+        chain: (rows or 1, lines or 1) reading over true acceleration per force.
         added: (rows or 1, lines or 1) receptance that the plane model does not have, m/N.
     """
 
@@ -156,9 +151,9 @@ class BeamBench:
 
 
 def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
-    """(lines, joints, 3, 3) what a lower and an upper cylinder make of a joint, Eqs. (9)-(11).
+    """(lines, joints, 3, 3) stiffness of joints with a lower and an upper cylinder each, Eqs. (9)-(11).
 
-    A stiffness spread over a length l turns with k22 l^2 / 12 besides.
+    A stiffness that is spread over a length l adds k22 l^2 / 12 in rotation.
     """
     a, b, c = (each.T[:, :, None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
     cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity

@@ -1,4 +1,4 @@
-"""What an effect is: parameters with their priors, and what they change of the bench."""
+"""The definition of an effect: parameters with their priors, and the changes that they make to the bench."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ Given = Mapping[str, float]
 class Effect:
     """An effect of the catalogue under one law.
 
-    A subclass says what it is by its class attributes, and overrides those methods that it has something to say to:
-    each takes a part of the bench as the paper's model and the effects before it left it, and returns it changed.
-    The fields of the dataclass tell variants apart, such as the joint that is concerned.
+    A subclass names itself by its class attributes and overrides the methods of the parts that it changes: each takes
+    a part of the bench as the paper's model and earlier effects left it, and returns it changed. The fields of the
+    dataclass distinguish variants, such as the joint that is concerned.
     """
 
     id: ClassVar[str]
     """Name in the catalogue, in JSON and on pages."""
     title: ClassVar[str]
-    """A few words for people."""
+    """A few words for tables and reports."""
     law: ClassVar[str] = "the only one"
     """Name of the law, where rival laws share an id."""
     form_is_known: ClassVar[bool] = False
-    """Whether a bench that has it follows its law to the letter, as with a mass, a length, a delay."""
+    """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     interpolates: ClassVar[bool] = True
-    """Whether it says anything at amplitudes at which nothing was measured."""
+    """Whether the law holds at amplitudes at which nothing was measured."""
 
     own_parameters: ClassVar[tuple[Parameter, ...]] = ()
     """Parameters, where they are the same for every measurement."""
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """All that a measurement can show; by default the one that takes no arguments."""
+        """Variants that a measurement could show; by default the one without arguments."""
         return (cls(),)
 
     @property
@@ -51,29 +51,29 @@ class Effect:
         return self.own_parameters
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        """The elastomer: in both rigs."""
+        """Change the elastomer, in both rigs."""
         return cylinders
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
-        """How the cylinders hold the beam; angled pairs lean alike in the tester."""
+        """Change how the cylinders hold the beam; angled pairs in the tester lean likewise."""
         return mounting
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        """Joint matrices (lines, joints, 3, 3) of the beam rig at `pole` (lines,)."""
+        """Change joint matrices (lines, joints, 3, 3) of the beam rig at `pole` (lines,)."""
         return joints
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        """Bar, accelerometer, blows and measuring chain of the beam rig."""
+        """Change beam, accelerometer, blows or measuring chain of the beam rig."""
         return bench
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
-        """What the tester reads, (points,) N/m, of what it holds."""
+        """Change the tester's reading, (points,) N/m."""
         return stiffness
 
 
 @dataclass(frozen=True)
 class EffectOfEachJoint(Effect):
-    """An effect that every joint has in its own measure.
+    """An effect with a parameter for each joint.
 
     Attributes:
         names: (joints,) of the drawing.
@@ -83,11 +83,11 @@ class EffectOfEachJoint(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """One, for all joints together."""
+        """One variant, for all joints together."""
         return (cls(tuple(joint.name for joint in measurement.drawing.joints)),)
 
     def at_joints(self, given: Given, prefix: str) -> Real:
-        """(joints,) values of the parameters that are called by a prefix and a joint's name."""
+        """(joints,) values of the parameters whose names are the prefix and a joint's name."""
         return np.array([given[f"{prefix}_{name}"] for name in self.names])
 
 
@@ -99,12 +99,12 @@ def acts_on(effect: Effect | type[Effect], part: str) -> bool:
 
 @dataclass(frozen=True)
 class RecordEffect:
-    """What was found of an effect of the catalogue in the records of blows, or in their averages.
+    """An effect of the catalogue that records of blows, or their averages, show without any fit.
 
     Attributes:
         id: in the catalogue.
         parameters: by name.
-        fault: a sentence that says so.
+        fault: a sentence about it.
     """
 
     id: str

@@ -1,9 +1,9 @@
-"""How well models explain, where neither noise nor the models themselves are quite right.
+"""The evidence of models, where neither noise nor the models themselves are exact.
 
 Laplace's approximation, log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior
-variance, is exact for a law that is exact. A real effect follows no law of ours exactly, and what it leaves behind is
-smooth and many times noise. So chi-square is tempered, divided by T: by as much as the best model's own misfit asks
-for, and by no more than a law that is roughly right would leave of the gap.
+variance, is exact for a law that is exact. A real effect follows none of our laws exactly, and its residual is smooth
+and many times noise. So chi-square is tempered, divided by T: as much as the misfit of the best model requires, and no
+more than a law that is roughly right would leave of the gap.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def at_tolerance(found: Fit, places: Sequence[int], tolerances: Sequence[float],
 
 
 def temperature_of(gap: float, remaining: float, form: float = FORM_ERROR) -> float:
-    """T, from misfits beyond noise (squared standard deviations) of the paper's model and of the best one.
+    """T from misfits beyond noise (squared standard deviations) of the paper's model and of the best one.
 
     Args:
         gap: that of the paper's model.

@@ -17,9 +17,9 @@ from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_
 
 DOUBLE_HIT = "double_hit"
 ONSET = 0.1
-"""Of the peak, which the force passes when the hammer touches."""
+"""Share of the peak force at which the hammer is taken to touch."""
 SPOILT = (BlowFault.OVERLOAD, BlowFault.CLIPPED, BlowFault.NO_RESPONSE)
-"""Faults that spoil a record, beside a double hit; the others are about how the session was to strike."""
+"""Faults that spoil a record, apart from double hits; other faults concern the rules of the hammer session."""
 
 
 def record_faults(blows: Sequence[RawBlow]) -> tuple[RecordEffect | None, tuple[str, ...]]:
@@ -60,10 +60,10 @@ def _double_hit(bouncing: Sequence[tuple[RawBlow, BlowVerdict]], struck: int) ->
 
 @dataclass(frozen=True, eq=False)
 class ExaminedMeasurement:
-    """A measurement that can be believed.
+    """A measurement without its faults.
 
     Attributes:
-        measurement: put right as far as that goes; the same object where nothing had to be changed.
+        measurement: corrected as far as possible; the same object where nothing had to be changed.
         faults: a sentence for each fault that was found.
         effects: of the catalogue, those that records show by themselves; each is among the faults too.
     """
@@ -74,10 +74,10 @@ class ExaminedMeasurement:
 
 
 def examine(measurement: Measurement) -> ExaminedMeasurement:
-    """Look for faults and take them out.
+    """Find faults of a measurement and correct them.
 
-    Lines at which the mains hums and dead rows are left out; sets in another unit, rows of wrong polarity and rows that
-    were swapped are put right. Blows that bounced are in the averages already and spoil coherence, no more.
+    Lines with mains hum and dead rows are left out; sets in another unit, rows of wrong polarity and swapped rows are
+    corrected. Blows that bounced stay in the averages, where they only lower coherence.
 
     Raises:
         AnalysisError: every row is dead.

@@ -1,7 +1,7 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
-All unknowns are scores with a standard normal prior: those that the rigs share, the gain of each hammer set, and how
-far the blows of each row fell beside their node.
+All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set,
+and the offset of the blows of each row from their node.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, T
 
 @dataclass(frozen=True)
 class Stage:
-    """One of the fits that lead round local minima.
+    """One of several fits in a row, which avoid local minima.
 
     Attributes:
         inflation: share of |H| by which the noise of accelerances is inflated.
@@ -42,25 +42,25 @@ FROM_AFAR = (
     *(Stage(share, tester=share) for share in (0.03, 0.01)),
     FINAL,
 )
-"""From what is known beforehand."""
+"""For a start at the centre of the priors."""
 CLOSE = (Stage(0.1, tester=0.1), Stage(0.03, tester=0.03), FINAL)
-"""For a start that is near already."""
+"""For a start near the solution."""
 FROM_TESTER = (Stage(1.0), Stage(0.3), Stage(0.1), Stage(0.03), FINAL)
-"""For a law of the elastomer: the tester shows it, and the beam then has to follow."""
+"""For a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
-"""Standard deviations from its prior where no parameter ever is."""
+"""Standard deviations from the prior that no parameter exceeds."""
 EARLY_GAIN = 30.0
 """Gain in chi-square (over chi-square per datum) at which all stages but the last end."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """What one row of accelerances, or all points of the tester, say of some of the unknowns.
+    """The normal equations of one row of accelerances, or of all points of the tester, in some of the unknowns.
 
     Attributes:
         rig: "inverse" or "direct".
-        set_number, row: which row it is; -1 in the tester.
-        unknowns: (n,) places of the unknowns that matter to it.
+        set_number, row: indices of the row; -1 in the tester.
+        unknowns: (n,) indices of the unknowns that it depends on.
         normal: (n, n) J^t J.
         descent: (n,) J^t r.
         chi_square: r^t r.
@@ -79,11 +79,11 @@ class Block:
 
 @dataclass(eq=False)
 class LastState:
-    """The state in which a simulation was looked at last: where one stage of a fit ends, the next begins.
+    """The state of a simulation that was computed last: the next stage of a fit begins where this one ended.
 
     Attributes:
         scores: (unknowns,).
-        state: of both rigs there.
+        state: of both rigs at these scores.
     """
 
     scores: Real
@@ -96,8 +96,8 @@ class Likelihood:
 
     Attributes:
         simulation: with its measurement.
-        inflation, tester: shares of what is measured that are added to its standard deviation, by rig.
-        latest: that likelihoods of one simulation share; None where nothing is kept.
+        inflation, tester: shares of the measured values that are added to their standard deviation, for each rig.
+        last_state: shared by the likelihoods of one simulation; None where no state is kept.
     """
 
     simulation: Simulation
@@ -107,18 +107,18 @@ class Likelihood:
 
     @property
     def measurement(self) -> Measurement:
-        """What is fitted."""
+        """The data that are fitted."""
         return self.simulation.baseline.measurement
 
     @cached_property
     def _first_blow(self) -> list[int]:
-        """Where the blows of each set start among the unknowns, and where they all end."""
+        """Index of the first blow offset of each set among the unknowns, and the number of unknowns."""
         counts = [len(each.inputs) for each in self.measurement.sets]
         return list(len(self.simulation.shared) + len(counts) + np.cumsum([0, *counts]))
 
     @property
     def unknowns(self) -> int:
-        """How many."""
+        """Number of unknowns."""
         return self._first_blow[-1]
 
     @property
@@ -129,16 +129,12 @@ class Likelihood:
             sum(each.accelerance.size for each in self.measurement.sets) + (0 if points is None else points.order.size)
         )
 
-    def predict(self, scores: Real, derivatives: bool = True) -> Prediction:
-        """What both rigs read for `scores` (unknowns,)."""
-        return self.predict_some(scores, None if derivatives else ())
-
-    def predict_some(self, scores: Real, derivatives: Sequence[int] | None) -> Prediction:
-        """The same, with derivatives in some of the shared parameters, or in all."""
+    def predict(self, scores: Real, derivatives: Sequence[int] | None = None) -> Prediction:
+        """Readings of both rigs for `scores` (unknowns,), with derivatives in some shared parameters, or in all."""
         return self._state(scores).prediction(derivatives)
 
     def _state(self, scores: Real) -> State:
-        """Of both rigs for `scores` (unknowns,)."""
+        """The state of both rigs for `scores` (unknowns,)."""
         if self.last_state is None:
             return self._computed_state(scores)
         if self.last_state.state is None or not np.array_equal(scores, self.last_state.scores):
@@ -156,18 +152,18 @@ class Likelihood:
         return self.simulation.state(scores[:shared], gains, blows)
 
     def deviation(self, hammer_set: HammerSet) -> Real:
-        """(rows, lines) of a set, inflated."""
+        """(rows, lines) inflated standard deviation of a set."""
         return np.hypot(hammer_set.deviation, self.inflation * np.abs(hammer_set.accelerance))
 
     @cached_property
     def tester_deviation(self) -> Real:
-        """(points,) inflated."""
+        """(points,) inflated standard deviation of the tester."""
         points = self.measurement.points
         assert points is not None
         return np.hypot(points.deviation, self.tester * np.abs(points.stiffness))
 
     def at(self, values: Real) -> Trial:
-        """Chi-square and the scores' own squares at `values` (unknowns,); nowhere for a bench that cannot be."""
+        """Chi-square and the squared scores at `values` (unknowns,); `NOWHERE` for an impossible bench."""
         if np.max(np.abs(values)) > FARTHEST:
             return NOWHERE
         with np.errstate(all="ignore"):
@@ -186,7 +182,7 @@ class Likelihood:
             return normal_equations(self._blocks(values, state.prediction()), values)
 
     def blocks(self, values: Real) -> tuple[Block, ...]:
-        """What each row and the tester say, about `values`."""
+        """The normal equations of each row and of the tester, linearised at `values` (unknowns,)."""
         return self._blocks(values, self.predict(values))
 
     def _blocks(self, values: Real, predicted: Prediction) -> tuple[Block, ...]:
@@ -215,7 +211,7 @@ class Likelihood:
 
     def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
-        predicted, parts, left = self.predict_some(values, shared), list[Complex](), list[Complex]()
+        predicted, parts, left = self.predict(values, shared), list[Complex](), list[Complex]()
         for number, each in enumerate(self.measurement.sets):
             weight = 1 / self.deviation(each)
             parts.append((predicted.by_shared[number] * weight).reshape(len(shared), -1))
@@ -227,8 +223,8 @@ class Likelihood:
         return _as_parts(np.concatenate(parts, axis=1)), _as_parts(np.concatenate(left))
 
     def own_columns(self, values: Real) -> Real:
-        """(sets and rows, data) whitened derivatives in the gain of each set and in the place of each row's blows."""
-        predicted, first = self.predict_some(values, (0,)), len(self.simulation.shared)
+        """(sets and rows, data) whitened derivatives in the gain of each set and in the blow offset of each row."""
+        predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
         tolerances, found, place = self.measurement.tolerances, np.zeros((self.unknowns - first, self.data)), 0
         for number, each in enumerate(self.measurement.sets):
             weight = 1 / self.deviation(each)
@@ -244,7 +240,7 @@ class Likelihood:
 
 
 def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
-    """The normal equations of some blocks and of the prior."""
+    """The sum of the normal equations of some blocks and of the prior."""
     normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
     for block in blocks:
         normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
@@ -283,8 +279,8 @@ class Fit:
     Attributes:
         likelihood: that was maximised.
         scores: (unknowns,).
-        at: the normal equations there.
-        converged: whether the search ended by itself.
+        at: the normal equations at `scores`.
+        converged: whether the search ended before its limit of steps.
     """
 
     likelihood: Likelihood
@@ -304,7 +300,7 @@ class Fit:
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """What each row and the tester say."""
+        """The normal equations of each row and of the tester."""
         return self.likelihood.blocks(self.scores)
 
     @cached_property
@@ -326,7 +322,7 @@ class Fit:
 
 
 def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
-    """A likelihood looked at where it is not necessarily highest."""
+    """A likelihood evaluated at `scores`, which need not be its maximum."""
     return Fit(likelihood, scores, likelihood.at(scores).linearised(), converged=False)
 
 
@@ -338,7 +334,7 @@ def fit(
     most_steps: int = 30,
     hopeless: Mapping[Stage, float] = MappingProxyType({}),
 ) -> Fit:
-    """Search the most likely parameters.
+    """Find the most likely parameters.
 
     Args:
         simulation: the model.
@@ -346,7 +342,7 @@ def fit(
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each.
-        hopeless: cost at the end of a stage from which a model is not worth to be searched for any further.
+        hopeless: cost at the end of a stage above which the fit is given up.
     """
     found: Minimum | None = None
     scores, last_state = start, LastState(start)

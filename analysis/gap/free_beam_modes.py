@@ -1,4 +1,4 @@
-"""The free beam: how its modes move at any place, and how stiff they are for any E, density and damping."""
+"""The free beam: its mode shapes at any position, and modal stiffness for any modulus, density and damping."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam, Mesh, ass
 
 ELEMENTS_BETWEEN_NODES = 8
 DEGREE = 5
-"""Of the splines between nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
+"""Of the splines through nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class BeamModes:
         return found
 
     def motion(self, direction: Direction, position: float | Real) -> Real:
-        """(..., N) of the modes in `direction` at `position` (...,), m from the left end."""
+        """(..., N) the modes in `direction` at `position` (...,), m from the left end."""
         return np.asarray(self._splines[direction][0](position))
 
     def slope(self, direction: Direction, position: float | Real) -> Real:
@@ -49,8 +49,11 @@ class BeamModes:
 
     @cached_property
     def mesh_share(self) -> Real:
-        """(N,) of the error of a mesh in squared frequencies: it grows with them (cubic shapes: as the fourth power of
-        a wave's length), taken as one at the third free mode and as no more for modes above ten times that."""
+        """(N,) error of a mesh in squared frequencies, over that of the third free mode.
+
+        It grows in proportion to the squared frequency (cubic shapes: the inverse fourth power of the wavelength), up
+        to ten times the third frequency.
+        """
         square = self.free.squared_frequency
         return np.asarray(np.minimum(square / square[RIGID_MODES + 2], 100.0))
 
@@ -68,9 +71,9 @@ class BeamModes:
 
         Args:
             pole: (lines,).
-            modulus, density: over the drawing's. They scale the beam's stiffness and mass exactly, with the modal
+            modulus, density: relative to the drawing. They scale the beam's stiffness and mass exactly, with the modal
                 damping ratios kept.
-            mesh: by what the mesh stiffens the third free mode, relative.
+            mesh: share by which the mesh raises the squared frequency of the third free mode.
             loss: structural loss factor, (lines,) or one for all.
             rate: (N,) 2 zeta w of each mode as drawn.
         """

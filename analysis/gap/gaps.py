@@ -18,7 +18,7 @@ from analysis.gap.verdict import UNKNOWN, Weighed, listed, model_of_verdict
 
 
 def floor_percent(found: Fit) -> float:
-    """What measuring again would differ by: blows beside their marks, another gain, and noise, in percent.
+    """Difference to expect of a repetition: offsets of blows, another gain, and noise, in per cent.
 
     The rms over all set-ups of the beam rig; of the tester alone, its noise and gain.
     """
@@ -28,7 +28,7 @@ def floor_percent(found: Fit) -> float:
         assert measurement.points is not None
         noise = float(np.sum(2 * measurement.points.deviation**2) / np.sum(np.abs(measurement.points.stiffness) ** 2))
         return 100 * float(np.sqrt(noise + measurement.tolerances.tester_gain**2))
-    return _differing(measurement.sets, likelihood.predict_some(found.scores, (0,)), measurement.tolerances)
+    return _differing(measurement.sets, likelihood.predict(found.scores, (0,)), measurement.tolerances)
 
 
 def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
@@ -40,7 +40,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
     scores = np.zeros(other.unknowns)
     shared = len(other.simulation.shared)
     scores[:shared] = found.scores[:shared]
-    return _differing((there,), other.predict_some(scores, (0,)), likelihood.measurement.tolerances)
+    return _differing((there,), other.predict(scores, (0,)), likelihood.measurement.tolerances)
 
 
 def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: StatedTolerances) -> float:
@@ -48,8 +48,8 @@ def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: Sta
     differing = measured = 0.0
     for number, each in enumerate(sets):
         size = np.abs(predicted.accelerances[number]) ** 2
-        beside = np.abs(predicted.by_blow[number]) ** 2
-        differing += float(np.sum(tolerances.sensor_gain**2 * size + beside + 2 * each.deviation**2))
+        offsets = np.abs(predicted.by_blow[number]) ** 2
+        differing += float(np.sum(tolerances.sensor_gain**2 * size + offsets + 2 * each.deviation**2))
         measured += float(np.sum(size))
     return 100 * float(np.sqrt(differing / measured))
 

@@ -1,9 +1,9 @@
-"""How far a model is from data that it did not see.
+"""The gap between a model and data that its fit did not use.
 
-One row of each hammer set is left out of the fit at a time, another point in every set, and predicted as if its blows
-had fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step of the
-linearised fit: what a row had told of the unknowns is taken back from the normal equations. Where it does not, that
-step would lead far astray, and the rest is fitted anew.
+One row of each hammer set at a time is left out of the fit, at another point in every set, and predicted as if its
+blows had fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step
+of the linearised fit: the normal equations of the row are subtracted. Where it does not hold, that step would be far
+wrong, and the remaining rows are fitted again.
 """
 
 from __future__ import annotations
@@ -19,26 +19,28 @@ from analysis.gap.measurement import HammerSet
 from analysis.inverse.levenberg_marquardt import inverse
 
 APART = 3
-"""Rows between those that are left out of one set and of the next."""
+"""Rows by which the row that is left out differs from one set to the next."""
 FOLDS = 8
-"""Of the tester's points."""
+"""Parts into which the tester's points are divided."""
 RESAMPLED = 400
+"""Draws with replacement for the interval of a gap."""
 LEVEL = 90.0
+"""Per cent of the draws that the interval contains."""
 ASTRAY = 2.0
-"""Standard deviations that blows may fall beside their mark; what asks for more is the model's error."""
+"""Standard deviations up to which a residual counts as an offset of the blows; more is the model's error."""
 HOLDS = 1.5
-"""Chi-square per datum up to which a step of the linearised fit does for leaving out."""
+"""Chi-square per datum up to which a row is left out by a step of the linearised fit."""
 REFIT_GAIN, REFIT_STEPS = 3.0, 4
 
 
 @dataclass(frozen=True)
 class Gap:
-    """How far simulation and measurement are apart on data that the fit did not see.
+    """The gap between simulation and measurement on data that the fit did not use.
 
     Attributes:
         percent: 100 sqrt(sum |y - f|^2 / sum |y|^2).
         sigma: rms of the residual over noise, per real and imaginary part.
-        model_percent: the part of `percent` that is the model's: neither noise nor blows beside their mark.
+        model_percent: the part of `percent` that is due to the model, not to noise or offsets of blows.
     """
 
     percent: float
@@ -48,7 +50,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Gaps of one model on held-out data; None where a rig was not measured with.
+    """Gaps of one model on held-out data; None for a rig that was not used.
 
     Attributes:
         inverse, direct: of each rig.
@@ -69,7 +71,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class _Sums:
-    """Of squares over one part that was held out: residual, what of it is the model's, measured, whitened; and data."""
+    """Sums of squares over one held-out part: residual, its part due to the model, measured, whitened; and data."""
 
     residual: float
     model: float
@@ -89,13 +91,13 @@ def held_out(found: Fit) -> HeldOut:
 Fold = dict[int, int]
 """The row of each hammer set that is left out."""
 LeftOut = dict[int, tuple[Complex, Complex]]
-"""Of that row of each set: (lines,) accelerance without having seen it, and its derivative in the blows' place."""
+"""By set: (lines,) predicted accelerance of the row that is left out, and its derivative in the blows' offset."""
 
 
 def _rows(found: Fit) -> list[_Sums]:
     """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
-    only = sum(len(each.inputs) for each in sets) == 1  # nothing of the beam would be left to be fitted anew
+    only = sum(len(each.inputs) for each in sets) == 1  # no row would remain for another fit
     predicted_without = _by_a_step(found) if only or found.per_datum < HOLDS else _refitted_without
     sums = []
     for fold in _folds(sets):
@@ -106,7 +108,7 @@ def _rows(found: Fit) -> list[_Sums]:
 
 
 def _folds(sets: Sequence[HammerSet]) -> list[Fold]:
-    """Each leaves another point out of every set, so that the others still know it; of one point, another set."""
+    """Each leaves another point out of every set, so that other sets keep it; of a single point, another set."""
     most = max((len(each.inputs) for each in sets), default=0)
     if most == 1:
         return [{number: 0} for number in range(len(sets))]
@@ -122,7 +124,7 @@ def _folds(sets: Sequence[HammerSet]) -> list[Fold]:
 
 
 def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
-    """What a function of the fit and a fold has to say: each set's row without it, by a linear step."""
+    """A function of the fit and a fold that predicts each set's row without it, by a linear step."""
     likelihood = found.likelihood
     tolerances = likelihood.measurement.tolerances
     predicted, shared = likelihood.predict(found.scores), len(likelihood.simulation.shared)
@@ -162,7 +164,7 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]
-    predicted = likelihood.predict_some(scores, (0,))
+    predicted = likelihood.predict(scores, (0,))
     return {
         number: (predicted.accelerances[number][row], predicted.by_blow[number][row]) for number, row in fold.items()
     }
@@ -194,9 +196,9 @@ def _points(found: Fit) -> list[_Sums]:
 def _sums(measured: Complex, predicted: Complex, deviation: Real, by_blow: Complex | float = 0.0) -> _Sums:
     left = measured - predicted
     slope = by_blow / deviation
-    told = np.sum(np.abs(slope) ** 2) + 1  # by the row, and by the tolerance
-    beside = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / told, -ASTRAY, ASTRAY)
-    residual, model = np.abs(left) ** 2, np.abs(left - beside * by_blow) ** 2
+    precision = np.sum(np.abs(slope) ** 2) + 1  # of the row, and of the tolerance
+    offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -ASTRAY, ASTRAY)
+    residual, model = np.abs(left) ** 2, np.abs(left - offset * by_blow) ** 2
     return _Sums(
         float(np.sum(residual)),
         float(np.sum(model - 2 * deviation**2)),
@@ -218,7 +220,7 @@ def _gap(sums: Sequence[_Sums]) -> Gap:
 
 
 def _interval(sums: Sequence[_Sums]) -> tuple[float, float]:
-    """Of the percentage, by drawing parts with replacement."""
+    """Interval of the percentage, by drawing parts with replacement."""
     random = np.random.default_rng(0)
     chosen = random.integers(len(sums), size=(RESAMPLED, len(sums)))
     residual, measured = (np.array([getattr(each, name) for each in sums]) for name in ("residual", "measured"))

@@ -1,7 +1,7 @@
 """Where the gap lies: misfit beyond noise by row and band, and by configuration, amplitude and band.
 
-A map shows where a model fails, not why: a mass at the accelerometer shows in every row, and joints get the blame for
-what the beam does. It is evidence for people, and no cause is read from it.
+A map shows where a model fails, not why: a mass at the accelerometer shows in every row, and errors of the beam look
+like errors of joints. It is evidence for people, and no cause is derived from it.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from analysis.gap.residual_structure import energy_of, series
 
 BANDS = 20
 LOWEST_BAND = 20.0
-"""Hz; all below is one band."""
+"""Hz; all lines below are one band."""
 FEW = 5
-"""Lines of a row in a band, below which a misfit cannot be told from noise."""
+"""Lines of a row in a band that are needed to distinguish misfit from noise."""
 NAMED = 8
-"""Places that are named, the largest first."""
+"""Number of places that are reported."""
 SIGNIFICANT = 4.0
+"""Standard deviations above which a band is part of a place."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class Place:
 
     Attributes:
         rig: "inverse" or "direct".
-        where: what singles the place out: input, response, level and set, or specimen, configuration, amplitude_pp_mm.
+        where: coordinates of the place: input, response, level and set, or specimen, configuration, amplitude_pp_mm.
         band: from and to, Hz.
-        part: "magnitude" or "phase": what of the response is off, for the larger part.
+        part: "magnitude" or "phase", whichever holds the larger part of the misfit.
         share: of all misfit beyond noise.
         significance: in standard deviations of what noise alone would show.
     """
@@ -52,7 +53,7 @@ class GapMap:
     """Misfit beyond noise over rows and bands, of one rig at one level.
 
     Attributes:
-        title: for people.
+        title: for the picture.
         rig: "inverse" or "direct".
         rows: names.
         wheres: (rows,) as in `Place.where`.
@@ -76,7 +77,7 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
     """A map of each hammer set, and one of the tester."""
     likelihood = found.likelihood
     measurement = likelihood.measurement
-    predicted = likelihood.predict(found.scores, derivatives=False)
+    predicted = likelihood.predict(found.scores, derivatives=())
     result = []
     for number, each in enumerate(measurement.sets):
         wheres: tuple[dict[str, str | float], ...] = tuple(

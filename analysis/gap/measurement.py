@@ -1,4 +1,4 @@
-"""What the diagnosis works on: the bench as drawn, hammer sets, points of the tester, and stated tolerances."""
+"""The data of a diagnosis: the bench as drawn, hammer sets, points of the tester, and stated tolerances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Indices = NDArray[np.intp]
 
 
 class Configuration(IntEnum):
-    """How cylinders are mounted in the tester, and what it then sees of shear a and compression b."""
+    """How cylinders are mounted in the tester, and which sum of shear a and compression b it then measures."""
 
     COMPRESSION = 0
     """One cylinder: b."""
@@ -51,11 +51,11 @@ class Drawing:
     """The bench as drawn, SI.
 
     Attributes:
-        beam: the beam.
+        beam: its section, length and material.
         node_positions: (nodes,) m from the left end.
         damping_ratios: of the free beam's elastic modes; the last holds for those above.
         joints: at least one.
-        accelerometer: where it sits and which way it looks.
+        accelerometer: its node and direction.
         accelerometer_mass: known, kg.
     """
 
@@ -103,7 +103,7 @@ class HammerSet:
             raise AnalysisError("accelerances must be finite and their standard deviation above zero")
 
     def lines(self, keep: NDArray[np.bool_] | Indices) -> HammerSet:
-        """The same at some of its lines."""
+        """This set with some of its lines."""
         return replace(
             self,
             frequency=self.frequency[keep],
@@ -113,11 +113,11 @@ class HammerSet:
         )
 
     def thinned(self, lines: int) -> HammerSet:
-        """The same at `lines` of its lines or somewhat more, evenly spread."""
+        """This set with about `lines` of its lines, evenly spread."""
         return self.lines(np.arange(0, self.frequency.size, max(1, self.frequency.size // lines)))
 
     def struck_at(self, inputs: tuple[Dof, ...], frequency: Real) -> HammerSet:
-        """The same struck elsewhere, where nothing is known but the noise that its rows have on average."""
+        """A set struck at other points: accelerances are zero, and noise is the mean of this set's rows."""
         noise = np.interp(frequency, self.frequency, np.sqrt(np.mean(self.deviation**2, axis=0)))
         shape = len(inputs), frequency.size
         nothing = np.zeros(shape, dtype=complex)
@@ -131,7 +131,7 @@ class HammerSet:
         )
 
     def rows(self, keep: NDArray[np.bool_]) -> HammerSet:
-        """The same with some of its rows."""
+        """This set with some of its rows."""
         inputs = tuple(dof for dof, kept in zip(self.inputs, keep, strict=True) if kept)
         return replace(
             self,
@@ -147,7 +147,7 @@ class RawBlow:
     """The record of one blow.
 
     Attributes:
-        name: of the record, for people.
+        name: of the record, for messages.
         point: struck.
         force: (samples,) N, positive when the hammer pushes.
         acceleration: (samples,) m/s^2.
@@ -167,7 +167,7 @@ class TesterPoints:
 
     Attributes:
         order: (points,) rank in the order of measuring.
-        specimen: (points,) place in the drawing's joints.
+        specimen: (points,) index of the joint in the drawing.
         configuration: (points,) of `Configuration`.
         amplitude: (points,) zero to peak, m.
         frequency: (points,) Hz.
@@ -193,18 +193,18 @@ class TesterPoints:
 
     @property
     def fraction(self) -> Real:
-        """(points,) how far the test had come: 0 at the first point, 1 at the last."""
+        """(points,) progress of the test: 0 at the first point, 1 at the last."""
         first, last = np.min(self.order), np.max(self.order)
         return np.asarray((self.order - first) / max(last - first, 1.0))
 
     def only(self, keep: NDArray[np.bool_]) -> TesterPoints:
-        """Some of the points."""
+        """These points, but only those in `keep` (points,)."""
         return TesterPoints(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
 
 
 @dataclass(frozen=True)
 class StatedTolerances:
-    """One standard deviation of what the laboratory admits not to know; m, relative or rad."""
+    """Standard deviations that the laboratory states for its set-up; m, relative or rad."""
 
     node_position: float = 1e-3
     sensor_gain: float = 5e-3
@@ -217,7 +217,7 @@ class StatedTolerances:
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """One article in both rigs; one of them may be missing, not both.
+    """Measurements of one article in both rigs, of which one may be missing.
 
     Attributes:
         drawing: the bench as drawn.
@@ -226,7 +226,7 @@ class Measurement:
         tolerances: as stated.
         preset: mean displacement in the tester, m.
         predict: (response, input) pairs whose accelerances are asked for.
-        blows: records of single blows, as many as were kept.
+        blows: records of the single blows that were kept.
     """
 
     drawing: Drawing
@@ -242,5 +242,5 @@ class Measurement:
             raise AnalysisError("there is neither a hammer set nor a point of the tester: nothing to diagnose")
 
     def thinned(self, lines: int) -> Measurement:
-        """The same at about so many lines of each hammer set, evenly spread."""
+        """This measurement with about `lines` lines of each hammer set, evenly spread."""
         return replace(self, sets=tuple(each.thinned(lines) for each in self.sets))

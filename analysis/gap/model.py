@@ -13,7 +13,7 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.residual_structure import Misfit, misfit
 
 CLEAN = 1.2
-"""Chi-square per datum of a model that leaves next to nothing."""
+"""Chi-square per datum of a model that leaves almost no misfit."""
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 REFINING_STEPS = 6
@@ -28,39 +28,39 @@ class Model:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Of its effects."""
+        """Ids of its effects."""
         return tuple(effect.id for effect in self.effects)
 
     @property
     def clean(self) -> bool:
-        """Whether it leaves next to nothing."""
+        """Whether it leaves almost no misfit."""
         return self.fit.per_datum < CLEAN
 
     @cached_property
     def log_evidence(self) -> float:
-        """Of this law, with noise alone."""
+        """Log evidence of this law, with noise alone."""
         return log_evidence(self.fit)
 
     @cached_property
     def misfit(self) -> Misfit:
-        """Beyond noise."""
+        """The misfit beyond noise."""
         return misfit(self.fit)
 
     def places(self, effect: int) -> range:
-        """Of the parameters of one of its effects among the shared."""
+        """Indices, among the shared parameters, of those of one of its effects."""
         first = len(self.fit.likelihood.simulation.baseline.parameters)
         counts = [len(each.parameters) for each in self.effects]
         return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
 
 
 def evaluate_on(model: Model, measurement: Measurement) -> Model:
-    """A model looked at with other lines of the same sets, at the parameters that it has."""
+    """A model with its parameters unchanged, evaluated on other lines of the same sets."""
     other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
 
 
 def refined(model: Model, measurement: Measurement) -> Model:
-    """A model fitted to other lines of the same sets, from where it is."""
+    """A model fitted to other lines of the same sets, from its own parameters."""
     other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
 

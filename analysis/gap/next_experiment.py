@@ -169,7 +169,7 @@ def _expected(model: Model, further: Measurement) -> Measurement:
     scores = np.zeros(likelihood.unknowns)
     shared = len(likelihood.simulation.shared)
     scores[:shared] = model.fit.scores[:shared]
-    found = likelihood.predict(scores, derivatives=False)
+    found = likelihood.predict(scores, derivatives=())
     sets = tuple(replace(each, accelerance=a) for each, a in zip(further.sets, found.accelerances, strict=True))
     points = None if further.points is None else replace(further.points, stiffness=found.stiffness)
     return replace(further, sets=sets, points=points)

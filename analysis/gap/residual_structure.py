@@ -1,4 +1,4 @@
-"""What remains after a fit beyond noise, without having to know how large the noise is.
+"""Misfit that remains after a fit beyond noise, without knowledge of how large the noise is.
 
 Noise differs from line to line; a misfit does not. The products of neighbouring whitened residuals therefore add up to
 the energy of the misfit alone, and to nothing where the model holds (G. M. Ljung, G. E. P. Box, Biometrika 65, 1978).
@@ -17,47 +17,11 @@ from analysis.gap.measurement import Indices, TesterPoints
 DOUBT = 3.0
 """Standard deviations within which a misfit may be chance."""
 LOUDEST = 2.0
-"""Times its stated variance that noise may be."""
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Misfit beyond noise of one row of accelerances, or of one series of the tester.
-
-    Attributes:
-        rig: "inverse" or "direct".
-        place: (set, row), or (specimen, configuration, place of the amplitude).
-        energy: estimate of the sum of squares of the whitened misfit; scatters about zero where there is none.
-        deviation: its standard deviation where there is none.
-        total: sum of squares of the whitened residual.
-        data: number of real and imaginary parts.
-    """
-
-    rig: str
-    place: tuple[int, ...]
-    energy: float
-    deviation: float
-    total: float
-    data: int
-
-
-def structures(found: Fit) -> tuple[Structure, ...]:
-    """Of every row and every series of a fitted model."""
-    likelihood = found.likelihood
-    predicted = likelihood.predict(found.scores, derivatives=False)
-    result = []
-    for number, each in enumerate(likelihood.measurement.sets):
-        left = (each.accelerance - predicted.accelerances[number]) / each.deviation
-        result += [_of("inverse", (number, row), left[row]) for row in range(len(left))]
-    points = likelihood.measurement.points
-    if points is not None:
-        left = (points.stiffness - predicted.stiffness) / points.deviation
-        result += [_of("direct", place, left[members]) for place, members in series(points).items()]
-    return tuple(result)
+"""Ratio up to which the true variance of noise may exceed the stated one."""
 
 
 def series(points: TesterPoints) -> dict[tuple[int, int, int], Indices]:
-    """Places of the points of each specimen, configuration and amplitude, by rising frequency."""
+    """Indices of the points of each specimen, configuration and amplitude, by rising frequency."""
     amplitudes = np.unique(np.round(points.amplitude, 9), return_inverse=True)[1]
     keys = np.stack([points.specimen, points.configuration, amplitudes], axis=1)
     found = {}
@@ -80,17 +44,12 @@ def energy_of(left: Complex) -> tuple[float, float]:
     return (float(np.mean(products)) if products else 0.0), float(deviation) or 1.0
 
 
-def _of(rig: str, place: tuple[int, ...], left: Complex) -> Structure:
-    energy, deviation = energy_of(left)
-    return Structure(rig, place, energy, deviation, float(np.vdot(left, left).real), 2 * left.size)
-
-
 @dataclass(frozen=True)
 class Misfit:
     """Misfit beyond noise of both rigs together, in squared standard deviations.
 
     Attributes:
-        energy: that neighbours agree on; scatters about zero where there is none.
+        energy: on which neighbours agree; scatters about zero where there is none.
         deviation: its standard deviation where there is none.
         excess: of the sum of squares over what noise of `LOUDEST` times the variance would leave; below zero where
             noise may explain all. Far from any fit neighbours at a sharp peak need not agree, and this then counts.
@@ -102,15 +61,30 @@ class Misfit:
 
     @property
     def certain(self) -> float:
-        """What is beyond doubt."""
+        """The misfit that is certain."""
         return max(0.0, self.energy - DOUBT * self.deviation, self.excess)
 
 
 def misfit(found: Fit) -> Misfit:
-    """Of a fitted model."""
-    parts = structures(found)
+    """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
+    parts = _whitened(found)
+    energies, deviations = zip(*map(energy_of, parts), strict=True)
     return Misfit(
-        energy=sum(each.energy for each in parts),
-        deviation=float(np.sqrt(sum(each.deviation**2 for each in parts))),
-        excess=sum(each.total - LOUDEST * each.data for each in parts),
+        energy=sum(energies),
+        deviation=float(np.sqrt(sum(deviation**2 for deviation in deviations))),
+        excess=sum(float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts),
     )
+
+
+def _whitened(found: Fit) -> list[Complex]:
+    """The whitened residual of each row and of each series, (n,) each."""
+    measurement = found.likelihood.measurement
+    predicted = found.likelihood.predict(found.scores, derivatives=())
+    result = list[Complex]()
+    for each, accelerances in zip(measurement.sets, predicted.accelerances, strict=True):
+        result += list((each.accelerance - accelerances) / each.deviation)
+    points = measurement.points
+    if points is not None:
+        left = (points.stiffness - predicted.stiffness) / points.deviation
+        result += [left[members] for members in series(points).values()]
+    return result

@@ -1,4 +1,4 @@
-"""What every row of accelerances should about look like, before anything is known to be right.
+"""The approximate shape of every row of accelerances, before any row is known to be right.
 
 The paper's model with the tester's cylinders is good enough to recognise a row: its shape over frequency, not its size.
 """
@@ -17,6 +17,7 @@ from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Simulation
 
 LINES = 96
+"""Of each hammer set that is fitted."""
 ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester=0.3))
 """Shares by which noise is inflated for a fit that no single row can lead far astray."""
 GAIN, STEPS = 30.0, 6
@@ -27,12 +28,12 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class RoughFit:
-    """A measurement beside the paper's model; everything by set.
+    """A measurement and a rough fit of the paper's model to it; everything by set.
 
     Attributes:
-        measurement: as it is, with all lines.
+        measurement: with all lines.
         thin: its sets with few lines.
-        expected: (rows, lines) of each of these.
+        expected: (rows, lines) accelerances of the fit for each of `thin`.
     """
 
     measurement: Measurement
@@ -40,11 +41,11 @@ class RoughFit:
     expected: tuple[Complex, ...]
 
     def size(self, number: int) -> Real:
-        """(rows,) rms of what was measured over that of what is expected."""
+        """(rows,) rms of measured rows over that of expected rows."""
         return size_of(self.thin[number].accelerance) / np.maximum(size_of(self.expected[number]), TINY)
 
     def correlation(self, number: int) -> Real:
-        """(rows,) of measured rows with what is expected of them, each line counting by the root of its size."""
+        """(rows,) correlation of measured and expected rows; each line is weighted by the root of its size."""
         flat = [rows / np.sqrt(np.maximum(np.abs(rows), TINY)) for rows in self._pair(number)]
         unit = [rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), TINY) for rows in flat]
         return np.asarray(np.real(np.sum(unit[0] * unit[1].conj(), axis=1)))
@@ -63,11 +64,11 @@ class RoughFit:
 
 
 def rough_fit(measurement: Measurement) -> RoughFit:
-    """A fit in which relative errors count, and no row much."""
+    """Fit the paper's model by relative errors, so that no single row dominates."""
     thin = measurement.thinned(LINES)
     simulation = Simulation(baseline_of(thin), beam_modes_of(measurement.drawing))
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
-    return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=False).accelerances)
+    return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=()).accelerances)
 
 
 def size_of(rows: Complex) -> Real:

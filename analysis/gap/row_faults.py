@@ -22,14 +22,17 @@ from analysis.gap.rough_fit import RoughFit, rough_fit, size_of
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 STRANGE, ALIKE = 0.5, 0.8
-"""Correlation of the middle row with what is expected of it: below the one a unit is doubted, above the other right."""
+"""Correlation of the middle row with what is expected of it: below the first the unit is doubted, above the second it
+is right."""
 FAR, NEAR = 4.0, 2.0
-"""The same for its size over the size expected, or the inverse of that."""
+"""Ratio of sizes, measured over expected or its inverse: above the first the unit is doubted, below the second
+right."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What a set may be instead; `to_accelerance` gives (lines,) factors for (lines,) frequencies in Hz."""
+    """A quantity that a set may hold instead of accelerance; `to_accelerance` gives (lines,) factors for (lines,)
+    frequencies in Hz."""
 
     name: str
     to_accelerance: Callable[[Real], Complex]
@@ -43,9 +46,9 @@ UNITS = (
 
 
 def with_units_corrected(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
-    """A rough fit to accelerances in (m/s^2)/N, and a sentence about sets that were none.
+    """A rough fit to accelerances in (m/s^2)/N, and a sentence about sets that held something else.
 
-    The same fit where all sets look as expected, or where no other unit makes them.
+    The same fit where all sets look as expected, or where no other unit does.
     """
     doubted = [number for number in range(len(rough.thin)) if not _looks_right(rough, number, STRANGE, FAR)]
     for numbers in (doubted, *([number] for number in doubted if len(doubted) > 1)):
@@ -78,12 +81,13 @@ Places = dict[int, list[int]]
 TRIED = 1.5
 """Unlikeness of two exchanged rows over that without exchange, below which a fit to the exchanged rows is made."""
 BELIEVED, OF_TWO_SETS = 0.5, 0.9
-"""What that fit has to bring it to, and what suffices where one of two sets has to be wrong."""
+"""The ratio that this fit must reach, and the one that suffices where one of two sets must be wrong."""
 DIFFERENT = 0.9
 """Unlikeness of two rows of a set with the same of another crossed over straight, below which they differ."""
 ITSELF = 0.3
-"""Unlikeness of a row with what is expected of it, up to which it may be itself."""
+"""Unlikeness of a measured and an expected row, up to which they may be the same row."""
 MOST_TRIED = 2
+"""Exchanges that are fitted, the most promising first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +132,12 @@ def _possible(rough: RoughFit) -> Iterator[RowExchange]:
             for number in places
         }
         accused = [number for number, sets_against in inconsistent_blows.items() if 2 * sets_against > len(places) - 1]
-        told = any(dof.direction is Direction.Y for dof in pair)
+        across = any(dof.direction is Direction.Y for dof in pair)
         if len(accused) == 1:
             yield RowExchange({accused[0]: places[accused[0]]}, np.inf)
-        elif accused and told:
+        elif accused and across:
             yield from (RowExchange({number: places[number]}, OF_TWO_SETS) for number in accused)
-        elif not accused and told and _gain(_block(rough, places)) < TRIED:
+        elif not accused and across and _gain(_block(rough, places)) < TRIED:
             yield RowExchange(places, BELIEVED)
 
 
@@ -167,15 +171,15 @@ def _with_exchanged(each: HammerSet, rows: list[int]) -> HammerSet:
 
 
 REVERSED = -0.6
-"""Correlation of a row with what is expected of it, below which its polarity is wrong."""
+"""Correlation of a measured and an expected row, below which the polarity is wrong."""
 SILENT, DEAD = 1e-3, 0.02
-"""Size of a dead row over that of the others of its set, before anything is expected, and over what is expected."""
+"""Size of a dead row, relative to the other rows of its set, and to its expected size."""
 MOST = 8
-"""Faults that are put right, of one measurement; what has more needs a look at its cables."""
+"""Faults that are corrected in one measurement; with more, the operator has to check the cables."""
 
 
 def correct_rows(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]]:
-    """Without dead rows, with others put right, and a sentence for each fault; the same object where there is none.
+    """Leave out dead rows, correct others, and give a sentence for each fault; the same object where there is none.
 
     Raises:
         AnalysisError: every row is dead.
@@ -201,7 +205,7 @@ def correct_rows(measurement: Measurement) -> tuple[Measurement, tuple[str, ...]
 
 
 def _share(size: Real) -> Real:
-    """(rows,) of the size that is usual."""
+    """(rows,) sizes over their median."""
     return np.asarray(size / max(float(np.median(size)), float(np.finfo(float).tiny)))
 
 

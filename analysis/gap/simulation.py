@@ -1,8 +1,9 @@
 """One simulation of both rigs with its derivatives: the paper's model, and effects on top of it.
 
 Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
-its gain and the place of its blows. What the bench makes of accelerances, with its sharp resonances, is differentiated
-by hand in `beam_rig`; what parameters make of the bench is smooth, and a difference good to five digits does for it.
+its gain and the offsets of its blows. Accelerances as a function of the bench, with their sharp resonances, are
+differentiated analytically in `beam_rig`; the bench is a smooth function of the parameters, and differences give it to
+five digits.
 """
 
 from __future__ import annotations
@@ -32,18 +33,18 @@ AFFECTED_PARTS = {
     "beam": ("surroundings",),
     "tester": ("tester",),
 }
-"""Which parts of the bench the methods of an effect change."""
+"""Parts of the bench that each method of an effect changes."""
 SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name != "joints")
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What both rigs would read, and how that changes with the parameters they share.
+    """Readings of both rigs, and their derivatives in the shared parameters.
 
     Attributes:
         accelerances: for each set, (rows, lines), (m/s^2)/N.
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
-        by_blow: for each set, (rows, lines) per score of the place of its own blow; nil along the beam.
+        by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """
@@ -57,7 +58,7 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """What parameters are, by name: those of the baseline, and those of each effect in the order in which they act."""
+    """Values of parameters by name: of the baseline, and of each effect in the order in which they act."""
 
     baseline: Given
     acting: tuple[tuple[Effect, Given], ...]
@@ -70,7 +71,7 @@ class Simulation:
     Attributes:
         baseline: the paper's model.
         modes: of the drawing.
-        effects: that are in the model, in the order in which they act.
+        effects: of the model, in the order in which they act.
     """
 
     baseline: Baseline
@@ -89,7 +90,7 @@ class Simulation:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """Hammer sets that see one bench: at the same lines, through one window, at one level where an effect asks."""
+        """Hammer sets that share one bench: the same lines and window, and one level where stiffness depends on it."""
         measurement = self.baseline.measurement
         by_level = any(acts_on(effect, "cylinders") for effect in self.effects)
         found = dict[tuple[object, ...], list[int]]()
@@ -111,7 +112,7 @@ class Simulation:
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
         )
         first = sets[0]
-        setting = Setting(inputs, first.frequency, first.peak_force, first.temperature, first.decay)
+        setting = Setting(inputs, first.frequency, first.peak_force, first.decay)
         return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
 
     @cached_property
@@ -121,16 +122,16 @@ class Simulation:
         return tuple(tuple(each.name for each in parameters) for parameters in owners)
 
     def values(self, scores: Sequence[float]) -> Values:
-        """What parameters are at `scores` (shared,)."""
+        """Values of the parameters at `scores` (shared,)."""
         values = iter([parameter.value(score) for parameter, score in zip(self.shared, scores, strict=True)])
         baseline, *own = [{name: next(values) for name in names} for names in self._names]
         return Values(baseline, tuple(zip(self.effects, own, strict=True)))
 
-    # --- what parameters make of the bench ---
+    # --- the bench as a function of the parameters ---
 
     @cached_property
     def affected(self) -> tuple[frozenset[str], ...]:
-        """For each shared parameter, which parts of the bench it changes: joints, surroundings, tester."""
+        """For each shared parameter, the parts of the bench that it changes: joints, surroundings, tester."""
         found = [changed_by(name) for name in self._names[0]]
         for effect in self.effects:
             parts = frozenset(part for hook, parts in AFFECTED_PARTS.items() if acts_on(effect, hook) for part in parts)
@@ -138,7 +139,7 @@ class Simulation:
         return tuple(found)
 
     def surroundings(self, values: Values, setting: Setting) -> BeamBench:
-        """The beam rig in one setting but for the stiffness of its joints."""
+        """The beam rig in one setting, without the stiffness of its joints."""
         mounting = self.baseline.mounting(values.baseline)
         for effect, given in values.acting:
             mounting = effect.mounting(given, mounting)
@@ -159,7 +160,7 @@ class Simulation:
         return joints
 
     def tester(self, values: Values, points: TesterPoints) -> Complex:
-        """(points,) what the tester reads, N/m."""
+        """(points,) the tester's reading, N/m."""
         cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
         for effect, given in values.acting:
             cylinders = effect.cylinders(given, cylinders, self._tester_loading)
@@ -182,22 +183,21 @@ class Simulation:
             frequency=points.frequency,
             amplitude=points.amplitude,
             level=1.0,
-            temperature=points.temperature,
             fraction=points.fraction,
             angled=points.configuration == Configuration.ANGLED,
         )
 
-    # --- what both rigs read ---
+    # --- readings of both rigs ---
 
     def predict(
         self, scores: Real, gains: Real, blows: Sequence[Real], derivatives: Sequence[int] | None = None
     ) -> Prediction:
-        """What both rigs read.
+        """Readings of both rigs.
 
         Args:
             scores: (shared,).
             gains: (sets,) of hammer and accelerometer together, relative to one.
-            blows: for each set, (rows,) how far the blows fell beside their nodes, m.
+            blows: for each set, (rows,) offsets of the blows from their nodes, m.
             derivatives: places of the shared parameters whose derivatives are wanted; all by default.
         """
         return self.state(scores, gains, blows).prediction(derivatives)
@@ -214,12 +214,12 @@ class Simulation:
         return State(self, scores, gains, tuple(answers), stiffness)
 
     def change(self, setting: Setting, moved: Values, place: int, at: BeamBench) -> dict[str, Complex | Real]:
-        """Derivatives in one parameter of those fields of the bench that it changes.
+        """Derivatives in one parameter of the fields of the bench that it changes.
 
         Args:
             setting: of the bench.
-            moved: values a step beside those of `at` in that parameter.
-            place: of the parameter among the shared ones.
+            moved: values one `STEP` from those of `at` in that parameter.
+            place: index of the parameter among the shared ones.
             at: the bench.
         """
         change, pole = dict[str, Complex | Real](), at.pole
@@ -239,12 +239,12 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Hammer sets that see one bench, struck as if they were one set with all their rows.
+    """Hammer sets that share one bench, treated as one set with all their rows.
 
     Attributes:
         rig: with the rows of all of them.
         setting: of all of them.
-        numbers: which sets.
+        numbers: indices of the sets.
         rows: of each set among those of the rig.
     """
 
@@ -256,14 +256,14 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Both rigs at one point: what they read is known, and how that changes is worked out when it is asked for.
+    """Both rigs at one point: readings are known, and derivatives are computed on demand.
 
     Attributes:
         simulation: of both.
         scores: (shared,).
         gains: (sets,) relative to one.
-        answers: of the beam rig, to each group of hammer sets.
-        stiffness: (points,) that the tester reads, N/m.
+        answers: responses of the beam rig to each group of hammer sets.
+        stiffness: (points,) the tester's reading, N/m.
     """
 
     simulation: Simulation
@@ -273,7 +273,7 @@ class State:
     stiffness: Complex
 
     def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
-        """What both rigs read, with derivatives in the shared parameters at some places; in all by default."""
+        """Readings of both rigs, with derivatives in some shared parameters, by index; in all by default."""
         return self._whole if derivatives is None else self._prediction(derivatives)
 
     @cached_property
@@ -282,7 +282,7 @@ class State:
 
     def _prediction(self, wanted: Sequence[int]) -> Prediction:
         simulation = self.simulation
-        moved = {place: simulation.values(beside(self.scores, place)) for place in wanted}
+        moved = {place: simulation.values(one_step_further(self.scores, place)) for place in wanted}
         own = simulation.baseline.measurement.tolerances.impact_position
         accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
         for group, answer in zip(simulation.groups, self.answers, strict=True):
@@ -310,7 +310,7 @@ class State:
         return np.asarray((simulation.tester(moved, points) - self.stiffness) / STEP)
 
 
-def beside(scores: Real, place: int) -> list[float]:
+def one_step_further(scores: Real, place: int) -> list[float]:
     """Scores a step above in one of them."""
     moved: list[float] = scores.tolist()
     moved[place] += STEP

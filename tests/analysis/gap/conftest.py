@@ -93,7 +93,7 @@ def made(empty: Measurement) -> Made:
             0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
         ]
         scores[own_places] = own
-        predicted = likelihood.predict(scores, derivatives=False)
+        predicted = likelihood.predict(scores, derivatives=())
         sets = tuple(
             replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))
             for each, accelerance in zip(empty.sets, predicted.accelerances, strict=True)

@@ -58,7 +58,7 @@ def modes(empty: Measurement) -> BeamModes:
 @pytest.fixture
 def setting(empty: Measurement) -> Setting:
     each = empty.sets[0]
-    return Setting(each.inputs, each.frequency, each.peak_force, each.temperature)
+    return Setting(each.inputs, each.frequency, each.peak_force)
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def read(effect: Effect, empty: Measurement, modes: BeamModes, **own: float) -> 
     for place, parameter in enumerate(effect.parameters, start=len(simulation.baseline.parameters)):
         if parameter.name in own:
             scores[place] = (own[parameter.name] - parameter.centre) / parameter.spread
-    return Likelihood(simulation).predict(scores, derivatives=False).accelerances[0]
+    return Likelihood(simulation).predict(scores, derivatives=()).accelerances[0]
 
 
 # --- which rig an effect can show in ---
@@ -304,7 +304,7 @@ def test_every_law_answers_for_points_that_were_not_struck(
     empty: Measurement, modes: BeamModes, baseline: Baseline
 ) -> None:
     unseen = tuple(Dof(node, Direction.Y) for node in (5, 8))
-    struck_at = Setting(unseen, empty.sets[0].frequency, 100.0, 23.0)
+    struck_at = Setting(unseen, empty.sets[0].frequency, 100.0)
     mounting = baseline.mounting(values(baseline))
     for effect in candidates(empty):
         found = effect.beam(values(effect), baseline.beam(values(baseline), struck_at, mounting), struck_at)

@@ -54,15 +54,13 @@ def in_tester(
     x, f, done = (
         np.array(each, dtype=float) for each in np.broadcast_arrays(*np.atleast_1d(amplitude, frequency, fraction))
     )
-    return Loading(True, f, x, 1.0, np.full(x.size, 23.0), done, np.full(x.size, angled))
+    return Loading(True, f, x, 1.0, done, np.full(x.size, angled))
 
 
 def struck(level: float = 1.0, frequency: Real | float = 50.0) -> Loading:
     """Under the beam."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    return Loading(
-        False, f, np.full(f.size, np.nan), level, np.full(f.size, 23.0), np.zeros(f.size), np.zeros(f.size, bool)
-    )
+    return Loading(False, f, np.full(f.size, np.nan), level, np.zeros(f.size), np.zeros(f.size, bool))
 
 
 def own(effect: Effect, **other: float) -> Given:

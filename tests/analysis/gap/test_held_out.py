@@ -30,7 +30,7 @@ def found(made: Made) -> Fit:
 
 
 def test_leaving_a_row_out_by_a_step_is_fitting_without_it(found: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("analysis.gap.held_out.ANEW_GAIN", 1e-3)
+    monkeypatch.setattr("analysis.gap.held_out.REFIT_GAIN", 1e-3)
     sets = found.likelihood.measurement.sets
     stepped = _by_a_step(found)
     for fold in _folds(sets)[::2]:

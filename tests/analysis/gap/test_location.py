@@ -113,7 +113,7 @@ def test_misfit_in_the_tester_is_found_in_its_band(band: tuple[float, float]) ->
 def test_every_set_and_the_tester_have_a_map_and_misfit_shows_in_that_of_its_set(empty: Measurement) -> None:
     simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
-    predicted = Likelihood(simulation).predict(scores, derivatives=False)
+    predicted = Likelihood(simulation).predict(scores, derivatives=())
     sets = []
     for number, (each, accelerance) in enumerate(zip(empty.sets, predicted.accelerances, strict=True)):
         measured = accelerance + each.deviation * noise(number, accelerance.shape)

@@ -21,7 +21,7 @@ def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float)
     for sign in (1, -1):
         at = scores.copy()
         at[place] += sign * step
-        predicted = likelihood.predict(at, derivatives=False)
+        predicted = likelihood.predict(at, derivatives=())
         found.append(np.concatenate([*(each.ravel() for each in predicted.accelerances), predicted.stiffness * 1e-6]))
     return np.asarray((found[0] - found[1]) / (2 * step))
 
@@ -68,7 +68,7 @@ def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> No
     joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
     free = simulation.modes.free
     undamped = Simulation(simulation.baseline, type(simulation.modes)(free, np.zeros_like(free.squared_frequency)))
-    predicted = Likelihood(undamped).predict(scores, derivatives=False).accelerances[0]
+    predicted = Likelihood(undamped).predict(scores, derivatives=()).accelerances[0]
     each = empty.sets[0]
     expected = accelerance(free, joints, each.frequency, empty.drawing.accelerometer, each.inputs).accelerance
     assert np.max(np.abs(predicted - expected)) < 1e-6 * np.max(np.abs(expected))
@@ -86,7 +86,7 @@ def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: 
         if parameter.name in ("modulus", "density"):
             scaled[place] = (scale - 1) / parameter.spread
     first, second = (
-        Likelihood(simulation).predict(scores, derivatives=False).accelerances[0] for scores in (once, scaled)
+        Likelihood(simulation).predict(scores, derivatives=()).accelerances[0] for scores in (once, scaled)
     )
     assert "mesh" in names
     assert np.allclose(first, scale * second, rtol=1e-9, atol=0)
@@ -95,12 +95,12 @@ def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: 
 def test_an_effect_without_size_changes_nothing(empty: Measurement) -> None:
     baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
     plain = Simulation(baseline, modes)
-    reference = Likelihood(plain).predict(np.zeros(Likelihood(plain).unknowns), derivatives=False)
+    reference = Likelihood(plain).predict(np.zeros(Likelihood(plain).unknowns), derivatives=())
     for effect in candidates(empty):
         if any(parameter.positive or parameter.centre for parameter in effect.parameters):
             continue
         simulation = Simulation(baseline, modes, (effect,))
-        same = Likelihood(simulation).predict(np.zeros(Likelihood(simulation).unknowns), derivatives=False)
+        same = Likelihood(simulation).predict(np.zeros(Likelihood(simulation).unknowns), derivatives=())
         assert np.allclose(same.stiffness, reference.stiffness, rtol=1e-12, atol=0), effect.id
         for own, plain_one in zip(same.accelerances, reference.accelerances, strict=True):
             assert np.allclose(own, plain_one, rtol=1e-10, atol=0), effect.id

@@ -54,7 +54,7 @@ class Ranked:
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """Accelerances for what was asked for: (lines,) Hz and, by (response, input) in order, (rows, lines) each."""
+    """Accelerances that were asked for: (lines,) Hz and, by (response, input) in order, (rows, lines) each."""
 
     frequency: Real
     before: Complex
@@ -63,24 +63,24 @@ class Predicted:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """All that a diagnosis says.
+    """A diagnosis.
 
     Attributes:
-        status: what it comes to.
+        status: its result.
         effects: the verdict's, empty for none and unknown.
-        before, after: gaps of the paper's model, and of the verdict's; to be expected on the rows of which predictions
-            are asked, where those were not measured.
-        floor_percent: what measuring again would differ by, on the same rows.
+        before, after: gaps of the paper's model, and of the verdict's; where predictions are asked for rows that were
+            not measured, the gaps to expect there.
+        floor_percent: difference to expect of a repetition, on the same rows.
         where: places of the gap, the largest first.
         maps: for pictures.
         ranking: explanations, the most probable first.
         confounded: groups of effects that these data cannot tell apart from the verdict's.
-        next_experiment: what would tell them apart.
-        faults: what is wrong with the measurement itself, in sentences; these come before any physics.
-        predicted: what was asked for; None where nothing was.
-        seconds: that it took.
-        readings: (points,) N/m that the tester would read, of the paper's model and of the verdict's; None without it.
-        missing_evidence: what these measurements cannot tell, in sentences.
+        next_experiment: the cheapest measurement that would settle the matter.
+        faults: of the measurement itself, a sentence each.
+        predicted: the predictions that were asked for; None where none were.
+        seconds: duration of the diagnosis.
+        readings: (points,) N/m of the tester by the paper's model and by the verdict's; None without a tester.
+        missing_evidence: what could not be measured and so cannot be decided, a sentence each.
     """
 
     status: Status
@@ -101,21 +101,23 @@ class Diagnosis:
 
 
 Progress = Callable[[str, float], None]
-"""Called with what is being done and how much of all is done, 0 to 1."""
+"""Called with the name of the current step and the share of the whole that is done, 0 to 1."""
 
 REFINED_SINGLES = 3
 REFINED_PAIRS = 2
+"""Singles and pairs that are fitted to all lines and weighed."""
 FINE_LINES = 400
-"""Of each hammer set, enough where the gap is large; a small gap is weighed on all."""
+"""Lines of each hammer set, enough where the gap is large; a small gap is weighed on all."""
 LARGE_GAP = 1.2
-"""Chi-square per datum of the paper's model, for which some of the lines do."""
+"""Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
 CERTAINTY = 0.99
-"""That an effect is there which records show: the checks err far less often, and benches know more than checks do."""
+"""Probability of an effect that records show; the checks themselves err far less often."""
 LAW = 0.01
-"""To which share of itself the size of an effect can be known at best."""
+"""Relative uncertainty of the size of an effect at best, as no law is exact."""
 TWO_SIDED = float(norm.ppf(0.95))
+"""Standard deviations of half a 90 % interval."""
 
 
 def diagnose(
@@ -128,26 +130,26 @@ def diagnose(
 
     Args:
         measurement: of both rigs, or of one.
-        without: ids of effects that the catalogue is to do without.
-        progress: told how far the work is.
-        parallel_map: that does what can be done side by side.
+        without: ids of effects to leave out of the catalogue.
+        progress: called as the work proceeds.
+        parallel_map: runs independent fits, in parallel if it can.
 
     Raises:
         AnalysisError: the measurement cannot be simulated.
     """
     started = time.perf_counter()
-    tell = progress or _silent
-    tell("looking for faults of the measurement", 0.0)
+    report = progress or _silent
+    report("looking for faults of the measurement", 0.0)
     given, sound = measurement, examine(measurement)
     measurement = sound.measurement
     search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map)
-    tell("fitting the paper's model", 0.05)
+    report("fitting the paper's model", 0.05)
     none = search.without_effects()
-    tell("trying single effects", 0.15)
+    report("trying single effects", 0.15)
     singles = search.singles(none)
-    tell("trying pairs", 0.4)
+    report("trying pairs", 0.4)
     found = [*singles, *pairs(search, singles)]
-    tell("weighing the best on all lines", 0.7)
+    report("weighing the best on all lines", 0.7)
     fine = _fine(measurement, none)
     none = refined(none, fine)
     chosen = _contest(found, 1, REFINED_SINGLES) + _contest(found, 2, REFINED_PAIRS)
@@ -156,7 +158,7 @@ def diagnose(
     hopeless = [clean and each.log_evidence < best - HOPELESS / 2 for each in chosen]
     contest = list(parallel_map(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
-    tell("measuring the gap on held-out data", 0.85)
+    report("measuring the gap on held-out data", 0.85)
     verdict, after = weighed[0], model_of_verdict(weighed[0], none)
     gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
     found_maps = maps(none.fit)
@@ -180,7 +182,7 @@ def diagnose(
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
         missing_evidence=missing_evidence(measurement),
     )
-    tell("done", 1.0)
+    report("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])
 
 
@@ -197,7 +199,7 @@ def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, .
 
 
 def with_records(found: Diagnosis, shown: Sequence[RecordEffect]) -> Diagnosis:
-    """A diagnosis with effects that records show by themselves, beside those of the verdict and of each explanation."""
+    """A diagnosis with the effects that records show added to the verdict and to each explanation."""
     if not shown:
         return found
     ids, unknown = tuple(each.id for each in shown), found.status is Status.UNKNOWN

@@ -28,26 +28,26 @@ MAINS = (50.0, 60.0)
 """Hz, of the world's grids."""
 MULTIPLES = 10
 SHARED = 300.0
-"""Hz, and its multiples, belong to both mains, and prove neither."""
+"""Hz; this and its multiples are multiples of both mains, and prove neither."""
 SILENCE = 0.5
-"""Share of a record, at its end, in which the beam is taken to be silent."""
+"""Share of a record, at its end, in which the beam is assumed to be at rest."""
 COMMON = 10.0
 """Hz, of which both mains are multiples."""
 SHORTEST = 0.4
-"""s, of that silence: of less, neighbours of a tone are neighbours of the next."""
+"""s, of that part; in a shorter one, the neighbours of two tones overlap."""
 NEIGHBOURS = np.array([*range(-9, -2), *range(3, 10)])
 """Resolved frequencies, or lines, beside a tone that it is compared with."""
 FALSE_ALARM = 1e-7
 LEAST = 6.0
-"""Power of a tone over that of its neighbours, however many records there are."""
+"""Least power of a tone over that of its neighbours, for any number of records."""
 LASTING = 0.5
-"""Power of a tone in the later half of the silence over that in the earlier, which a beam that rings does not have."""
+"""Power of a tone in the later half of the silence over that in the earlier half; ringing of the beam has less."""
 DIP = 5.0
-"""Noise at a line over that at its neighbours, as coherence has it, in all rows together."""
+"""Noise at a line over that at its neighbours, from the coherence of all rows together, that shows a tone."""
 ALONE = 30.0
-"""The same for a tone at the mains itself that shows no multiple."""
+"""The same ratio for a tone at the mains itself without multiples."""
 BESIDE = 2
-"""Lines on either side of a tone that are left out with it."""
+"""Lines on either side of a tone that are left out together with it."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Hum:
     Attributes:
         mains: Hz.
         tones: Hz, those that stand out.
-        amplitude: of the first of them, m/s^2, with its standard deviation; None where no record tells.
+        amplitude: of the first of them, m/s^2, with its standard deviation; None without records.
     """
 
     mains: float
@@ -71,7 +71,7 @@ def mains_hum(measurement: Measurement) -> Hum | None:
 
 
 def found_hum(hum: Hum) -> RecordEffect:
-    """Of the catalogue."""
+    """The effect of the catalogue that a hum is."""
     parameters, size = {"mains": Estimate(hum.mains, (hum.mains, hum.mains), "Hz")}, "coherence dips there"
     if hum.amplitude is not None:
         value, deviation = hum.amplitude
@@ -83,7 +83,7 @@ def found_hum(hum: Hum) -> RecordEffect:
 
 
 def without_tones(measurement: Measurement, hum: Hum) -> Measurement:
-    """Without the lines at which the mains hums and those next to them, and without what it leaks into the others."""
+    """A measurement without the lines at and next to the tones, and without their leakage into other lines."""
 
     def quiet(each: HammerSet) -> HammerSet:
         spacing = float(np.median(np.diff(each.frequency))) if each.frequency.size > 1 else 0.0
@@ -176,7 +176,7 @@ def _in_averages(sets: Sequence[HammerSet]) -> Hum | None:
 
 
 def _noise(each: HammerSet) -> Real | None:
-    """(rows, lines) logarithm of (1 - g^2) / g^2 |H|^2, of noise over force; None where coherence does not tell."""
+    """(rows, lines) logarithm of (1 - g^2) / g^2 |H|^2, of noise over force; None without coherence."""
     if each.coherence is None or each.frequency.size < 2 * NEIGHBOURS.size:
         return None
     known = np.clip(each.coherence, 1e-9, 1 - 1e-9)
@@ -198,13 +198,13 @@ def _dip(noises: Sequence[tuple[Real, Real]], tone: float) -> float:
 
 
 AROUND, DEGREE = 30, 5
-"""Lines on either side of a tone in which accelerances are a polynomial of this degree, beside what leaks."""
+"""Lines on either side of a tone in which accelerances, without leakage, are a polynomial of this degree."""
 FARTHEST = 0.45
-"""Lines by which a tone may be off the line that it is nearest to."""
+"""Distance in lines by which a tone may differ from its nearest line."""
 
 
 def without_leakage(sets: Sequence[HammerSet], tones: Sequence[float]) -> tuple[HammerSet, ...]:
-    """Hammer sets without what tones leak, which are all off by the same share of their frequency."""
+    """Hammer sets without the leakage of tones, which all differ from their lines by the same share of frequency."""
     above = below = 0.0
     heights = [[_height_and_leak(each, tone) for tone in tones] for each in sets]
     for each, of_set in zip(sets, heights, strict=True):
@@ -219,7 +219,7 @@ def without_leakage(sets: Sequence[HammerSet], tones: Sequence[float]) -> tuple[
 
 
 def _height_and_leak(each: HammerSet, tone: float) -> tuple[Complex, Complex] | None:
-    """(rows,) C, and what is found of -C d; None where the tone is too near to an end of the lines."""
+    """(rows,) C, and the estimate of -C d; None where the tone is too near to an end of the lines."""
     line = int(np.argmin(np.abs(each.frequency - tone)))
     if not AROUND <= line < each.frequency.size - AROUND:
         return None

@@ -1,4 +1,4 @@
-"""What a measurement cannot tell for want of something measured: said, so that silence is not taken for an answer."""
+"""Questions that a diagnosis cannot answer because something was not measured."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The cheapest further measurement that would settle what a diagnosis leaves open.
 
-Two explanations fit what was measured. A further measurement is simulated under the one; the other is fitted to it,
-held by all that was measured before. What it cannot follow, in standard deviations, is the separation to expect. What
-the simulation does not have, such as a ruler, tells the size of an effect instead.
+Two explanations fit the same data. A further measurement is simulated under the first; the second is fitted to it,
+constrained by the first measurement. The residual, in standard deviations, is the separation to expect. A check that
+the simulation does not contain, such as a ruler, measures the size of an effect instead.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from analysis.gap.verdict import UNKNOWN, Status, Weighed
 from analysis.inverse.levenberg_marquardt import inverse
 
 CONVINCING = 5.0
-"""Standard deviations of expected separation that settle a matter."""
+"""Expected separation in standard deviations that is enough to decide."""
 LINES = 64
 """Of a simulated hammer set."""
 SAME = 1.01
-"""Ratio up to which two amplitudes are one."""
+"""Ratio up to which two amplitudes count as equal."""
 FURTHER_MASS = 0.02
 """kg, about what an accelerometer weighs."""
 
@@ -87,12 +87,12 @@ class NextExperiment:
 
 @dataclass(frozen=True)
 class Check:
-    """Something that tells the size of effects by itself.
+    """A check that measures the size of effects directly.
 
     Attributes:
         id: the experiment.
-        tells: effects whose size it tells.
-        share: of their range, how well.
+        tells: ids of effects whose size it measures.
+        share: standard deviation of the check, over the range of the effect.
     """
 
     id: Experiment
@@ -117,8 +117,8 @@ class FurtherMeasurement:
     Attributes:
         id: the experiment.
         rig: "inverse" or "direct".
-        planned: what it would be after a first measurement; empty where that has nothing of the kind.
-        other_amplitude: whether it is at amplitudes at which nothing was measured, of which some laws know nothing.
+        planned: gives the further measurement after a first one; None where it is impossible.
+        other_amplitude: whether its amplitudes are new, so that laws that only interpolate do not hold.
     """
 
     id: Experiment
@@ -127,7 +127,7 @@ class FurtherMeasurement:
     other_amplitude: bool = False
 
     def separation(self, verdict: Model, rival: Model) -> float:
-        """By how much the rival could not follow what the verdict expects."""
+        """Standard deviations by which the rival cannot follow the data that the verdict expects."""
         further = self.planned(verdict.fit.likelihood.measurement.thinned(LINES))
         models = verdict, rival
         if further is None:
@@ -138,9 +138,9 @@ class FurtherMeasurement:
 
 
 def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> float:
-    """Standard deviations that a rival cannot follow of what a verdict expects of a further measurement.
+    """Standard deviations by which a rival cannot follow the data that a verdict expects of a further measurement.
 
-    No law is exact: as in weighing, what the verdict itself leaves of the first measurement counts as so much noise.
+    No law is exact: as in weighing, the misfit that the verdict itself leaves counts as noise.
 
     Args:
         verdict, rival: fitted to the same first measurement.
@@ -164,7 +164,7 @@ def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> 
 
 
 def _expected(model: Model, further: Measurement) -> Measurement:
-    """What a model expects, without noise."""
+    """The further measurement as a model expects it, without noise."""
     likelihood = Likelihood(model.fit.likelihood.simulation.of(further))
     scores = np.zeros(likelihood.unknowns)
     shared = len(likelihood.simulation.shared)
@@ -179,7 +179,7 @@ def _expected(model: Model, further: Measurement) -> Measurement:
 
 
 def _at_half_the_force(first: Measurement) -> Measurement | None:
-    """The softest set with softer blows, out of which noise stands the more."""
+    """The set with the softest blows at half their force, where noise counts twice."""
     if not first.sets:
         return None
     softest = min(first.sets, key=lambda each: each.peak_force)
@@ -195,7 +195,7 @@ def _heavier_accelerometer(first: Measurement) -> Measurement | None:
 
 
 def _accelerometer_at(place: float, first: Measurement) -> Measurement | None:
-    """At the node nearest to a share of the beam's length, beside joints and where it sat before."""
+    """At the node nearest to a share of the beam's length, except at joints and at its present node."""
     if not first.sets:
         return None
     drawing = first.drawing
@@ -216,7 +216,7 @@ def _in_random_order(first: Measurement) -> Measurement | None:
 
 
 def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
-    """The smallest amplitude halved; the same noise of force is then more of a stiffness."""
+    """Half of the smallest amplitude; the same noise of force is then twice the noise of stiffness."""
     points = first.points
     if points is None:
         return None
@@ -298,7 +298,7 @@ def _cheapest(verdict: Model, rivals: Sequence[Model]) -> tuple[Experiment, floa
 
 
 def _size(model: Model, effect: int) -> float:
-    """Of an effect, in standard deviations of its prior, as far as the data are sure of it."""
+    """Size of an effect in standard deviations of its prior, weighted by how certain its parameters are."""
     places = list(model.places(effect))
     scores = model.fit.scores[places]
     certain = np.linalg.inv(model.fit.covariance[np.ix_(places, places)])

@@ -17,7 +17,7 @@ from analysis.gap.simulation import Simulation
 
 @dataclass(frozen=True, eq=False)
 class LinearStep:
-    """A model linearised about its fit, ready to take in further columns.
+    """A model linearised about its fit, to which further parameters can be added.
 
     Attributes:
         known: (unknowns, data) whitened derivatives in all unknowns.
@@ -33,14 +33,14 @@ class LinearStep:
 
     @classmethod
     def about(cls, likelihood: Likelihood, scores: Real) -> LinearStep:
-        """A model about `scores` (unknowns,)."""
+        """The model linearised about `scores` (unknowns,)."""
         shared, left = likelihood.columns(scores, range(len(likelihood.simulation.shared)))
         known = np.concatenate([shared, likelihood.own_columns(scores)])
         factor = np.linalg.cholesky(known @ known.T + np.eye(len(known)))
         return cls(known, np.asarray(factor, dtype=np.float64), scores, float(left @ left + scores @ scores))
 
     def gain(self, columns: Real, start: Real, left: Real) -> float:
-        """By how much a step in all unknowns and further ones would lower the cost.
+        """The decrease of cost by a step in all unknowns and further ones.
 
         Args:
             columns: (further, data) whitened derivatives.
@@ -56,20 +56,20 @@ class LinearStep:
 
 
 INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
-"""Shares of |H| added to noise, of which screening takes the least that makes a model plausible."""
+"""Shares of |H| that are added to noise; screening takes the smallest that makes a model plausible."""
 PLAUSIBLE = 2.0
-"""Chi-square per datum."""
+"""Chi-square per datum up to which a misfit could be noise."""
 MOST_STARTS = 12
 VARIANTS = 2
-"""Of a law that are fitted, such as the joint that it concerns."""
+"""Variants of a law that are fitted, such as the joint that it concerns."""
 IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
-"""A law is right to about a hundredth; what it leaves beyond that counts."""
+"""A law is right to about a hundredth; only a residual beyond that counts."""
 TESTER_GAIN, TESTER_STEPS = 1.0, 10
 
 
 @dataclass(frozen=True, eq=False)
 class Promise:
-    """What is expected of a candidate: the gain in chi-square with priors, and the scores to start from, best first."""
+    """The gain in chi-square that a candidate is expected to bring, and scores to start its fit from, best first."""
 
     effect: Effect
     gain: float
@@ -87,7 +87,7 @@ def plausible(found: Fit) -> Likelihood:
 
 
 def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
-    """What one step of a linearised fit says of the last effect of a simulation; None where it cannot be.
+    """The promise of the last effect of a simulation by one step of a linearised fit; None where none is finite.
 
     Args:
         likelihood: of the model without it.
@@ -107,7 +107,7 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
 
 
 def promised_by_tester(extended: Simulation) -> Promise:
-    """What a fit to the tester alone says of the last effect of a simulation: quick, and far from linear if need be."""
+    """The promise of the last effect of a simulation by a fit to the tester alone: quick, and valid far from linear."""
     alone = extended.of(replace(extended.baseline.measurement, sets=()))
     candidate, own = extended.effects[-1], len(extended.effects[-1].parameters)
     without = replace(alone, effects=alone.effects[:-1])
@@ -124,7 +124,7 @@ def _fitted(simulation: Simulation, start: Real) -> Fit:
 
 
 def starts(effect: Effect) -> list[Real]:
-    """Scores from which a candidate is tried."""
+    """Scores from which a candidate is fitted."""
     combinations = product(*(parameter.starts for parameter in effect.parameters))
     return [np.array(each) for each in combinations][:MOST_STARTS]
 
@@ -135,9 +135,9 @@ def inserted(scores: Real, place: int, own: Real) -> Real:
 
 
 def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
-    """Those of effects of which any law gains more than `least`, the best first.
+    """Promises of effects of which any law gains more than `least`, the best first.
 
-    A law far from linear promises little in one step: it comes along with its rivals.
+    A law that is far from linear promises little in one step, so it is kept with its rivals.
     """
     promising = {each.effect.id for each in promises if each.gain > least}
     return sorted((each for each in promises if each.effect.id in promising), key=lambda each: -each.gain)

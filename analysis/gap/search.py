@@ -51,7 +51,7 @@ Result = TypeVar("Result")
 class ParallelMap(Protocol):
     """Does the same work on each of several items, and gives the results in their order.
 
-    What it is given can be pickled, so that hands may be processes of their own.
+    Work and items can be pickled, so that an implementation may use processes.
     """
 
     def __call__(self, work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
@@ -59,23 +59,24 @@ class ParallelMap(Protocol):
 
 
 def serial_map(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """Without any help."""
+    """Do the work in this process, one item after the other."""
     return [work(each) for each in items]
 
 
 LINES = 128
-"""Of each hammer set that the search looks at; what it finds is fitted to all of them."""
+"""Of each hammer set that the search uses; its best models are fitted to all lines."""
 PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
 CONTRADICTION = 20.0
-"""Chi-square per datum of the paper's model."""
+"""Chi-square per datum of the paper's model above which the two rigs contradict each other."""
 FAR = 3.0
-"""Standard deviations from what is known beforehand."""
+"""Standard deviations from the prior to which starting points are limited."""
 FITTED_SINGLES = 7
+"""Effects that are fitted by themselves, those that promise most."""
 AFTER_CLEAN = 3
-"""Effects that are still fitted, single or second, once a model leaves next to nothing."""
+"""Effects that are still fitted, single or second, once a model is clean."""
 AT_ONCE = 2
-"""Effects that are fitted before the next are decided on, but for the first: it often decides over all others."""
+"""Effects that are fitted in one batch; the first is a batch of its own, as it often settles the matter."""
 LAWS = 3
 """Of an effect that are fitted: those that promise most."""
 FITTED_BY_TESTER = 3
@@ -83,13 +84,13 @@ FITTED_SEEDS = 2
 MOST_STEPS = 10
 SETTLING_STEPS = 30
 HOPELESS = 1000.0
-"""Cost (twice the log evidence) by which a model may exceed one that leaves next to nothing, and still matter."""
+"""Cost (twice the log evidence) by which a model may exceed a clean one, and still matter."""
 FAR_BEHIND = 3.0
-"""Times the cost of the best so far, or of noise, beyond which a model does not matter where none is that good."""
+"""Ratio of cost to that of the best so far, or to that of noise, beyond which a model does not matter."""
 
 
 Hopeless = Mapping[Stage, float]
-"""By stage, the cost at its end from which a model is not searched for any further."""
+"""By stage, the cost at its end above which the fit of a model is given up."""
 
 
 @dataclass(eq=False)
@@ -97,7 +98,7 @@ class Search:
     """A search over models of one measurement.
 
     Attributes:
-        measurement: at the lines that the search looks at.
+        measurement: with the lines that the search uses.
         candidates: variants of laws that are tried.
         modes: of the drawing.
         parallel_map: that does what can be done side by side.
@@ -113,20 +114,20 @@ class Search:
         self.baseline = baseline_of(self.measurement)
 
     def simulation(self, effects: Sequence[Effect] = ()) -> Simulation:
-        """Of the baseline with some effects."""
+        """The simulation of the baseline with some effects."""
         return Simulation(self.baseline, self.modes, tuple(effects))
 
     def without_effects(self) -> Model:
-        """The paper's model, fitted from nothing."""
+        """The paper's model, fitted from the centre of the priors."""
         simulation = self.simulation()
         return Model((), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
 
     def singles(self, none: Model) -> list[Model]:
         """The most promising effects, fitted, the best first.
 
-        Where nothing leaves next to nothing, a linear step may have promised too little: the search starts besides from
-        what the tester shows by itself. Where the rigs contradict each other, the paper's model lies between them and
-        near neither; the search then starts from what the beam says by itself, too.
+        Where no model is clean, a linear step may have promised too little: the search also starts from fits to the
+        tester alone. Where the rigs contradict each other, the paper's model lies between them and near neither; the
+        search then also starts from a fit to the beam alone.
         """
         found, start = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES), none
         both = bool(self.measurement.sets) and self.measurement.points is not None
@@ -141,16 +142,16 @@ class Search:
         return sorted([*rest, *self.parallel_map(settled, best)], key=lambda model: -model.log_evidence)
 
     def beam_alone(self, none: Model) -> Model:
-        """The paper's model where the beam has it, with the tester hardly counting; looked at with all data."""
+        """The paper's model fitted to the beam, with hardly any weight on the tester; evaluated on all data."""
         points = self.measurement.points
         assert points is not None
-        deaf = replace(points, deviation=points.deviation + np.abs(points.stiffness))
-        alone = self.simulation().of(replace(self.measurement, points=deaf))
+        weak = replace(points, deviation=points.deviation + np.abs(points.stiffness))
+        alone = self.simulation().of(replace(self.measurement, points=weak))
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
     def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
-        """Candidates that promise something on top of a model, the best first."""
+        """Candidates that promise a gain on top of a model, the best first."""
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
@@ -169,7 +170,7 @@ class Search:
     ) -> list[Model]:
         """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws.
 
-        Those that fall far behind the best, and behind those that are `known`, are left where they are.
+        The fit of those that fall far behind the best, or behind `known` models, is given up.
         """
         found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
         while remaining:
@@ -184,9 +185,9 @@ class Search:
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
-        """Each law fitted from its best starts, and once more from the model itself where these lead astray.
+        """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
 
-        All begin; of each law the one that has come closest while noise was inflated is fitted to the end.
+        Every start is fitted with inflated noise; of each law, only the best of these is fitted to the end.
         """
         tasks = [task for promise in promises for task in self._tasks(on, promise, tries, hopeless)]
         ended = self._to_the_end(tasks)
@@ -204,7 +205,7 @@ class Search:
         return [Model((*on.effects, effect), found) for effect, found in best.items()]
 
     def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
-        """The tasks that are worth it, with what came of them."""
+        """The best task of each law, with its fit."""
         begun = sorted(
             zip(tasks, self.parallel_map(_early_stages, tasks), strict=True), key=lambda each: each[1].at.cost
         )
@@ -219,7 +220,7 @@ class Search:
         elastic = acts_on(promise.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
         schedule = FROM_TESTER if by_tester else CLOSE
-        # a model that does not hold drives its unknowns where no bench is: no place to start from
+        # a model that does not hold has unknowns that are impossible: limit them before they become a start
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         return [
             _Task(promise, simulation, inserted(known, shared, start), schedule, hopeless)
@@ -229,7 +230,7 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """A fit that is to be done."""
+    """A fit to do."""
 
     promise: Promise
     simulation: Simulation
@@ -239,12 +240,12 @@ class _Task:
 
 
 def _early_stages(task: _Task) -> Fit:
-    """All stages but the last; the cost of what is hopeless is that of the whole."""
+    """Fit all stages but the last; a fit that was given up has the cost of the whole likelihood."""
     return fit(task.simulation, task.start, task.schedule[:-1], EARLY_GAIN, MOST_STEPS, task.hopeless)
 
 
 def _last_stage(begun: tuple[_Task, Fit]) -> Fit:
-    """The last stage, unless it is hopeless."""
+    """Fit the last stage, unless the fit was given up."""
     task, found = begun
     if found.likelihood.inflation == FINAL.inflation:
         return found
@@ -252,7 +253,7 @@ def _last_stage(begun: tuple[_Task, Fit]) -> Fit:
 
 
 def settled(model: Model) -> Model:
-    """A model of which the search went on until it ended by itself; what is built on it has to stand firm."""
+    """A model whose fit has converged, as other effects are added to it."""
     if model.fit.converged:
         return model
     again = fit(model.fit.likelihood.simulation, model.fit.scores, (FINAL,), ENOUGH, SETTLING_STEPS)
@@ -260,15 +261,15 @@ def settled(model: Model) -> Model:
 
 
 def seeds(singles: Sequence[Model]) -> list[Model]:
-    """The best singles, to which others are tried; of those that leave next to nothing, the best alone."""
+    """The best singles, to which second effects are added; where the best is clean, that one alone."""
     best = best_by_id(singles)[:FITTED_SEEDS]
     return best[:1] if best and best[0].clean else best
 
 
 def _hopeless(found: Sequence[Model]) -> Hopeless:
-    """By stage, the cost from which a model does not matter any more.
+    """By stage, the cost above which a model does not matter any more.
 
-    The best is looked at as each stage looks: what a model is behind it by then only grows as noise is taken back.
+    The best model is evaluated with the noise of each stage: the distance to it only grows in later stages.
     """
     best = min(found, key=lambda model: model.fit.at.cost)
     likelihood, scores = best.fit.likelihood, best.fit.scores
@@ -286,14 +287,14 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
 def search_of(
     measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, parallel_map: ParallelMap = serial_map
 ) -> Search:
-    """A search that looks at some `lines` of each hammer set."""
+    """A search that uses some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
     return Search(replace(measurement, sets=sets), candidates, beam_modes_of(measurement.drawing), parallel_map)
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:
-    """Places of about `wanted` lines: half of them evenly spread, half where accelerances change most."""
+    """Indices of about `wanted` lines: half of them evenly spread, half where accelerances change most."""
     reference = measurement.sets[0]
     count = reference.frequency.size
     if count <= wanted:

@@ -1,7 +1,7 @@
-"""Two effects at once: to each of the best effects every other is tried, and then the other way round.
+"""Two effects at once: every other effect is added to each of the best ones, and then the other way round.
 
-A single effect is fitted as if nothing else were there. Where a large effect hides behind a wrong one, a pair shows it:
-that second effect, fitted alone from where the pair left it, is what others are tried to next.
+A single effect is fitted as if it were the only one. Where a wrong effect hides a large one, a pair shows it: that
+second effect is fitted alone, from its values in the pair, and others are then added to it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from analysis.gap.model import ENOUGH, Model, best_by_id, best_by_law
 from analysis.gap.search import AFTER_CLEAN, LAWS, SETTLING_STEPS, Search, seeds
 
 FITTED_PAIRS = 6
+"""Second effects that are fitted on top of a first one."""
 TURNS = 2
-"""Times that the second effect of the best pair becomes the first of others."""
+"""How often the second effect of the best pair becomes the first of further pairs."""
 LED = 2
-"""Pairs of which other laws are tried."""
+"""Pairs of which other laws are fitted too."""
 
 
 def pairs(search: Search, singles: Sequence[Model]) -> list[Model]:
@@ -33,7 +34,7 @@ def pairs(search: Search, singles: Sequence[Model]) -> list[Model]:
     firsts, found = list[Model](), list[Model]()
     for seed in seeds(singles):
         firsts.append(seed)
-        found += _beside(search, seed, found)
+        found += _with_second(search, seed, found)
         if not found:
             return []
     alone = list[Model]()
@@ -47,14 +48,14 @@ def pairs(search: Search, singles: Sequence[Model]) -> list[Model]:
         if best[0].clean or any(second.effects == each.effects for each in firsts):
             break
         firsts.append(second)
-        found += _beside(search, second, found)
+        found += _with_second(search, second, found)
     for pair in _leading(found, [*singles, *alone])[:LED]:
         found += _with_other_laws(search, pair, firsts, singles)
     return sorted([*found, *alone], key=lambda model: -model.log_evidence)
 
 
-def _beside(search: Search, seed: Model, found: Sequence[Model]) -> list[Model]:
-    """Every other effect tried to one, but for pairs that are found already."""
+def _with_second(search: Search, seed: Model, found: Sequence[Model]) -> list[Model]:
+    """Every other effect added to one, except in pairs that are already fitted."""
     known = {frozenset(model.ids) for model in found}
     others = [each for each in search.candidates if frozenset((*seed.ids, each.id)) not in known]
     ranked = search.screened(seed, [each for each in others if each.id not in seed.ids])
@@ -63,27 +64,27 @@ def _beside(search: Search, seed: Model, found: Sequence[Model]) -> list[Model]:
 
 
 def _leading(found: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
-    """Of each pair of effects the best model, where it is above every single, and as clean as the best; that first."""
+    """The best model of each pair that is above every single, and as clean as the best pair; the best first."""
     least = max((each.log_evidence for each in singles), default=-np.inf)
     above = [each for each in best_by_id(found) if each.log_evidence > least]
     return [each for each in above if each.clean or not above[0].clean]
 
 
 def _second_alone(search: Search, pair: Model) -> Model:
-    """The second effect of a pair by itself, from where the pair left it."""
+    """The second effect of a pair by itself, fitted from its values in the pair."""
     effects, start = pair.effects[1:], np.delete(pair.fit.scores, pair.places(0))
     return Model(effects, fit(search.simulation(effects), start, CLOSE, ENOUGH, SETTLING_STEPS))
 
 
 def _better(single: Model, singles: Sequence[Model]) -> bool:
-    """Whether it is above what was found of this effect."""
+    """Whether a model is above all known models of its effect."""
     return all(single.log_evidence > each.log_evidence for each in singles if each.ids == single.ids)
 
 
 def _with_other_laws(search: Search, pair: Model, firsts: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
-    """A pair of which either effect follows other laws.
+    """A pair with other laws of either effect.
 
-    By itself the first may follow one that fits it less beside another; of the second only one law was tried.
+    The best law of the first alone need not be the best in a pair; of the second only one law was fitted.
     """
     first, second = pair.effects
     (seed,) = (each for each in firsts if each.effects == (first,))

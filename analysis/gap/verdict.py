@@ -22,16 +22,16 @@ PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
 MOST_OF_A_TRACE = 4.0
-"""Times that, beyond which an effect is none: what a Gaussian about the fit says so far off is worth nothing."""
+"""Multiple of `TOLERANCE` beyond which an effect is no trace: a Gaussian about the fit is not valid so far away."""
 FAINT = 1.5**2
-"""Chi-square per datum of the paper's model up to which a trace is all that there need be."""
+"""Chi-square per datum of the paper's model up to which a trace may explain the whole gap."""
 FREEDOM = 12.0
-"""What the unknown effect pays, in log evidence: about as much as six parameters over their full ranges."""
+"""Log evidence that the unknown effect costs: as much as about six parameters over their full ranges."""
 UNKNOWN = ("unknown",)
 SECOND = 0.02
-"""Of the misfit of the best single, what a second effect leaves at most: ten times what right laws leave of a gap.
+"""Largest share of the misfit of the best single that a pair may leave: ten times the share that right laws leave.
 
-One that leaves more mops up after a law that is not quite right.
+A second effect that leaves more only absorbs the error of the first one's law.
 """
 
 RANKED = 5
@@ -39,7 +39,7 @@ RANKED = 5
 
 
 class Status(StrEnum):
-    """What a diagnosis comes to."""
+    """The result of a diagnosis."""
 
     NONE = "none"
     """Nothing beyond noise and the stated tolerances."""
@@ -90,7 +90,7 @@ def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
     for each in every:
         laws.setdefault(tuple(sorted(each.ids)), []).append(each)
     scores = {ids: _averaged([evidence[id(each)] for each in of]) for ids, of in laws.items()}
-    for each in models:  # a trace of one effect belongs to the explanation without it, unless data cry out for it
+    for each in models:  # a trace of one effect belongs to the explanation without it
         for place, effect in enumerate(each.effects):
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
             trace = evidence[id(each)] + _as_trace(each, place, temperature)
@@ -119,12 +119,12 @@ def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
 
 
 def model_of_verdict(verdict: Weighed, none: Model) -> Model:
-    """The model that a verdict stands for; of an unknown effect the paper's."""
+    """The model of a verdict; for an unknown effect the paper's."""
     return none if verdict.effects == UNKNOWN else verdict.model
 
 
 def _with_right_laws(every: Sequence[Model]) -> Model:
-    """The best explanation: what it leaves its laws may leave, where their form is not quite right."""
+    """The best explanation; the misfit that it leaves is what laws of inexact form may leave."""
     single = min((each for each in every if len(each.effects) < 2), key=lambda each: each.misfit.certain)
     pair = min((each for each in every if len(each.effects) == 2), key=lambda each: each.misfit.certain, default=single)
     return pair if pair.misfit.certain < SECOND * single.misfit.certain else single
@@ -144,7 +144,7 @@ def _prior(ids: tuple[str, ...]) -> float:
 
 
 def _as_trace(model: Model, effect: int, temperature: float) -> float:
-    """Change of evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
+    """Change of evidence if an effect were present only within its tolerance; minus infinity where it has no zero."""
     parameters = model.effects[effect].parameters
     places = [
         place
@@ -157,11 +157,11 @@ def _as_trace(model: Model, effect: int, temperature: float) -> float:
 
 
 INSEPARABLE = 1 / 20
-"""Of the verdict's probability, above which another explanation is its twin."""
+"""Share of the verdict's probability above which another explanation is confounded with it."""
 
 
 def confounded_effects(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
-    """Groups of effects that could each stand in the verdict's place, one group for each effect of the verdict."""
+    """Groups of effects that could replace each other in the verdict, one group for each effect of the verdict."""
     verdict = weighed[0]
     if not verdict.effects or verdict.effects == UNKNOWN:
         return ()

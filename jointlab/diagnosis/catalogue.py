@@ -1,4 +1,4 @@
-"""The catalogue of effects as people read it."""
+"""The catalogue of effects for tables."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Entry:
 
 
 def entries(measurement: Measurement) -> Iterator[Entry]:
-    """Every law of every effect, as it is for a measurement; of laws with a variant for each joint or row, the first.
+    """Every law of every effect for a measurement; of laws with a variant for each joint or row, the first.
 
-    A law that this measurement could not show at all is given with no parameters.
+    A law that this measurement could not show has no parameters.
     """
     for law in laws():
         variants = law.variants(measurement)
@@ -46,7 +46,7 @@ def entries(measurement: Measurement) -> Iterator[Entry]:
 
 
 def blank_measurement(article: Article, struck: tuple[Dof, ...]) -> Measurement:
-    """Both experiments on an article with nothing read yet: enough to say what could be diagnosed.
+    """Both experiments on an article without data: enough to list the effects that could be diagnosed.
 
     Args:
         article: as drawn.
@@ -74,11 +74,11 @@ def _titles() -> dict[str, str]:
 
 
 def title_of(effect: str) -> str:
-    """What an effect is called; its id in words where the catalogue does not have it."""
+    """The title of an effect; its id in words where the catalogue does not have it."""
     return _titles().get(effect, effect.replace("_", " "))
 
 
 def range_of(parameter: Parameter) -> tuple[float, float]:
-    """Where nineteen of twenty values of a parameter are expected."""
+    """The range that holds nineteen of twenty values of a parameter."""
     low, high = (parameter.value(score) for score in (-2.0, 2.0))
     return max(low, parameter.least), high

@@ -1,4 +1,4 @@
-"""Measured, before and after over each other: the rows of the reference set and the tester's series, for pictures."""
+"""Curves for pictures: the rows of the reference set and the tester's series, as measured, before and after."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from analysis.gap.diagnosis import Predicted
 from analysis.gap.measurement import Configuration, HammerSet, Indices, Measurement, TesterPoints
 
 LINES = 600
-"""Of a whole row, at most; what matters of thousands is its extremes."""
+"""Most lines of a row that are kept; of thousands of lines the extremes matter."""
 CLOSE_UP = 0.1
-"""Of the lines of a row: so wide is the band of which every line is kept, where measured and before differ most."""
+"""Share of the lines of a row in which every line is kept: the band where measured and before differ most."""
 DIGITS = 4
 CURVES = ("measured", "before", "after")
 Curve = dict[str, Any]
 Readings = tuple[Complex, Complex]
-"""What the tester would read, (points,) each, N/m: before the effects are in the model, and with them."""
+"""Readings of the tester, (points,) each, N/m: without the effects in the model, and with them."""
 
 
 def with_rows_predicted(measurement: Measurement) -> Measurement:
-    """The same, with predictions asked for the rows of its reference set after those that are asked for already."""
+    """A measurement that also asks for predictions of the rows of its reference set, after those it asks for
+    already."""
     if not measurement.sets:
         return measurement
     own = measurement.drawing.accelerometer
@@ -33,7 +34,7 @@ def with_rows_predicted(measurement: Measurement) -> Measurement:
 
 
 def split_predictions(predicted: Predicted, asked: int) -> tuple[Predicted | None, Predicted]:
-    """Predictions that somebody asked for, None where nobody did, and those of the rows that come after them."""
+    """The first `asked` predictions, None where there are none, and those of the rows that follow them."""
     parts = [
         Predicted(predicted.frequency, predicted.before[which], predicted.after[which])
         for which in (slice(asked), slice(asked, None))
@@ -42,16 +43,16 @@ def split_predictions(predicted: Predicted, asked: int) -> tuple[Predicted | Non
 
 
 def curves_of(measurement: Measurement, rows: Predicted | None, readings: Readings | None = None) -> list[Curve]:
-    """Every row and every series as it was measured and as the model has it, those with the largest gap first.
+    """Every row and every series as measured and as modelled, those with the largest gap first.
 
-    A curve has its place in the words of a diagnosis's ``where``, ``gap`` with per cent and sigma over all of its lines
+    A curve has its place in the keys of a diagnosis's ``where``, ``gap`` with per cent and sigma over all of its lines
     before and after, ``frequency_hz``, and by `CURVES` ``magnitude`` ((m/s^2)/N) and ``phase_deg`` of a row, or
     ``stiffness`` (N/m) and ``loss_factor`` of a series of the tester. ``close_up_hz`` of a row is the band of which
     all lines are there. The model has seen these data: these gaps are not the held-out ones.
 
     Args:
         measurement: as it was read.
-        rows: predictions for the rows of its reference set at its lines; others are passed over.
+        rows: predictions for the rows of its reference set at its lines; others are ignored.
         readings: predictions for the tester's points.
     """
     found = list[Curve]()
@@ -64,7 +65,7 @@ def curves_of(measurement: Measurement, rows: Predicted | None, readings: Readin
 
 
 def kept_lines(size: Real, most: int = LINES) -> Indices:
-    """Places of at most `most` lines that keep the extremes of (curves, lines) `size`, in order."""
+    """Indices of at most `most` lines that keep the extremes of (curves, lines) `size`, in order."""
     curves, lines = size.shape
     if lines <= most:
         return np.arange(lines)

@@ -1,4 +1,4 @@
-"""A diagnosis as the JSON document `jointlab-diagnosis/1`, which other people's programs read."""
+"""A diagnosis as the JSON document `jointlab-diagnosis/1`, which other programs read."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ UNKNOWN = "unknown"
 
 
 def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> dict[str, Any]:
-    """The whole document; numbers that are not known are null.
+    """The whole document; unknown numbers are null.
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
-    each explanation, the ``experiment`` of the verdict by its id, ``titles`` of effects, ``maps``, ``faults``, what is
-    ``lost`` for want of measurements, and in ``trial`` how often this catalogue was right on sealed cases like this
-    one; None where it was never tried.
+    each explanation, the ``experiment`` of the verdict by its id, ``titles`` of effects, ``maps``, ``faults``, missing
+    evidence in ``lost``, and in ``trial`` how often this catalogue was right on sealed cases like this one; None where
+    it was never tried.
 
     Args:
         found: the diagnosis.
@@ -61,7 +61,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
         }
     )
     sure = probability(document)
-    document["trial"] = record.beside(found.status.value, found.effects, strength(document), sure)
+    document["trial"] = record.similar(found.status.value, found.effects, strength(document), sure)
     return document
 
 

@@ -37,24 +37,24 @@ TEXTS: Mapping[Experiment, str] = {
     Experiment.OTHER_LEVELS: "strike at a third level and test at a fourth amplitude",
     Experiment.HIGHER_FREQUENCY: "test to a higher frequency",
 }
-"""What to do; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
+"""Requests; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
 
 CORRECTIONS: Mapping[str, str] = {
     "double_hit": "strike again so that the hammer does not bounce",
     "mains_hum": "shield the accelerometer and its cable from the mains and strike again",
 }
-"""What to do about an effect that records show, by its id."""
+"""Requests that remove the cause of an effect that records show, by its id."""
 
 
 def request(experiment: NextExperiment) -> str:
-    """What to do, without what it is for."""
+    """The experiment as a request, without its purpose."""
     if experiment.id is Experiment.CORRECT_EFFECTS:
         return f"repeat the measurement with {' and '.join(experiment.effects)} put right"
     return TEXTS[experiment.id]
 
 
 def sentence(experiment: NextExperiment) -> str:
-    """What to do, what that is expected to tell, and what to correct besides."""
+    """The request, its expected result, and the corrections."""
     corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
     if experiment.id is Experiment.NOTHING and corrections:
         return "; ".join(corrections)

@@ -1,4 +1,4 @@
-"""What is diagnosed: a bundle or a run, as the gap diagnosis has it."""
+"""The subject of a diagnosis, from a bundle or a run."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from store.runs import get_run
 from store.states import HAMMER
 
 LOWEST_LINE = 5.0
-"""Hz. Below, ten blows of two seconds say little, and an accelerometer less."""
+"""Hz. Below, ten blows of two seconds are too short, and an accelerometer is too noisy."""
 FINEST = 1e-6
-"""Of the rms of a set's accelerances, below which nobody's noise is."""
+"""Least standard deviation, over the rms of a set's accelerances."""
 NEIGHBOURS = 9
 """Lines over which the variance of ten blows is averaged before it serves as a weight."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What is diagnosed.
+    """A measurement to diagnose.
 
     Attributes:
         title: of the bundle or the run.
         measurement: of both rigs, or of one.
-        left_out: what was measured and is no part of it, a sentence each.
+        left_out: measurements that a diagnosis does not use, a sentence each.
     """
 
     title: str
@@ -47,7 +47,7 @@ class Subject:
 
 
 def subject_of_bundle(bundle: Bundle) -> Subject:
-    """What a bundle holds.
+    """The subject in a bundle.
 
     Raises:
         AnalysisError: there is nothing to diagnose, or a table contradicts itself.
@@ -56,7 +56,7 @@ def subject_of_bundle(bundle: Bundle) -> Subject:
 
 
 def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silent) -> Subject:
-    """What a run holds: computed from its raw records where it was measured here, else as it was imported.
+    """The subject in a run: computed from its raw records where it was measured here, else as it was imported.
 
     Raises:
         StoreError: there is no such run, or a record is damaged.
@@ -105,12 +105,12 @@ def gap_measurement(
     predict: tuple[tuple[Dof, Dof], ...] = (),
     blows: tuple[gap.RawBlow, ...] = (),
 ) -> gap.Measurement:
-    """What the diagnosis needs of a measurement.
+    """A measurement in the form that the diagnosis takes.
 
     Args:
         measured: accelerances and sine points of one article.
         preset_mm: mean displacement in the tester.
-        predict: responses and inputs of the accelerances that a prediction is asked for.
+        predict: responses and inputs of the accelerances to predict.
         blows: records that were kept.
 
     Raises:

@@ -1,7 +1,7 @@
-"""The experiment that a diagnosis asks for next, as a sequence: what was measured before, changed as it says.
+"""The next experiment of a diagnosis as a sequence: the steps of the measured run, changed for the experiment.
 
-What a sequence cannot do by itself, such as weighing a cap or turning a sensor, becomes a prompt to the operator before
-the step that it is for.
+Work that a sequence cannot do, such as weighing a cap or turning a sensor, becomes a prompt to the operator before the
+step that needs it.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ Plan = Callable[[Document, TesterLimits], Document]
 
 HAMMER, SWEEP = "hammer", "sweep"
 HARD_BLOWS = 200.0
-"""Peak force in N from which on a further hammer level lies between those that there are."""
+"""Peak force in N from which a further hammer level lies between the present ones."""
 LONGEST_PROMPT = 500
 LONG_BLOCK = 4.0  # s, a free beam rings that long
 AMPLITUDE_UNIT = 1e-3  # m in a mm
 
 
 def next_sequence(experiment: NextExperiment, base: Sequence, limits: TesterLimits) -> Sequence:
-    """The sequence for an experiment; what is to be corrected comes first, as prompts.
+    """The sequence for an experiment; corrections come first, as prompts.
 
     Args:
         experiment: that a diagnosis asks for.
-        base: by which was measured what the diagnosis is of.
+        base: the sequence of the run that was diagnosed.
         limits: in force for the tester.
 
     Raises:
-        SequenceError: what comes of it cannot be run.
+        SequenceError: the planned sequence cannot be run.
     """
     corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
     text = request(experiment)
@@ -89,7 +89,7 @@ def _changed(document: Document, kind: str, change: Callable[[Step], Step]) -> D
 
 
 def _at_one_temperature(document: Document, _limits: TesterLimits) -> Document:
-    """Both rigs with the thermometer where it matters, after a soak."""
+    """Both rigs after a soak, with the thermometer at the elastomer."""
     places = {HAMMER: "the joints of the beam", SWEEP: "the cylinders in the tester"}
     steps = list[Step]()
     for step in _of(document, places):
@@ -136,7 +136,7 @@ def _shuffled(document: Document, _limits: TesterLimits) -> Document:
 
 
 def _suspended(document: Document, _limits: TesterLimits) -> Document:
-    """The beam in its cords, struck across."""
+    """The beam suspended in cords, struck across."""
     hammer = next((step for step in document["steps"] if step["step"] == HAMMER), {"step": HAMMER})
     points = [point for point in hammer.get("points", ()) if point.endswith("y")]
     hung = hammer | {"beam": "suspended", "block_seconds": max(LONG_BLOCK, hammer.get("block_seconds", 0.0))}
@@ -144,7 +144,7 @@ def _suspended(document: Document, _limits: TesterLimits) -> Document:
 
 
 def _at_other_sizes(document: Document, _limits: TesterLimits) -> Document:
-    """All that was measured, a further hammer level and a further amplitude of the tester."""
+    """All steps, with a further hammer level and a further amplitude of the tester."""
     steps = list[Step]()
     for step in document["steps"]:
         if step["step"] == SWEEP:
@@ -157,7 +157,7 @@ def _at_other_sizes(document: Document, _limits: TesterLimits) -> Document:
 
 
 def _at_another_level(struck: list[Step]) -> Step:
-    """The last hammer step at a level that there is not yet: twice the hardest, or one between."""
+    """The last hammer step at a new level: twice the hardest, or one between."""
     levels = sorted(step["peak_force"] for step in struck)
     level = 2 * levels[-1] if levels[-1] < HARD_BLOWS else _in_widest_gap([levels[0] / 2, *levels])
     return struck[-1] | {"peak_force": level, "weakest_peak": min(struck[-1]["weakest_peak"], level / 2)}
@@ -193,7 +193,7 @@ def _to_a_higher_frequency(document: Document, limits: TesterLimits) -> Document
 
 
 def _new_set_up(document: Document, _limits: TesterLimits) -> Document:
-    """All once more after a new set-up, with a further hammer level and the accelerometer at another place."""
+    """All steps after a new set-up, with a further hammer level and the accelerometer at another node."""
     article, struck = document["article"], [step for step in document["steps"] if step["step"] == HAMMER]
     sensor = article["accelerometer"]
     taken = {sensor["node"], *(joint["node"] for joint in article["joints"])}
@@ -237,7 +237,7 @@ def _heavier_accelerometer(document: Document, _limits: TesterLimits) -> Documen
 
 
 def _accelerometer_at(share: float, document: Document, _limits: TesterLimits) -> Document:
-    """The node that is nearest to a share of the beam's length, beside joints and where the sensor sat before."""
+    """The node that is nearest to a share of the beam's length, except at joints and at its present node."""
     article = document["article"]
     positions, sensor = article["node_positions"], article["accelerometer"]
     taken = {sensor["node"], *(joint["node"] for joint in article["joints"])}

@@ -19,15 +19,15 @@ from store.catalogue import Catalogue
 from store.progress import Advance, Progress, silent
 
 PARTS = 100
-"""Steps of the bar that shows how far a diagnosis is."""
+"""Steps of the progress bar of a diagnosis."""
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosed:
-    """A diagnosis with what it was made of.
+    """A diagnosis with its subject.
 
     Attributes:
-        subject: what was diagnosed.
+        subject: the measurement.
         found: the diagnosis.
         document: the same as JSON, with the curves of `jointlab.diagnosis.curves`.
     """
@@ -44,8 +44,8 @@ def diagnosed(
 
     Args:
         subject: a bundle or a run.
-        without: ids of effects that the catalogue is to do without.
-        progress: told how far the work is.
+        without: ids of effects to leave out of the catalogue.
+        progress: shows how far the work is.
         workers: processes that share the work; by default as many as there are processors.
 
     Raises:
@@ -91,10 +91,10 @@ def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent)
 
 
 def _by_share(advance: Advance) -> Callable[[str, float], None]:
-    """A function that is told the share of the whole and moves a bar of `PARTS` there."""
+    """A function that moves a progress bar of `PARTS` to a share of the whole."""
     done = 0
 
-    def show(what: str, share: float) -> None:  # noqa: ARG001 - a bar has one line of words, and keeps it
+    def show(what: str, share: float) -> None:  # noqa: ARG001 - the title of a progress bar does not change
         nonlocal done
         further = max(round(PARTS * min(share, 1.0)) - done, 0)
         done += further

@@ -1,4 +1,4 @@
-"""Accelerances that were asked for without being measured, as UFF58: before and after the effects are in the model."""
+"""Accelerances that were asked for, as UFF58: without the effects in the model (before), and with them (after)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Processes that do the work of a diagnosis side by side."""
+"""A pool of processes for the fits of a diagnosis."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 SHARES = 4
-"""Into which each process's part of a task is divided, so that none waits long for the others."""
+"""Chunks into which the part of each process is divided, so that no process waits long for the others."""
 
 
 @contextmanager
 def processes(count: int | None = None) -> Iterator[ParallelMap]:
-    """ParallelMap that are `count` processes, by default as many as there are processors.
+    """A parallel map over `count` processes, by default as many as there are processors.
 
-    They are forked from a server that has loaded what they need. A job of the service may have no processes of its own:
-    there, and for a count of one, all is done one by one.
+    They are forked from a server that has loaded the diagnosis. A job of the service may not start processes: there,
+    and for a count of one, the map is serial.
     """
     wanted = count or os.cpu_count() or 1
     if wanted == 1 or multiprocessing.current_process().daemon:
@@ -34,16 +34,16 @@ def processes(count: int | None = None) -> Iterator[ParallelMap]:
     one_thread_each()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["__main__", diagnosis.__name__])
-    forkserver.ensure_running()  # it loads while the first steps are taken, which nobody can share
+    forkserver.ensure_running()  # it loads during the first steps, which are serial
     with ProcessPoolExecutor(wanted, mp_context=context) as pool:
 
-        def together(work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
+        def parallel_map(work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
             return pool.map(work, items, chunksize=max(1, len(items) // (SHARES * wanted)))
 
-        yield together
+        yield parallel_map
 
 
 def one_thread_each() -> None:
-    """Keep processes that are yet to begin from more threads of BLAS than one; call it before they load numpy."""
+    """Limit BLAS to one thread in processes that start later; they must not have loaded numpy."""
     for name in THREADS:
         os.environ.setdefault(name, "1")

@@ -13,13 +13,13 @@ from store.states import AnalysisKind
 
 
 def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], without: tuple[str, ...] = ()) -> int:
-    """Keep a diagnosis of a run and return its number.
+    """Store a diagnosis of a run and return its number.
 
     Args:
         session: a transaction.
-        run_id: what was diagnosed.
+        run_id: of the run.
         document: in the format jointlab-diagnosis/1.
-        without: effects that the catalogue did without.
+        without: ids of effects that were left out of the catalogue.
 
     Raises:
         StoreError: there is no such run.

@@ -1,4 +1,4 @@
-"""What sealed trials of this catalogue came to: the score that is shown beside each verdict."""
+"""Results of sealed trials of this catalogue: the score that is shown with each verdict."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 FILE = "trial_scores.json"
 FORMAT = "jointlab-trial-scores/1"
 STRENGTHS = (("faint", 1.5), ("clear", 5.0), ("strong", float("inf")))
-"""What a gap is called by how many times the noise it is, rms, before any effect is in the model."""
+"""Names of gaps by their largest rms over noise, without any effect in the model."""
 LIKE = 0.1
-"""Verdicts whose probability is within this are alike."""
+"""Difference of probability up to which two verdicts are alike."""
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class Verdict:
     """One verdict of a sealed trial.
 
     Attributes:
-        status, effects: what it said.
+        status, effects: of the verdict.
         strength: of the gap.
         probability: that it claimed.
-        right: whether that was so; naming an effect that the data cannot tell from the true one counts.
+        right: whether it was right; naming an effect that the data cannot tell from the true one counts.
     """
 
     status: str
@@ -47,7 +47,7 @@ class TrackRecord:
     cases: int = 0
     verdicts: tuple[Verdict, ...] = ()
 
-    def beside(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
+    def similar(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
         """How often verdicts like this one were right; None where there are none to compare with.
 
         Alike are verdicts on the same effects at a gap of the same strength. A pair is compared with pairs, as hardly

@@ -1,4 +1,4 @@
-"""A diagnosis in sentences that a technician understands; terminal, report and page say the same."""
+"""A diagnosis in sentences for technicians; terminal, report and page use the same."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
 IN_RECORDS = frozenset({"double_hit", "mains_hum"})
-"""Effects that are faults of records, and move no accelerance."""
+"""Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
     "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
     "the joint's doing, the sensor's or the bar's. What names a cause is that the simulation with it fits both rigs."
@@ -34,7 +34,7 @@ def named(effects: Sequence[str], titles: Mapping[str, str]) -> str:
 
 
 def verdict_sentence(document: Mapping[str, Any]) -> str:
-    """What the diagnosis comes to, in one sentence."""
+    """The result of the diagnosis, in one sentence."""
     gap, verdict = document["gap"], document["verdict"]
     before, after, floor = gap["before"]["percent"], gap["after"]["percent"], percent(gap["floor_percent"])
     effects = named(verdict["effects"], document["titles"])
@@ -60,7 +60,7 @@ def verdict_sentence(document: Mapping[str, Any]) -> str:
 
 
 def probability_sentence(document: Mapping[str, Any]) -> str:
-    """How sure the diagnosis is, and how often it was right in trials when it said the like."""
+    """The probability of the verdict, and how often similar verdicts were right in trials."""
     sure = f"probability {100 * probability(document):.0f} %"
     trial = document["trial"]
     if trial is None:
@@ -77,7 +77,7 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
 
 
 def confounded_sentence(document: Mapping[str, Any]) -> str:
-    """What these data cannot tell apart; empty where there is no such thing."""
+    """The effects that these data cannot tell apart; empty where there are none."""
     groups = [", ".join(group) for group in document["verdict"]["twins"]]
     return f"these data cannot tell apart: {'; '.join(groups)}" if groups else ""
 

@@ -104,10 +104,10 @@ def test_beside_a_verdict_stands_how_often_the_like_was_right(document: Make) ->
 
 
 def test_pairs_are_compared_with_pairs_and_none_with_none() -> None:
-    pair = RECORD.beside("explained", ("a", "b"), "strong", 0.9)
+    pair = RECORD.similar("explained", ("a", "b"), "strong", 0.9)
     assert pair is not None
     assert pair["named"] == 0
-    none = RECORD.beside("none", (), "faint", 1.0)
+    none = RECORD.similar("none", (), "faint", 1.0)
     assert none is not None
     assert (none["named"], none["right"]) == (1, 1)
 

@@ -34,7 +34,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(strict=True, frozen=True, allow_inf_nan=False)
 
 
-class Beam(_Part):
+class BeamSetup(_Part):
     """The beam; the ranges catch values in other units."""
 
     length: Annotated[float, quantity("m", gt=0, le=100)]
@@ -46,7 +46,7 @@ class Beam(_Part):
     free_damping_ratios: Annotated[tuple[NotNegative, ...], quantity("1", "of the free beam's modes")]
 
 
-class Joint(_Part):
+class JointSetup(_Part):
     """One joint: two inclined cylinders, lower and upper, with eccentricities -e and +e, at a node."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -84,7 +84,7 @@ class DirectTable(_Part):
     preset_mm: Annotated[NotNegative, quantity("mm")]
 
 
-class Tolerances(_Part):
+class StatedTolerances(_Part):
     """Uncertainties, one standard deviation each; a unit of 1 is relative."""
 
     node_position: Annotated[NotNegative, quantity("m")]
@@ -96,7 +96,7 @@ class Tolerances(_Part):
     tester_gain: Annotated[NotNegative, quantity("1")]
 
 
-class Prediction(_Part):
+class RequestedPrediction(_Part):
     """A frequency response for the model to predict."""
 
     response: tuple[Node, Literal["x", "y"]]
@@ -106,11 +106,11 @@ class Prediction(_Part):
 class Article(_Part):
     """The test article, and the uncertainties of its values."""
 
-    beam: Beam
+    beam: BeamSetup
     node_positions: Annotated[tuple[NotNegative, ...], quantity("m", "from the left end, rising", min_length=2)]
-    joints: Annotated[tuple[Joint, ...], Field(min_length=1)]
+    joints: Annotated[tuple[JointSetup, ...], Field(min_length=1)]
     accelerometer: Accelerometer
-    tolerances: Tolerances
+    tolerances: StatedTolerances
 
     @model_validator(mode="after")
     def _is_one_beam(self) -> Self:
@@ -151,7 +151,7 @@ class BundleSetup(Article):
     title: str
     inverse: tuple[InverseSet, ...] = ()
     direct: DirectTable | None = None
-    predict: tuple[Prediction, ...] = ()
+    predict: tuple[RequestedPrediction, ...] = ()
     checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
 
     @model_validator(mode="after")

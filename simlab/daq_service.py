@@ -100,32 +100,6 @@ class NiDaqmx:
     def _buffer(self, request: Message) -> Value:
         return lookup(buffer_attributes(self._task(request)), request.attribute_raw)
 
-    GetSystemInfoAttributeString = _attribute("GetSystemInfoAttributeString", _system)
-    GetSystemInfoAttributeUInt32 = _attribute("GetSystemInfoAttributeUInt32", _system)
-    GetDeviceAttributeString = _attribute("GetDeviceAttributeString", _device)
-    GetDeviceAttributeUInt32 = _attribute("GetDeviceAttributeUInt32", _device)
-    GetDeviceAttributeInt32 = _attribute("GetDeviceAttributeInt32", _device)
-    GetDeviceAttributeDouble = _attribute("GetDeviceAttributeDouble", _device)
-    GetDeviceAttributeBool = _attribute("GetDeviceAttributeBool", _device)
-    GetTaskAttributeString = _attribute("GetTaskAttributeString", _of_task)
-    GetTaskAttributeUInt32 = _attribute("GetTaskAttributeUInt32", _of_task)
-    GetChanAttributeString = _attribute("GetChanAttributeString", _channel)
-    GetChanAttributeInt32 = _attribute("GetChanAttributeInt32", _channel)
-    GetChanAttributeDouble = _attribute("GetChanAttributeDouble", _channel)
-    GetChanAttributeDoubleArray = _attribute("GetChanAttributeDoubleArray", _channel)
-    GetReadAttributeString = _attribute("GetReadAttributeString", _read)
-    GetReadAttributeBool = _attribute("GetReadAttributeBool", _read)
-    GetReadAttributeInt32 = _attribute("GetReadAttributeInt32", _read)
-    GetReadAttributeUInt32 = _attribute("GetReadAttributeUInt32", _read)
-    GetReadAttributeUInt64 = _attribute("GetReadAttributeUInt64", _read)
-    GetTimingAttributeDouble = _attribute("GetTimingAttributeDouble", _timing)
-    GetTimingAttributeInt32 = _attribute("GetTimingAttributeInt32", _timing)
-    GetTimingAttributeUInt64 = _attribute("GetTimingAttributeUInt64", _timing)
-    GetTrigAttributeString = _attribute("GetTrigAttributeString", _trigger)
-    GetTrigAttributeDouble = _attribute("GetTrigAttributeDouble", _trigger)
-    GetTrigAttributeUInt32 = _attribute("GetTrigAttributeUInt32", _trigger)
-    GetBufferAttributeUInt32 = _attribute("GetBufferAttributeUInt32", _buffer)
-
     def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
         """What a status code says."""
         return pb.GetErrorStringResponse(error_string=meaning(request.error_code))
@@ -374,3 +348,18 @@ def _laid_out(values: np.ndarray[Any, Any], request: Message) -> np.ndarray[Any,
     """`values` (channels, samples) in one row, by channel or by scan as the request wants it."""
     by_scan = request.fill_mode_raw == FillMode.GROUP_BY_SCAN_NUMBER.value
     return (values.T if by_scan else values).ravel()
+
+
+ATTRIBUTE_METHODS = {
+    "SystemInfo": (NiDaqmx._system, ("String", "UInt32")),
+    "Device": (NiDaqmx._device, ("String", "UInt32", "Int32", "Double", "Bool")),
+    "Task": (NiDaqmx._of_task, ("String", "UInt32")),
+    "Chan": (NiDaqmx._channel, ("String", "Int32", "Double", "DoubleArray")),
+    "Read": (NiDaqmx._read, ("String", "Bool", "Int32", "UInt32", "UInt64")),
+    "Timing": (NiDaqmx._timing, ("Double", "Int32", "UInt64")),
+    "Trig": (NiDaqmx._trigger, ("String", "Double", "UInt32")),
+    "Buffer": (NiDaqmx._buffer, ("UInt32",)),
+}
+for _owner, (_find, _types) in ATTRIBUTE_METHODS.items():
+    for _type in _types:
+        setattr(NiDaqmx, f"Get{_owner}Attribute{_type}", _attribute(f"Get{_owner}Attribute{_type}", _find))

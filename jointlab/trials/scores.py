@@ -14,6 +14,13 @@ from jointlab.trials.judgement import FALLBACK, Judgement
 DETECTABLE = 5.0
 """The d from which an effect is to be found."""
 SIZES = ((0.0, 0.15), (0.15, 0.4), (0.4, 1.0))
+DISTANCES = {
+    "below 5": (0.0, 5.0),
+    "5 to 15": (5.0, 15.0),
+    "15 to 100": (15.0, 100.0),
+    "above 100": (100.0, float("inf")),
+}
+"""Ranges of d."""
 BINS = 10
 """Of probability, for calibration."""
 NONE, NOVEL, UNKNOWN, TWO = "none", "in no catalogue", "unknown", "two effects"
@@ -38,7 +45,9 @@ def scores(judged: Sequence[Judgement]) -> dict[str, Any]:
                 "detectable_or_inseparable": _share(seen, lambda each: each.inseparable),
                 "all": _share(singles, lambda each: each.right),
                 "by_size": {f"{a:g} to {b:g}": _right([e for e in singles if a < e.size <= b]) for a, b in SIZES},
-                "by_d": {name: _right([e for e in singles if low <= e.d < high]) for name, low, high in _ranges()},
+                "by_d": {
+                    name: _right([e for e in singles if low <= e.d < high]) for name, (low, high) in DISTANCES.items()
+                },
             },
             "false_alarms": _share(clean, lambda each: each.status != "none"),
             "unknown_accepted_as_known": _share(seen_novel, lambda each: bool(each.named)),
@@ -109,15 +118,6 @@ def _share(of: Sequence[Any], holds: Callable[[Any], bool]) -> dict[str, Any]:
 
 def _right(of: Sequence[Judgement]) -> dict[str, Any]:
     return _share(of, lambda each: each.right)
-
-
-def _ranges() -> tuple[tuple[str, float, float], ...]:
-    return (
-        ("below 5", 0.0, 5.0),
-        ("5 to 15", 5.0, 15.0),
-        ("15 to 100", 15.0, 100.0),
-        ("above 100", 100.0, float("inf")),
-    )
 
 
 def _ratios(judged: Iterable[Judgement]) -> list[float]:

@@ -14,55 +14,29 @@ from rig.operator import Operator
 from simlab.laboratory import Addresses, LaboratoryProcess
 from simlab.operator_server import OperatorClient
 
-# The channel table of the simulated laboratory, as its calibration certificates would read.
-CHANNELS = (
-    ChannelSettings(
-        name="hammer",
-        physical="cDAQ1Mod1/ai0",
-        kind="force_iepe",
-        sensitivity=2.25e-3,
-        unit="N",
-        minimum=-2000,
-        maximum=2000,
-        excitation_current=0.002,
-        serial="SIM-H-01",
-        calibrated_on=date(2026, 3, 2),
-    ),
-    ChannelSettings(
-        name="accelerometer",
-        physical="cDAQ1Mod1/ai1",
-        kind="acceleration_iepe",
-        sensitivity=10.2e-3,
-        unit="m/s^2",
-        minimum=-480,
-        maximum=480,
-        excitation_current=0.002,
-        serial="SIM-A-01",
-        calibrated_on=date(2026, 3, 2),
-    ),
-    ChannelSettings(
-        name="displacement",
-        physical="cDAQ1Mod2/ai0",
-        kind="voltage",
-        sensitivity=2e3,
-        unit="m",
-        minimum=-5e-3,
-        maximum=5e-3,
-        serial="SIM-D-01",
-        calibrated_on=date(2026, 3, 5),
-    ),
-    ChannelSettings(
-        name="force",
-        physical="cDAQ1Mod2/ai1",
-        kind="voltage",
-        sensitivity=2e-3,
-        unit="N",
-        minimum=-5000,
-        maximum=5000,
-        serial="SIM-F-01",
-        calibrated_on=date(2026, 3, 5),
-    ),
+CHANNELS = tuple(
+    ChannelSettings.model_validate(
+        {
+            "name": name,
+            "physical": f"cDAQ1{physical}",
+            "kind": kind,
+            "sensitivity": sensitivity,
+            "unit": unit,
+            "minimum": -limit,
+            "maximum": limit,
+            "excitation_current": current,
+            "serial": serial,
+            "calibrated_on": date(2026, 3, day),
+        }
+    )
+    for name, physical, kind, sensitivity, unit, limit, current, serial, day in (
+        ("hammer", "Mod1/ai0", "force_iepe", 2.25e-3, "N", 2000, 0.002, "SIM-H-01", 2),
+        ("accelerometer", "Mod1/ai1", "acceleration_iepe", 10.2e-3, "m/s^2", 480, 0.002, "SIM-A-01", 2),
+        ("displacement", "Mod2/ai0", "voltage", 2e3, "m", 5e-3, 0.0, "SIM-D-01", 5),
+        ("force", "Mod2/ai1", "voltage", 2e-3, "N", 5000, 0.0, "SIM-F-01", 5),
+    )
 )
+"""The channel table of the simulated laboratory, as its calibration certificates would read."""
 
 
 def simulated_settings(addresses: Addresses, **others: Any) -> Settings:

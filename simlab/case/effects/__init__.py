@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 from simlab.case.effects import chain, elastomer, novel, record, structure, tester
 from simlab.case.effects.base import SimulatedEffect
 
-CATALOGUE: dict[str, type[SimulatedEffect]] = {
-    kind.name: kind for family in (elastomer, structure, chain, tester) for kind in family.EFFECTS
-}
-RECORD_EFFECTS: dict[str, type[SimulatedEffect]] = {kind.name: kind for kind in record.EFFECTS}
-"""Those of the catalogue that show in raw blows alone."""
-NOVELTIES: dict[str, type[SimulatedEffect]] = {kind.name: kind for kind in novel.NOVELTIES}
+
+def _by_name(*families: ModuleType) -> dict[str, type[SimulatedEffect]]:
+    """The effects that the modules define, in their order: what is drawn depends on it."""
+    kinds = [kind for family in families for kind in vars(family).values() if isinstance(kind, type)]
+    return {kind.name: kind for kind in kinds if issubclass(kind, SimulatedEffect) and kind is not SimulatedEffect}
+
+
+CATALOGUE = _by_name(elastomer, structure, chain, tester)
+RECORD_EFFECTS = _by_name(record)
+"""Effects of the catalogue that show in raw blows alone."""
+NOVELTIES = _by_name(novel)
 
 __all__ = ["CATALOGUE", "NOVELTIES", "RECORD_EFFECTS", "SimulatedEffect"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -88,8 +89,12 @@ class SimulatedEffect(ABC):
     values: Mapping[str, Value]
 
     name: ClassVar[str]
+    """The class name in lower case with underscores, as truths and catalogues have it."""
     roving: ClassVar[bool] = False
     """Whether the joints change from row to row of a set."""
+
+    def __init_subclass__(cls) -> None:
+        cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
 
     @classmethod
     @abstractmethod

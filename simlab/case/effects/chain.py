@@ -19,8 +19,6 @@ SENSOR_HEIGHT = 0.0127 + 0.008
 class SensorGain(SimulatedEffect):
     """A calibration that is off by up to 5 %, in every set."""
 
-    name = "sensor_gain"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorGain:
         return cls(size, "flat", {"gain": either_sign(rng) * 0.05 * size})
@@ -31,8 +29,6 @@ class SensorGain(SimulatedEffect):
 
 class ChannelDelay(SimulatedEffect):
     """Acceleration comes late against force: by a time, or by an all-pass filter of first order with that delay."""
-
-    name = "channel_delay"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ChannelDelay:
@@ -48,8 +44,6 @@ class ChannelDelay(SimulatedEffect):
 class HighpassCorner(SimulatedEffect):
     """The charge amplifier's or IEPE supply's corner, of first or second order."""
 
-    name = "highpass_corner"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HighpassCorner:
         return cls(size, one_of(rng, "first_order", "first_order", "second_order"), {"corner": 5.0 * size})
@@ -64,8 +58,6 @@ class HighpassCorner(SimulatedEffect):
 class ExponentialWindow(SimulatedEffect):
     """Records were weighted by exp(-s t) and nobody took the added damping out: H(w - i s)."""
 
-    name = "exponential_window"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ExponentialWindow:
         return cls(size, "uncorrected", {"s": 10.0 * size})
@@ -77,8 +69,6 @@ class ExponentialWindow(SimulatedEffect):
 
 class CrossAxisSensitivity(SimulatedEffect):
     """The accelerometer takes some motion along the beam for motion across it: of the axis, or of its own place."""
-
-    name = "cross_axis_sensitivity"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CrossAxisSensitivity:
@@ -94,8 +84,6 @@ class CrossAxisSensitivity(SimulatedEffect):
 
 class ImpactAngle(SimulatedEffect):
     """Blows lean along the beam: all of them, the transverse ones, or those of one row."""
-
-    name = "impact_angle"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ImpactAngle:
@@ -115,8 +103,6 @@ class ImpactAngle(SimulatedEffect):
 class ImpactPosition(SimulatedEffect):
     """One to three rows marked at the wrong place, by up to 8 mm, in every set; never off the beam."""
 
-    name = "impact_position"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ImpactPosition:
         count = int(rng.integers(1, 4))
@@ -133,14 +119,3 @@ class ImpactPosition(SimulatedEffect):
         if row.direction != "y" or key not in self.values:
             return load
         return replace(load, position=load.position + self.number(key))
-
-
-EFFECTS: tuple[type[SimulatedEffect], ...] = (
-    SensorGain,
-    ChannelDelay,
-    HighpassCorner,
-    ExponentialWindow,
-    CrossAxisSensitivity,
-    ImpactAngle,
-    ImpactPosition,
-)

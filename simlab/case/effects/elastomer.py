@@ -27,8 +27,6 @@ class AmplitudeDependence(SimulatedEffect):
     log-normal breaking amplitudes; a power law that levels off towards small amplitudes.
     """
 
-    name = "amplitude_dependence"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> AmplitudeDependence:
         law = one_of(rng, "kraus", "kraus", "contacts", "power")
@@ -75,8 +73,6 @@ class AmplitudeDependence(SimulatedEffect):
 class CubicStiffness(SimulatedEffect):
     """A spring that hardens or softens with the square of amplitude: k (1 + beta x^2), equivalent linear."""
 
-    name = "cubic_stiffness"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CubicStiffness:
         law = one_of(rng, "quadratic", "saturating")
@@ -95,8 +91,6 @@ class CoulombFriction(SimulatedEffect):
     The second law is Jenkins's element by harmonic balance: with a stick stiffness K and F_c / K < x, the loss is
     4 F_c (1 - F_c / (K x)) / (pi x), and K itself adds to the spring below.
     """
-
-    name = "coulomb_friction"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CoulombFriction:
@@ -130,8 +124,6 @@ def _jenkins(force: float, stick: Real, amplitude: Real) -> Complex:
 class FrequencyDependence(SimulatedEffect):
     """Stiffness and loss tied over frequency: fractional Zener, four Maxwell elements, or a spring-pot in parallel."""
 
-    name = "frequency_dependence"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrequencyDependence:
         law = one_of(rng, "fractional_zener", "prony4", "springpot")
@@ -163,8 +155,6 @@ class FrequencyDependence(SimulatedEffect):
 class LossLaw(SimulatedEffect):
     """Loss that follows a power of frequency, or part of it viscous; of every mechanism or of one."""
 
-    name = "loss_law"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> LossLaw:
         law = one_of(rng, "power", "power", "part_viscous")
@@ -190,8 +180,6 @@ class TemperatureShift(SimulatedEffect):
     log10 a_T by Williams, Landel and Ferry (J. Am. Chem. Soc. 77, 1955, 3701) with their universal constants about a
     glass transition of 223 K, or by Arrhenius; on a rubber's plateau stiffness and loss go as small powers of a_T.
     """
-
-    name = "temperature_shift"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TemperatureShift:
@@ -230,8 +218,6 @@ class TemperatureShift(SimulatedEffect):
 class PreloadStiffening(SimulatedEffect):
     """The tester's preset stiffens the rubber, the stand holds it without one: k (1 + s delta), delta in mm."""
 
-    name = "preload_stiffening"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PreloadStiffening:
         return cls(size, one_of(rng, "storage_only", "loss_factor_kept", "quadratic"), {"s": size})
@@ -249,8 +235,6 @@ class PreloadStiffening(SimulatedEffect):
 
 class ConditioningDrift(SimulatedEffect):
     """The tester's work softens the rubber in the order of the test: evenly, soon and then no more, or by logarithm."""
-
-    name = "conditioning_drift"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ConditioningDrift:
@@ -270,15 +254,3 @@ class ConditioningDrift(SimulatedEffect):
         elif self.law == "logarithmic":
             progress = np.log1p(50.0 * state.order) / np.log(51.0)
         return stiffness * (1.0 - self.number("d") * progress)[:, None]
-
-
-EFFECTS: tuple[type[SimulatedEffect], ...] = (
-    AmplitudeDependence,
-    CubicStiffness,
-    CoulombFriction,
-    FrequencyDependence,
-    LossLaw,
-    TemperatureShift,
-    PreloadStiffening,
-    ConditioningDrift,
-)

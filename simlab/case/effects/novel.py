@@ -21,8 +21,6 @@ def away_from_sensor(rng: np.random.Generator, article: SimulatedArticle) -> flo
 class Absorber(SimulatedEffect):
     """Something soft with a mass hangs on the beam and swings: a tuned absorber that nobody planned."""
 
-    name = "absorber"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Absorber:
         values = {
@@ -43,8 +41,6 @@ class Absorber(SimulatedEffect):
 class HungMass(SimulatedEffect):
     """A clamp or a magnet left on the beam."""
 
-    name = "hung_mass"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HungMass:
         return cls(size, "rigid", {"x": away_from_sensor(rng, article), "m": 0.15 * size})
@@ -56,8 +52,6 @@ class HungMass(SimulatedEffect):
 
 class GroundedDamper(SimulatedEffect):
     """A cable or a hand touches the beam: a damper to the ground, and a little stiffness."""
-
-    name = "grounded_damper"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GroundedDamper:
@@ -71,8 +65,6 @@ class GroundedDamper(SimulatedEffect):
 
 class MidSpanSpring(SimulatedEffect):
     """Something beneath the beam touches it about its middle: a spring to the ground."""
-
-    name = "mid_span_spring"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MidSpanSpring:
@@ -90,8 +82,6 @@ class MidSpanSpring(SimulatedEffect):
 
 class Crack(SimulatedEffect):
     """A cut takes away bending stiffness over a few centimetres."""
-
-    name = "crack"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Crack:
@@ -112,8 +102,6 @@ class Crack(SimulatedEffect):
 class RotaryLump(SimulatedEffect):
     """Something heavy and wide turns with the beam at one joint."""
 
-    name = "rotary_lump"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> RotaryLump:
         return cls(size, "rigid", {"joint": one_of(rng, *JOINT_NAMES), "inertia": 2e-4 * size})
@@ -125,8 +113,6 @@ class RotaryLump(SimulatedEffect):
 
 class CommonBase(SimulatedEffect):
     """Both joints stand on one plate that moves as a whole, so that each feels the other."""
-
-    name = "common_base"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CommonBase:
@@ -148,7 +134,6 @@ class CommonBase(SimulatedEffect):
 class RovingDrift(SimulatedEffect):
     """The joints soften while the hammer walks along the beam: in the first set, or in each anew."""
 
-    name = "roving_drift"
     roving = True
 
     @classmethod
@@ -165,8 +150,6 @@ class RovingDrift(SimulatedEffect):
 class SetStep(SimulatedEffect):
     """The joints settle between the reference set and those after it; the tester got them before."""
 
-    name = "set_step"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SetStep:
         values: dict[str, float | str] = {"step": either_sign(rng) * 0.1 * size, "joint": one_of(rng, *JOINT_NAMES)}
@@ -181,8 +164,6 @@ class SetStep(SimulatedEffect):
 class SensorMountResonance(SimulatedEffect):
     """The accelerometer sits on wax or a magnet that resonates above, or just within, the band."""
 
-    name = "sensor_mount_resonance"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorMountResonance:
         return cls(size, "one_mode", {"f": 2500.0 * (900.0 / 2500.0) ** size, "zeta": rng.uniform(0.02, 0.08)})
@@ -196,8 +177,6 @@ class SensorMountResonance(SimulatedEffect):
 class GainDrift(SimulatedEffect):
     """The measuring chain drifts along the rows of every set."""
 
-    name = "gain_drift"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GainDrift:
         return cls(size, "linear", {"drift": either_sign(rng) * 0.08 * size})
@@ -208,8 +187,6 @@ class GainDrift(SimulatedEffect):
 
 class PhaseOffset(SimulatedEffect):
     """One set's phase is off by the same angle at every line."""
-
-    name = "phase_offset"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PhaseOffset:
@@ -225,8 +202,6 @@ class PhaseOffset(SimulatedEffect):
 class TesterRipple(SimulatedEffect):
     """The tester's gain waves with frequency, as behind a poor filter or a column with a resonance train."""
 
-    name = "tester_ripple"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TesterRipple:
         values = {
@@ -239,20 +214,3 @@ class TesterRipple(SimulatedEffect):
     def tested(self, stiffness: Complex, points: Points) -> Complex:
         wave = np.sin(2 * np.pi * points.frequency / self.number("period_hz") + self.number("phase"))
         return stiffness * (1 + self.number("depth") * wave)
-
-
-NOVELTIES: tuple[type[SimulatedEffect], ...] = (
-    Absorber,
-    HungMass,
-    GroundedDamper,
-    MidSpanSpring,
-    Crack,
-    RotaryLump,
-    CommonBase,
-    RovingDrift,
-    SetStep,
-    SensorMountResonance,
-    GainDrift,
-    PhaseOffset,
-    TesterRipple,
-)

@@ -16,8 +16,6 @@ from simlab.coupling import Complex
 class DoubleHit(SimulatedEffect):
     """The hammer bounces, always alike or each time otherwise: 1 + r e^(-i w dt) on the force and so on the answer."""
 
-    name = "double_hit"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> DoubleHit:
         values = {"ratio": 0.8 * size, "dt": log_uniform(rng, 4e-3, 30e-3), "share": rng.uniform(0.6, 1.0)}
@@ -47,8 +45,6 @@ class DoubleHit(SimulatedEffect):
 class MainsHum(SimulatedEffect):
     """The mains and its multiples on the accelerometer, at another phase in every record."""
 
-    name = "mains_hum"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MainsHum:
         values: dict[str, float | str] = {
@@ -76,6 +72,3 @@ class MainsHum(SimulatedEffect):
             leaked = 0.5 / LINE_SPACING * np.sinc(away) * np.exp(1j * np.pi * away)
             total += amplitude * np.exp(2j * np.pi * rng.random((*blows, 1))) * leaked
         return total
-
-
-EFFECTS: tuple[type[SimulatedEffect], ...] = (DoubleHit, MainsHum)

@@ -15,8 +15,6 @@ from simlab.coupling import Attachment, Complex
 class JointMass(SimulatedEffect):
     """Caps and screws move with the beam at the joints: -w^2 m in both directions, alike at both joints or not."""
 
-    name = "joint_mass"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> JointMass:
         law = one_of(rng, "equal", "equal", "different", "one_joint")
@@ -39,8 +37,6 @@ class JointMass(SimulatedEffect):
 class SupportPosition(SimulatedEffect):
     """One joint, or both, clamped elsewhere along the beam than the drawing says, by up to 10 mm."""
 
-    name = "support_position"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SupportPosition:
         shift = 0.01 * size
@@ -62,8 +58,6 @@ class SupportPosition(SimulatedEffect):
 class CylinderAngle(SimulatedEffect):
     """One joint's cylinders lean off the drawing, in the stand and in the tester's angled fixture alike."""
 
-    name = "cylinder_angle"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CylinderAngle:
         return cls(size, "one_joint", {"delta_deg": either_sign(rng) * 5.0 * size, "joint": one_of(rng, *JOINT_NAMES)})
@@ -76,8 +70,6 @@ class CylinderAngle(SimulatedEffect):
 
 class VerticalOffset(SimulatedEffect):
     """Cylinders that do not sit evenly about the axis, so that k13 and k23 appear."""
-
-    name = "vertical_offset"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> VerticalOffset:
@@ -102,8 +94,6 @@ class ContactPatch(SimulatedEffect):
     it falls to nothing at the edges as a parabola.
     """
 
-    name = "contact_patch"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ContactPatch:
         return cls(size, one_of(rng, "even", "even", "parabolic"), {"length": 0.04 * size})
@@ -118,8 +108,6 @@ class ContactPatch(SimulatedEffect):
 
 class FoundationCompliance(SimulatedEffect):
     """One joint stands on something that gives, with a resonance of its own: k_f (1 + i eta) - w^2 m_f in series."""
-
-    name = "foundation_compliance"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FoundationCompliance:
@@ -146,8 +134,6 @@ class FoundationCompliance(SimulatedEffect):
 class YoungsModulus(SimulatedEffect):
     """Another steel: up to 3 % stiffer or softer than the data sheet."""
 
-    name = "youngs_modulus"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> YoungsModulus:
         return cls(size, "scale", {"relative": either_sign(rng) * 0.03 * size})
@@ -159,8 +145,6 @@ class YoungsModulus(SimulatedEffect):
 
 class Density(SimulatedEffect):
     """Up to 2 % heavier or lighter than the data sheet."""
-
-    name = "density"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Density:
@@ -178,8 +162,6 @@ class BeamDamping(SimulatedEffect):
     In the viscous law every damping ratio grows by one factor, such that the stiffest gains eta / 2.
     """
 
-    name = "beam_damping"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> BeamDamping:
         return cls(size, one_of(rng, "structural", "structural", "viscous"), {"eta": 0.01 * size})
@@ -196,8 +178,6 @@ class OutOfPlaneBending(SimulatedEffect):
     The beam on edge is held, and damped, by both cylinders of each joint in shear; frequencies are Rayleigh's.  Blows
     at the ends excite it by their lean, transverse ones by a small leak of it.
     """
-
-    name = "out_of_plane_bending"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> OutOfPlaneBending:
@@ -226,8 +206,6 @@ class OutOfPlaneBending(SimulatedEffect):
 class AccelerometerMass(SimulatedEffect):
     """The accelerometer and its cable weigh something; the cable's share may act across the beam alone."""
 
-    name = "accelerometer_mass"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> AccelerometerMass:
         return cls(size, one_of(rng, "both_directions", "transverse"), {"m": 0.04 * size})
@@ -255,18 +233,3 @@ def in_series(stiffness: Complex, giving: Real, base: Complex) -> Complex:
 def with_joints(article: SimulatedArticle, changed: dict[str, SimulatedJoint]) -> SimulatedArticle:
     """The article with some joints changed."""
     return replace(article, joints={**article.joints, **changed})
-
-
-EFFECTS: tuple[type[SimulatedEffect], ...] = (
-    JointMass,
-    SupportPosition,
-    CylinderAngle,
-    VerticalOffset,
-    ContactPatch,
-    FoundationCompliance,
-    YoungsModulus,
-    Density,
-    BeamDamping,
-    OutOfPlaneBending,
-    AccelerometerMass,
-)

@@ -13,8 +13,6 @@ from simlab.coupling import Complex
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give: 1 / k + c, without loss or with some."""
 
-    name = "frame_compliance"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
         law = one_of(rng, "elastic", "elastic", "lossy")
@@ -28,8 +26,6 @@ class FixtureInertia(SimulatedEffect):
     """The fixture between specimen and load cell moves: k - w^2 m, in full or as a share that varies a little with the
     fixture of each configuration.
     """
-
-    name = "fixture_inertia"
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FixtureInertia:
@@ -48,8 +44,6 @@ class FixtureInertia(SimulatedEffect):
 class FrameResonance(SimulatedEffect):
     """The frame magnifies towards its resonance: 1 / (1 - (f / f_r)^2), undamped or damped."""
 
-    name = "frame_resonance"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameResonance:
         law = one_of(rng, "undamped", "damped")
@@ -65,8 +59,6 @@ class FrameResonance(SimulatedEffect):
 class TransducerLag(SimulatedEffect):
     """Force and displacement are not sampled together, or one passes a filter: e^(i w tau) or 1 + i w tau."""
 
-    name = "transducer_lag"
-
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TransducerLag:
         return cls(size, one_of(rng, "delay", "delay", "first_order"), {"tau": 300e-6 * size})
@@ -74,6 +66,3 @@ class TransducerLag(SimulatedEffect):
     def tested(self, stiffness: Complex, points: Points) -> Complex:
         phase = 2 * np.pi * points.frequency * self.number("tau")
         return np.asarray(stiffness * (np.exp(1j * phase) if self.law == "delay" else 1 + 1j * phase))
-
-
-EFFECTS: tuple[type[SimulatedEffect], ...] = (FrameCompliance, FixtureInertia, FrameResonance, TransducerLag)

@@ -93,7 +93,7 @@ def beam_modes_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NOD
     ratios = np.zeros(free.squared_frequency.size)
     given = np.asarray(drawing.damping_ratios, dtype=float)
     if np.any(given < 0):
-        raise AnalysisError(f"damping ratios of the free bar are {given.tolist()}; none may be negative")
+        raise AnalysisError(f"damping ratios of the free beam are {given.tolist()}; none may be negative")
     if given.size:
         ratios[RIGID_MODES:] = given[-1]
         ratios[RIGID_MODES : RIGID_MODES + given.size] = given[: ratios.size - RIGID_MODES]

@@ -56,7 +56,7 @@ def with_units_corrected(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
             again = rough_fit(_converted(rough.measurement, numbers, unit))
             if all(_looks_right(again, number, ALIKE, NEAR) for number in doubted):
                 which = f"hammer set{'s' if len(numbers) > 1 else ''} {', '.join(str(n + 1) for n in numbers)}"
-                return again, (f"{which}: {unit.name}, not accelerances in (m/s^2)/N; put right",)
+                return again, (f"{which}: {unit.name}, not accelerances in (m/s^2)/N; corrected",)
     return rough, ()
 
 
@@ -236,7 +236,7 @@ def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
             names = [dof for dof, is_wrong in zip(each.inputs, wrong, strict=True) if is_wrong]
             said = f"row {names[0]} has" if len(names) == 1 else f"rows {_listed(names)} have"
             again = rough_fit(replace(rough.measurement, sets=sets))
-            return again, f"hammer set {number + 1}: {said} the wrong polarity; put right"
+            return again, f"hammer set {number + 1}: {said} the wrong polarity; corrected"
     return None
 
 
@@ -250,7 +250,7 @@ def _with_swap_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
     where = _listed([number + 1 for number in exchange.places])
     said = f"hammer set{'s' if len(exchange.places) > 1 else ''} {where}"
     names = _listed([rough.measurement.sets[number].inputs[row] for row in rows])
-    return again, f"{said}: rows {names} are swapped; put right"
+    return again, f"{said}: rows {names} are swapped; corrected"
 
 
 def _listed(names: Sequence[Dof | int]) -> str:

@@ -14,7 +14,7 @@ IN_RECORDS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
     "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
-    "the joint's doing, the sensor's or the bar's. What names a cause is that the simulation with it fits both rigs."
+    "the joint's doing, the sensor's or the beam's. What names a cause is that the simulation with it fits both rigs."
 )
 
 CURVES_NOTE = (

@@ -61,7 +61,7 @@ class FoundationCompliance(Effect):
 
     id = "foundation_compliance"
     title = "foundation that gives way"
-    law = "across the bar"
+    law = "across the beam"
     own_parameters = (
         Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
         Parameter("k_f", "N/m", 1.5e7, 1.0, positive=True, starts=(0.0, 2.5)),
@@ -90,5 +90,5 @@ class FoundationCompliance(Effect):
 class FoundationBothWays(FoundationCompliance):
     """The foundation of one joint moves across and along the beam alike."""
 
-    law = "across and along the bar"
+    law = "across and along the beam"
     directions = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])

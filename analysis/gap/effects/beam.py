@@ -67,7 +67,7 @@ class BeamDamping(Effect):
     """Cables, bolts and coatings damp the beam, up to 1 %: a loss factor that is the same at all frequencies."""
 
     id = "beam_damping"
-    title = "damping in the bar"
+    title = "damping in the beam"
     law = "structural"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (ETA,)
 

@@ -63,7 +63,7 @@ class VerticalOffset(EffectOfEachJoint):
     """Both cylinders of a joint sit off the beam's axis, by up to 5 mm for each joint: k13 and k23 appear."""
 
     id = "vertical_offset"
-    title = "cylinders off the bar's axis"
+    title = "cylinders off the beam's axis"
     form_is_known = True
 
     @property

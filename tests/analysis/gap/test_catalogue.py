@@ -23,7 +23,7 @@ JOINTS = frozenset(
         "foundation_compliance",
     }
 )
-MODE_FIELDS = frozenset({"youngs_modulus", "density", "beam_damping", "mesh_error", "out_of_plane_bending"})
+BEAM = frozenset({"youngs_modulus", "density", "beam_damping", "mesh_error", "out_of_plane_bending"})
 BEAM_CHAIN = frozenset(
     {
         *("accelerometer_mass", "sensor_gain", "channel_delay", "highpass_corner", "exponential_window"),
@@ -40,11 +40,11 @@ def ids(found: tuple[Effect, ...]) -> set[str]:
 
 
 def test_every_effect_of_a_real_bench_is_there() -> None:
-    assert set(effect_ids()) >= ELASTOMER | JOINTS | MODE_FIELDS | BEAM_CHAIN | TESTER | IN_RECORDS
+    assert set(effect_ids()) >= ELASTOMER | JOINTS | BEAM | BEAM_CHAIN | TESTER | IN_RECORDS
 
 
 def test_there_is_no_other() -> None:
-    assert set(effect_ids()) <= ELASTOMER | JOINTS | MODE_FIELDS | BEAM_CHAIN | TESTER | IN_RECORDS
+    assert set(effect_ids()) <= ELASTOMER | JOINTS | BEAM | BEAM_CHAIN | TESTER | IN_RECORDS
 
 
 def test_ids_are_unique_and_rival_laws_have_names_of_their_own() -> None:
@@ -84,12 +84,12 @@ def test_an_effect_can_be_left_out(empty: Measurement) -> None:
 def test_effects_of_the_tester_are_not_offered_without_it(empty: Measurement) -> None:
     found = ids(candidates(replace(empty, points=None)))
     assert not found & TESTER
-    assert found >= JOINTS | MODE_FIELDS | BEAM_CHAIN
+    assert found >= JOINTS | BEAM | BEAM_CHAIN
 
 
 def test_effects_of_the_beam_rig_are_not_offered_without_it(empty: Measurement) -> None:
     found = ids(candidates(replace(empty, sets=())))
-    assert not found & (MODE_FIELDS | BEAM_CHAIN | {"joint_mass", "foundation_compliance"})
+    assert not found & (BEAM | BEAM_CHAIN | {"joint_mass", "foundation_compliance"})
     assert found >= TESTER | {"frequency_dependence", "conditioning_drift", "cylinder_angle"}
 
 

@@ -40,7 +40,7 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
 UNSEEN = (Dof(5, Direction.Y), Dof(8, Direction.Y), Dof(11, Direction.X))
 
 
-def test_points_that_nobody_struck_are_predicted_under_every_effect(empty: Measurement) -> None:
+def test_points_that_were_not_struck_are_predicted_under_every_effect(empty: Measurement) -> None:
     asked = replace(empty, predict=tuple((empty.drawing.accelerometer, point) for point in UNSEEN))
     baseline, modes = baseline_of(asked), beam_modes_of(asked.drawing)
     plain = Likelihood(Simulation(baseline, modes))

@@ -139,7 +139,7 @@ def test_a_contact_patch_turns_with_a_twelfth_of_its_length_squared(cylinders: C
     assert np.allclose(added, 0.0)
 
 
-def test_a_foundation_is_in_series_across_the_bar(cylinders: Cylinders, mounting: Mounting) -> None:
+def test_a_foundation_is_in_series_across_the_beam(cylinders: Cylinders, mounting: Mounting) -> None:
     given = {"f": 200.0, "k_f": 1.5e7, "eta": 0.05}
     pole = 2j * np.pi * np.array([10.0, 200.0, 900.0])
     straight = replace(mounting, eccentricity=np.zeros_like(mounting.eccentricity))
@@ -163,7 +163,7 @@ def test_a_stiff_light_foundation_changes_nothing(cylinders: Cylinders, mounting
         assert np.allclose(found, joints, rtol=1e-6, atol=1e-6 * np.max(np.abs(joints)))
 
 
-def test_a_foundation_both_ways_gives_way_along_the_bar_too(cylinders: Cylinders, mounting: Mounting) -> None:
+def test_a_foundation_both_ways_gives_way_along_the_beam_too(cylinders: Cylinders, mounting: Mounting) -> None:
     straight = replace(mounting, eccentricity=np.zeros_like(mounting.eccentricity))
     joints, pole = joint_matrices(cylinders, straight), np.array([2j * np.pi * 10.0])
     given = {"f": 1e5, "k_f": 1e7, "eta": 0.0}
@@ -204,7 +204,7 @@ def test_a_vertical_offset_couples_translation_and_rotation(
     assert np.allclose(shifted[0, 1], centred[0, 1])
 
 
-def test_a_support_moves_along_the_bar_alone(empty: Measurement, mounting: Mounting) -> None:
+def test_a_support_moves_along_the_beam_alone(empty: Measurement, mounting: Mounting) -> None:
     (effect,) = SupportPosition.variants(empty)
     moved = effect.mounting({"dx_I": 4e-3, "dx_II": -2e-3}, mounting)
     assert moved.position - mounting.position == pytest.approx([4e-3, -2e-3])
@@ -226,7 +226,7 @@ def test_a_support_moves_along_the_bar_alone(empty: Measurement, mounting: Mount
         (CrossAxisSensitivity(), {"sensitivity": 0.02}, "cross_axis"),
     ],
 )
-def test_an_effect_of_bar_or_sensor_adds_to_one_property(
+def test_an_effect_of_beam_or_sensor_adds_to_one_property(
     bench: BeamBench, setting: Setting, effect: Effect, own: Given, field: str
 ) -> None:
     changed = effect.beam(own, bench, setting)
@@ -234,7 +234,7 @@ def test_an_effect_of_bar_or_sensor_adds_to_one_property(
     assert replace(changed, **{field: getattr(bench, field)}).__dict__ == bench.__dict__
 
 
-def test_rival_dampings_of_the_bar_agree_where_they_are_told_to(
+def test_rival_dampings_of_the_beam_agree_at_their_common_value(
     empty: Measurement, bench: BeamBench, setting: Setting, modes: BeamModes
 ) -> None:
     given = {"eta": 0.004, "power": 1.0}
@@ -275,7 +275,7 @@ def test_an_accelerometer_is_a_mass_that_moves_with_its_point(empty: Measurement
     assert np.allclose(loaded, np.linalg.solve(np.eye(2) + 0.03 * without, without), rtol=1e-7)
 
 
-def test_bending_out_of_plane_has_the_modes_of_the_bar_on_edge(empty: Measurement, modes: BeamModes) -> None:
+def test_bending_out_of_plane_has_the_modes_of_the_beam_on_edge(empty: Measurement, modes: BeamModes) -> None:
     (effect,) = OutOfPlaneBending.variants(empty)
     assert effect.frequencies == pytest.approx((321.0, 867.0), rel=0.02)
     flat, bent = (read(effect, empty, modes, coupling=coupling) for coupling in (0.0, 0.05))
@@ -334,7 +334,7 @@ def test_a_highpass_corner_halves_the_power_at_its_corner(bench: BeamBench, sett
     assert np.abs([first[1], second[1]]) == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_window_looks_beside_the_axis_of_frequency(empty: Measurement, modes: BeamModes) -> None:
+def test_a_window_evaluates_beside_the_axis_of_frequency(empty: Measurement, modes: BeamModes) -> None:
     """H is analytic, so a shift of the pole by s is one of i s in frequency: every mode gains s of half-width."""
     near = np.arange(70.0, 80.0, 0.05)
     shape = len(empty.sets[0].inputs), near.size
@@ -360,7 +360,7 @@ def test_a_window_that_is_stated_is_no_effect(empty: Measurement, modes: BeamMod
 # --- the blows ---
 
 
-def test_leaning_blows_add_the_response_to_a_blow_along_the_bar(empty: Measurement, modes: BeamModes) -> None:
+def test_leaning_blows_add_the_response_to_a_blow_along_the_beam(empty: Measurement, modes: BeamModes) -> None:
     upright, leaning, of_all = (
         read(effect, empty, modes, angle_deg=angle)
         for effect, angle in ((ImpactAngle(), 0.0), (ImpactAngle(), 3.0), (AllBlows(), 3.0))

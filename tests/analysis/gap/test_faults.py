@@ -57,7 +57,7 @@ def test_a_row_of_wrong_polarity_is_turned(clean: Measurement) -> None:
         rows[3] *= -1
 
     found, faults = examined_rows(spoilt(clean, turn))
-    assert faults == ("hammer set 2: row 7y has the wrong polarity; put right",)
+    assert faults == ("hammer set 2: row 7y has the wrong polarity; corrected",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
@@ -73,7 +73,7 @@ def test_rows_swapped_in_one_set_are_put_back(clean: Measurement, first: int, se
 
     found, faults = examined_rows(spoilt(clean, swap))
     inputs = clean.sets[SPOILT].inputs
-    assert faults == (f"hammer set 2: rows {inputs[first]} and {inputs[second]} are swapped; put right",)
+    assert faults == (f"hammer set 2: rows {inputs[first]} and {inputs[second]} are swapped; corrected",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
@@ -88,7 +88,7 @@ def test_rows_swapped_in_every_set_are_put_back(clean: Measurement, first: int, 
         sets.append(replace(each, accelerance=accelerance))
     found, (fault,) = examined_rows(replace(clean, sets=tuple(sets)))
     inputs = clean.sets[0].inputs
-    assert fault == f"hammer sets 1 and 2: rows {inputs[first]} and {inputs[second]} are swapped; put right"
+    assert fault == f"hammer sets 1 and 2: rows {inputs[first]} and {inputs[second]} are swapped; corrected"
     for each, of in zip(found.sets, clean.sets, strict=True):
         assert np.array_equal(each.accelerance, of.accelerance)
 
@@ -98,7 +98,7 @@ def test_two_rows_of_wrong_polarity_are_turned_and_not_swapped(clean: Measuremen
         rows[[1, 3]] *= -1
 
     found, faults = examined_rows(spoilt(clean, turn))
-    assert faults == ("hammer set 2: rows 3y and 7y have the wrong polarity; put right",)
+    assert faults == ("hammer set 2: rows 3y and 7y have the wrong polarity; corrected",)
     assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
 
 

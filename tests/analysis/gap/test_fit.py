@@ -38,7 +38,7 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
     assert not [once for once, again in pairwise(asked) if once == again]
 
 
-def test_what_is_shared_is_worked_out_anew_for_other_scores(simulation: Simulation) -> None:
+def test_a_shared_state_is_computed_again_for_other_scores(simulation: Simulation) -> None:
     zero = np.zeros(Likelihood(simulation).unknowns)
     sharing = Likelihood(simulation, last_state=LastState(zero))
     for scores in (zero, zero + 0.1, zero):

@@ -39,7 +39,7 @@ def test_slope_is_the_derivative_of_motion(modes: BeamModes, direction: Directio
     assert np.allclose(slope[:MODES], difference[:MODES], rtol=0, atol=1e-6 * np.max(np.abs(slope[:MODES])))
 
 
-def test_between_nodes_a_bar_moves_as_a_finer_mesh_does(modes: BeamModes, drawing: Drawing) -> None:
+def test_between_nodes_a_beam_moves_as_a_finer_mesh_does(modes: BeamModes, drawing: Drawing) -> None:
     finer = beam_modes_of(drawing, 16)
     seen = slice(RIGID_MODES, RIGID_MODES + 4)  # up to 1.4 kHz
     for place in (0.013, 0.21, 0.6175):

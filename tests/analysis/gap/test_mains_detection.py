@@ -46,7 +46,7 @@ def test_silence_does_not_hum(empty: Measurement) -> None:
     assert heard(empty, 77.0, 12.0, {}) is None
 
 
-def test_a_bar_that_rings_at_a_multiple_of_the_mains_does_not_hum(empty: Measurement) -> None:
+def test_a_beam_that_rings_at_a_multiple_of_the_mains_does_not_hum(empty: Measurement) -> None:
     assert heard(empty, 50.0, 6.0, {}) is None
 
 

@@ -16,7 +16,7 @@ def complete(empty: Measurement) -> Measurement:
     )
 
 
-def test_nothing_is_lost_where_everything_was_measured(empty: Measurement) -> None:
+def test_no_evidence_is_missing_where_everything_was_measured(empty: Measurement) -> None:
     assert missing_evidence(complete(empty)) == ()
 
 

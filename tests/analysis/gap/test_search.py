@@ -82,7 +82,7 @@ def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     assert weighed[0].effects == UNKNOWN
 
 
-def test_misfit_beyond_noise_is_nil_where_the_model_holds_whatever_the_noise(made: Made) -> None:
+def test_misfit_beyond_noise_is_zero_where_the_model_holds_at_any_noise(made: Made) -> None:
     measurement = made()
     doubled = replace(measurement, sets=tuple(replace(each, deviation=2 * each.deviation) for each in measurement.sets))
     for each in (measurement, doubled):

@@ -182,23 +182,23 @@ def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed
     return Weighed(ids, Model(tuple(effects), fit), float(np.log(probability)), probability)
 
 
-def test_an_explanation_nearly_as_probable_is_a_twin() -> None:
+def test_an_explanation_nearly_as_probable_is_confounded() -> None:
     found = [weighed(0.6, YoungsModulus()), weighed(0.3, Density()), weighed(0.01, FrameCompliance())]
     assert confounded_effects(found) == (("youngs_modulus", "density"),)
 
 
-def test_a_clear_verdict_has_no_twin_and_neither_has_none() -> None:
+def test_a_clear_verdict_and_no_effect_are_not_confounded() -> None:
     assert confounded_effects([weighed(0.98, YoungsModulus()), weighed(0.01, Density())]) == ()
     assert confounded_effects([weighed(0.6), weighed(0.4, Density())]) == ()
 
 
-def test_the_unknown_is_nobody_s_twin() -> None:
+def test_the_unknown_effect_is_confounded_with_none() -> None:
     unknown = Weighed(UNKNOWN, weighed(0.4, Density()).model, -1.0, 0.4)
     assert confounded_effects([weighed(0.6, YoungsModulus()), unknown]) == ()
     assert confounded_effects([unknown, weighed(0.3, YoungsModulus())]) == ()
 
 
-def test_twins_in_a_pair_stand_beside_what_both_explanations_share() -> None:
+def test_in_a_pair_effects_are_confounded_beside_a_shared_one() -> None:
     found = [
         weighed(0.5, FrameCompliance(), YoungsModulus()),
         weighed(0.3, FrameCompliance(), Density()),

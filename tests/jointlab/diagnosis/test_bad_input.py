@@ -77,7 +77,7 @@ def said(bundle: Path) -> list[str]:
     return [sentence.partition(":")[0] for sentence in missing_evidence(found.measurement)]
 
 
-def test_nothing_is_lost_of_a_whole_bundle(bundle: Path) -> None:
+def test_no_evidence_is_missing_in_a_whole_bundle(bundle: Path) -> None:
     assert said(bundle) == []
 
 
@@ -91,7 +91,7 @@ def test_the_tester_alone_is_diagnosed_and_the_loss_is_in_the_document(bundle: P
     assert "accelerometer_mass" in sentence
 
 
-def test_the_beam_alone_says_what_is_lost(bundle: Path) -> None:
+def test_the_beam_alone_names_the_missing_evidence(bundle: Path) -> None:
     changed(bundle, lambda setup: setup.pop("direct"))
     assert said(bundle) == ["no tester"]
 

@@ -67,7 +67,7 @@ def test_rows_are_asked_for_after_what_was_asked_for_already(measurement: Measur
     assert found == (*asked, *((own, point) for point in STRUCK))
 
 
-def test_what_was_asked_for_and_the_rows_are_told_apart() -> None:
+def test_predictions_asked_for_and_those_of_rows_are_separated() -> None:
     both = np.arange(8).reshape(4, 2).astype(np.complex128)
     asked, rows = split_predictions(Predicted(np.arange(2.0), both, -both), 1)
     assert asked is not None

@@ -56,7 +56,7 @@ def test_parameters_are_those_of_the_verdict(document: Make) -> None:
     assert wording.parameter_lines(document(status=Status.UNKNOWN, effects=())) == []
 
 
-def test_twins_are_listed(document: Make) -> None:
+def test_confounded_effects_are_listed(document: Make) -> None:
     said = wording.confounded_sentence(document())
     assert said == "these data cannot tell apart: impact_angle, cross_axis_sensitivity"
     assert wording.confounded_sentence(document(confounded=())) == ""

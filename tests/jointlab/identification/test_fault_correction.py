@@ -1,4 +1,4 @@
-"""What is wrong with rows of a hammer set is found, named and put right before anything is identified from them."""
+"""What is wrong with rows of a hammer set is found, named and corrected before anything is identified from them."""
 
 from __future__ import annotations
 
@@ -78,11 +78,11 @@ def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        (turn, "hammer set 1: row 7y has the wrong polarity; put right"),
-        (swap, "hammer set 1: rows 4y and 9y are swapped; put right"),
-        (in_g, "hammer set 1: accelerances in g/N, not accelerances in (m/s^2)/N; put right"),
-        (as_receptance, "hammer set 1: receptances in m/N, not accelerances in (m/s^2)/N; put right"),
-        (as_mobility, "hammer set 1: mobilities in (m/s)/N, not accelerances in (m/s^2)/N; put right"),
+        (turn, "hammer set 1: row 7y has the wrong polarity; corrected"),
+        (swap, "hammer set 1: rows 4y and 9y are swapped; corrected"),
+        (in_g, "hammer set 1: accelerances in g/N, not accelerances in (m/s^2)/N; corrected"),
+        (as_receptance, "hammer set 1: receptances in m/N, not accelerances in (m/s^2)/N; corrected"),
+        (as_mobility, "hammer set 1: mobilities in (m/s)/N, not accelerances in (m/s^2)/N; corrected"),
     ],
 )
 def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change: Change, fault: str) -> None:
@@ -131,7 +131,7 @@ def test_identify_says_what_was_wrong_and_finds_the_same_joints(jointlab: Comman
     write_uff(file, accelerance_functions(read.response, read.inputs, read.frequency, read.accelerance, read.coherence))
     answer = jointlab("identify", case, "--json", "turned.json")
     assert answer.returncode == 0, answer.stderr
-    said = "hammer set 1: row 7y has the wrong polarity; put right"
+    said = "hammer set 1: row 7y has the wrong polarity; corrected"
     assert f"found wrong: {said}" in answer.stdout
     files = (tmp_path / f"{name}.json" for name in ("clean", "turned"))
     clean, turned = (json.loads(file.read_text(encoding="utf-8")) for file in files)

@@ -1,4 +1,4 @@
-"""`jointlab config`: what is configured, and where it comes from."""
+"""`jointlab config`: the configuration and its sources."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
 from api.commands.progress_bars import on_terminal
 from api.commands.sequences import named_sequence
-from api.commands.terminal import open_catalogue, out, progress_console, run_number, write_json
+from api.commands.terminal import open_catalogue, out, progress_console, run_number, show_table, write_json
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
 from jointlab.diagnosis.document import location_document
@@ -24,6 +24,7 @@ from jointlab.diagnosis.predictions import write_predictions
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
 from jointlab.report.gap import write_gap_report
+from jointlab.report.gap_tables import places_table, ranking_table
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.run import Trial, carry_out
 from store.bundle import read_bundle
@@ -89,8 +90,8 @@ def locate_(
     """Say where simulation and measurement differ, and nothing about causes: quicker than a diagnosis."""
     document = location_document(*locate(_measurement(target)))
     _show_faults(document)
-    if document["where"]:
-        out.print(places(document, len(document["where"])))
+    if places := places_table(document):
+        show_table(places)
         out.print(wording.MAP_WARNING)
     else:
         out.print("simulation and measurement differ nowhere beyond noise and stated tolerances")
@@ -211,34 +212,9 @@ def show(document: Mapping[str, Any]) -> None:
     for sentence in (wording.confounded_sentence(document), document["verdict"]["next_experiment"]):
         if sentence:
             out.print(sentence)
-    out.print(places(document, SHOWN_PLACES))
-    out.print(ranking(document))
-
-
-def places(document: Mapping[str, Any], count: int) -> Table:
-    """Where the gap lies, the largest part first."""
-    table = Table(Column("where", no_wrap=True), "band", "mostly", "share", "sigma", box=None)
-    for place in document["where"][:count]:
-        table.add_row(
-            wording.place_words(place),
-            wording.band_words(place),
-            place["part"],
-            f"{100 * place['share']:.0f} %",
-            f"{place['significance']:.1f}",
-        )
-    return table
-
-
-def ranking(document: Mapping[str, Any]) -> Table:
-    """Explanations, the most probable first."""
-    table = Table("explanation", "probability", "gap with it", box=None)
-    for each in document["ranking"][:SHOWN_RANKS]:
-        table.add_row(
-            wording.ranked_name(each["effects"]),
-            f"{100 * each['probability']:.1f} %",
-            wording.percent(each["held_out_gap_percent"]),
-        )
-    return table
+    if places := places_table(document, SHOWN_PLACES):
+        show_table(places)
+    show_table(ranking_table(document, SHOWN_RANKS))
 
 
 def _show_faults(document: Mapping[str, Any]) -> None:

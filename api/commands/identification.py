@@ -1,4 +1,4 @@
-"""`jointlab identify` and `jointlab modes`: results from what was measured."""
+"""`jointlab identify` and `jointlab modes`: results of measurements."""
 
 from __future__ import annotations
 

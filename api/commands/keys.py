@@ -25,7 +25,7 @@ def register(app: typer.Typer) -> None:
 
 @commands.command()
 def create(
-    name: Annotated[str, typer.Argument(help="Whose it is, such as a person, a page or a test sequence.")],
+    name: Annotated[str, typer.Argument(help="Its owner, such as a person, a page or a test sequence.")],
     scopes: Annotated[list[Scope], typer.Option("--scope", help="What it opens; may be given several times.")],
     days: Annotated[int | None, typer.Option(min=1, max=36500, help="It ends after so many days.")] = None,
 ) -> None:

@@ -113,7 +113,7 @@ def _refuse_without_keys(catalogue: Catalogue, host: str) -> None:
     with catalogue.reading() as session:
         if count_keys(session) == 0:
             raise JointlabError(
-                f"on {host} whoever reaches this computer could move the machine; make keys first "
+                f"on {host} everyone who reaches this computer could move the machine; make keys first "
                 "(jointlab key create), or serve on the loopback address"
             )
 

@@ -1,4 +1,4 @@
-"""`jointlab stiffness`: what the fitted law says at an amplitude and a frequency."""
+"""`jointlab stiffness`: the fitted law at an amplitude and a frequency."""
 
 from __future__ import annotations
 

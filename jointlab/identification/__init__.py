@@ -1,1 +1,1 @@
-"""From what was measured to k, h and gamma by both methods: the chain from records to stored results."""
+"""Identification of k, h and gamma by both methods: from records to stored results."""

@@ -1,6 +1,6 @@
-"""What the single blows of a bundle say of its averages: their forces, and how far each moves its average.
+"""Single blows of a bundle: their forces, and how far each moves the average of its row.
 
-A file does not say which set its blow is of, so blows are used where a bundle has one set only.
+A file does not name the set of its blow, so blows are used only where a bundle has a single set.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from store.dof import StoredDof
 from store.frequency_responses import FrequencyResponseSet
 
 SAME = 3.0
-"""Standard deviations by which the average of the blows that were kept may differ from that of all."""
+"""Largest difference, in standard deviations, of the average of the blows in the bundle from that of all blows."""
 
 
 def forces_of_bundle(
@@ -39,7 +39,7 @@ def scatter_of_bundle(sets: Sequence[FrequencyResponseSet], blows: Sequence[Bund
     """By set number, (rows, blows, lines) how far each blow moves the average of its row, (m/s^2)/N.
 
     Empty unless every point has four blows or more, all of one length and rate, whose averages are those of the set.
-    Where only some of the averaged blows were kept, these speak for all.
+    Where the bundle has only some of the averaged blows, these stand for all.
     """
     found = {}
     for number, points in _by_point(sets, blows).items():
@@ -63,7 +63,7 @@ def _by_point(
 
 
 def _scatter(measured: FrequencyResponseSet, points: Sequence[Sequence[BundleBlow]]) -> Complex | None:
-    """(rows, blows, lines) of the set once more, from its blows; None where these are not what was averaged."""
+    """(rows, blows, lines), computed from the blows; None where their average is not that of the set."""
     every = [blow for point in points for blow in point]
     if len({(blow.force.size, blow.sample_rate) for blow in every}) > 1:
         return None

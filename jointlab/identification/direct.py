@@ -1,4 +1,4 @@
-"""The tester's side: sine points to cylinders, joints, the superposition check and a law."""
+"""The direct method: sine points to cylinders, joints, the superposition check and a law."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
 
 @dataclass(frozen=True, eq=False)
 class Direct:
-    """What the tester gives for one joint's cylinders.
+    """Results of the tester for one joint's cylinders.
 
     Attributes:
         series: points by configuration and commanded amplitude (mm p-p), by rising frequency.
@@ -40,7 +40,7 @@ class Direct:
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
         inclination: of the joint's first cylinder, rad.
-        claims: by configuration, what its points can claim of standards, one sentence each.
+        claims: by configuration, which standards its points meet, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
     """
 
@@ -82,7 +82,7 @@ def series_of(points: Iterable[SinePoint]) -> dict[str, Series]:
 
 
 def direct_of(measurement: Measurement) -> dict[str, Direct]:
-    """What the sine points say of each joint's cylinders, by joint; empty without points.
+    """Results of the sine points for each joint's cylinders, by joint; empty without points.
 
     Raises:
         AnalysisError: points of different configurations do not belong together.

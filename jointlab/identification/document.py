@@ -1,4 +1,4 @@
-"""An identification as the JSON document `jointlab-identification/1`, which other people's programs read."""
+"""An identification as the JSON document `jointlab-identification/1`, which other programs read."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _modes(inverse: Inverse) -> dict[str, Any]:
 
 
 def _predicted(modal: ModalEstimate, route: MethodResult[Any]) -> dict[str, Any]:
-    """What the beam on the identified joints does, mode by measured mode."""
+    """Prediction of the beam on the identified joints for every measured mode."""
     pairs = {pair.measured: pair for pair in route.errors}
     modes = range(modal.modes.poles.size)
 
@@ -136,7 +136,7 @@ def _averaging(inverse: Inverse, measurement: Measurement) -> dict[str, Any]:
 
 
 def _model(inverse: Inverse) -> dict[str, Any]:
-    """What the fit took the beam to be, how joints follow frequency, and how blows lean.
+    """Beam of the fit, exponents of the joints and leans of the blows.
 
     Constant joints have no exponent, averages without their blows no lean.
     """
@@ -155,7 +155,7 @@ def _model(inverse: Inverse) -> dict[str, Any]:
 
 
 def _prediction(inverse: Inverse) -> dict[str, Any]:
-    """How well measured rows are predicted, and the rms over lines of how unsure the prediction's magnitude is."""
+    """Agreement of measured and predicted rows, and the rms over lines of the prediction's standard error."""
     deviation = inverse.fit.predicted.magnitude_deviation
     return {
         "points": [str(point) for point in inverse.measured.inputs],
@@ -169,7 +169,7 @@ def _validity_checks(inverse: Inverse) -> list[dict[str, Any]]:
 
 
 def _regularisation(inverse: Inverse | None) -> dict[str, Any] | None:
-    """What was assumed of the terms, and how much of each comes from that; None where nothing was."""
+    """The prior of the terms and its effect on each; None where the terms were free."""
     if inverse is None or inverse.regularised is None:
         return None
     return {
@@ -305,7 +305,7 @@ def _ends(bounds: Bounds | None) -> list[float] | None:
 
 
 def plain(value: Any) -> Any:
-    """Plain values for JSON: arrays become lists, and what is no finite number becomes null."""
+    """Plain values for JSON: arrays become lists, and numbers that are not finite become null."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

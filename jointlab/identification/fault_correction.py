@@ -1,4 +1,4 @@
-"""Faults of hammer sets that an identification would take for physics: put right, and named."""
+"""Correction of faults in hammer sets that an identification would take for physics."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from store.states import HAMMER
 def correct_faults(measurement: Measurement) -> Measurement:
     """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
 
-    Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A set that was changed has
-    lost the scatter and the forces of its single blows, which are named by the wrong points; one in which nothing was
-    wrong is left as it is, and so is that of a shaker, in which nothing is looked for.
+    Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A changed set loses the
+    scatter and the forces of its single blows, which have the names of wrong points. Sets without a fault and sets of a
+    shaker, which are not checked, stay as they are.
 
     Raises:
         AnalysisError: all rows are dead.

@@ -1,4 +1,4 @@
-"""The hammer's side: accelerances to modes, to joints by both methods, and to what the beam does on them."""
+"""The inverse method: accelerances to modes, to joints by both methods, and to the prediction of the beam on them."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ JointT = TypeVar("JointT", bound=IdentifiedJoint)
 
 @dataclass(frozen=True, eq=False)
 class MethodResult(Generic[JointT]):
-    """Joints by one inverse method, and what the beam does on them.
+    """Joints by one inverse method, and the prediction of the beam on them.
 
     Attributes:
         method: its name.
         joints: identified joints by name.
-        weak_directions: what the data hardly determine; None where nothing can be said, because the joints do not
-            give back as many modes as were measured.
+        weak_directions: combinations of terms that the data hardly determine; None where the joints do not give back
+            as many modes as were measured.
         predicted: modes of the beam on these joints.
         errors: measured against predicted modes, for those that have a pair.
         responses: accelerances of the beam on these joints at the measured lines and through their window, Eq. (46).
@@ -69,7 +69,7 @@ class MethodResult(Generic[JointT]):
 
 @dataclass(frozen=True, eq=False)
 class Inverse:
-    """What the hammer experiment gives.
+    """Results of the hammer experiment.
 
     Attributes:
         measured: the reference set.
@@ -118,7 +118,7 @@ def inverse_of(
 
     Args:
         measurement: with a hammer set on the supported beam.
-        suspended: what the beam said without its joints: damping, and E and rho with the errors left to them. Without
+        suspended: results of the beam without its joints: damping, and E and rho with their remaining errors. Without
             it they are as the article states.
         options: the mesh, whether joints follow frequency, and regularisation.
 
@@ -177,7 +177,7 @@ def _by_cylinders(
 
 
 def _remedies(article: Article, fit: JointFit, tolerances: Tolerances) -> tuple[Remedy, ...]:
-    """What would mend what this fit leaves weak."""
+    """Changes of the experiment that would determine the weakest direction of this fit."""
     if not (fit.passed and fit.weak_directions):
         return ()
     return remedies(experiment_made(fit, tolerances), cylinder_parameters_of(article).pairs)
@@ -229,12 +229,12 @@ def exponents_of(fit: JointFit) -> dict[str, float]:
 
 
 def tolerances_of(article: Article, material: Material | None = None, *, by_hand: bool) -> Tolerances:
-    """What the laboratory admits not to know of the beam test, as analysis has it.
+    """Stated uncertainties of the beam test, as analysis has them.
 
     Args:
-        article: what is stated.
-        material: what a suspended test left of E and rho, where there is one.
-        by_hand: whether blows may lean. Averages that come without their blows state all that is not known of them.
+        article: with its tolerances.
+        material: E and rho of a suspended test, where there is one.
+        by_hand: whether blows may lean. Averages without their blows include that in their stated variance.
     """
     stated = article.tolerances
     modulus, density, correlation = stated.youngs_modulus, stated.density, 0.0

@@ -1,7 +1,7 @@
 """Dynamic stiffness at any amplitude and frequency: the laws that were fitted to sine points, asked there.
 
-What one cylinder does is asked of its own law; what another one of its kind may do is told from how far the specimens
-are apart there.
+The value of one cylinder comes from its own law. The interval for another cylinder of its kind comes from the spread of
+the specimens at that point.
 """
 
 from __future__ import annotations

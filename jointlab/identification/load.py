@@ -1,13 +1,13 @@
-"""Where a measurement comes from: a bundle, an imported run, or the raw records of a run measured here."""
+"""Loading of a measurement: from a bundle, an imported run, or the raw records of a run measured here."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
-from sqlalchemy.orm import Session
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
@@ -28,6 +28,7 @@ from rig.point_blows import inconsistent_blows
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
 from rig.sequence import Sequence as RigSequence
 from store.analyses import latest_analysis
+from store.blow_file import BundleBlow
 from store.blows import Blow, list_blows
 from store.bundle import Bundle
 from store.bundle_exchange import stored_blows
@@ -38,7 +39,7 @@ from store.dof import StoredDof
 from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.progress import Advance, Progress, silent
-from store.runs import get_run
+from store.runs import Run, get_run
 from store.sine_records import BLANK, SineRecord, list_sine_records
 from store.states import AnalysisKind
 
@@ -52,16 +53,8 @@ def measurement_of_bundle(bundle: Bundle, options: Options = AS_MEASURED) -> Mea
         JointlabError: another average is asked for than the bundle has.
     """
     _check_as_averaged(options, bundle.setup.title)
-    points = tuple(sine_point(to_dynamic_stiffness(row)) for row in bundle.direct)
-    return Measurement(
-        bundle.setup.title,
-        bundle.setup,
-        bundle.inverse,
-        points,
-        raw=False,
-        scatter=scatter_of_bundle(bundle.inverse, bundle.blows),
-        forces=forces_of_bundle(bundle.inverse, bundle.blows),
-    )
+    points = map(to_dynamic_stiffness, bundle.direct)
+    return _of_averages(bundle.setup.title, bundle.setup, bundle.inverse, points, bundle.blows)
 
 
 def measurement_of_run(
@@ -90,24 +83,46 @@ def measurement_of_run(
 def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progress: Progress) -> Measurement:
     with catalogue.reading() as session:
         run = get_run(session, run_id)
-        article = article_from(run.setup)
-        if run.kind == "import":
-            _check_as_averaged(options, f"run {run_id}")
-            stored = _imported_points(session, run_id) if run.setup.get("direct") else []
-            sets = tuple(list_frequency_responses(session, run_id)) if run.setup.get("inverse") else ()
+    if run.kind == "import":
+        _check_as_averaged(options, f"run {run_id}")
+        return _imported_measurement(catalogue, run)
+    return _recorded_measurement(catalogue, run, options, progress)
+
+
+def _imported_measurement(catalogue: Catalogue, run: Run) -> Measurement:
+    with catalogue.reading() as session:
+        points = list[StoredStiffness]()
+        if run.setup.get("direct"):
+            newest = latest_analysis(session, run.id, AnalysisKind.DYNAMIC_STIFFNESS)
+            points = list_dynamic_stiffness(session, newest.id)
+        sets = tuple(list_frequency_responses(session, run.id)) if run.setup.get("inverse") else ()
+    return _of_averages(run.title, article_from(run.setup), sets, points, stored_blows(catalogue, run.id))
+
+
+def _of_averages(
+    title: str,
+    article: Article,
+    sets: tuple[FrequencyResponseSet, ...],
+    points: Iterable[StoredStiffness],
+    blows: tuple[BundleBlow, ...],
+) -> Measurement:
+    """A measurement that came as averages and numbers, with the single blows that came with it."""
+    return Measurement(
+        title,
+        article,
+        sets,
+        tuple(map(sine_point, points)),
+        raw=False,
+        scatter=scatter_of_bundle(sets, blows),
+        forces=forces_of_bundle(sets, blows),
+    )
+
+
+def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, progress: Progress) -> Measurement:
+    run_id, article = run.id, article_from(run.setup)
+    with catalogue.reading() as session:
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
         every_record = list_sine_records(session, run_id)
-    if run.kind == "import":
-        kept = stored_blows(catalogue, run_id)
-        return Measurement(
-            run.title,
-            article,
-            sets,
-            tuple(map(sine_point, stored)),
-            raw=False,
-            scatter=scatter_of_bundle(sets, kept),
-            forces=forces_of_bundle(sets, kept),
-        )
     records = [record for record in every_record if record.configuration != BLANK]
     blanks = [record for record in every_record if record.configuration == BLANK]
     if not blows and not records:
@@ -136,11 +151,6 @@ def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progre
         suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
         left_out=tuple(text for _, each in every_set for text in each.left_out),
     )
-
-
-def _imported_points(session: Session, run_id: int) -> list[StoredStiffness]:
-    newest = latest_analysis(session, run_id, AnalysisKind.DYNAMIC_STIFFNESS)
-    return list_dynamic_stiffness(session, newest.id)
 
 
 def with_free_beam(
@@ -173,7 +183,7 @@ def _check_as_averaged(options: Options, what: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Struck:
-    """A set from raw blows, their force, how far each of them moves its average, and which were left out, and why."""
+    """A set from raw blows, their forces and scatter, and the blows that were left out, with reasons."""
 
     measured: FrequencyResponseSet
     forces: tuple[PointForces, ...]
@@ -182,7 +192,7 @@ class _Struck:
 
 
 def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
-    """The set on the beam in its cords, with what the step says of cords and weight."""
+    """The set on the beam in its cords, with cords and weight as the step states them."""
     cords, weight = step.suspension, step.weight
     return SuspendedTest(
         replace(responses_of(struck.measured), scatter=struck.scatter),
@@ -200,7 +210,7 @@ def _accelerances(
     options: Options,
     advance: Advance,
 ) -> _Struck:
-    """One set from the raw blows of a hammer step, less those that the others of their point contradict."""
+    """One set from the raw blows of a hammer step, without those that contradict the others at their point."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
     forces, accelerations, points, rate = [], [], [], 0.0
     left_out = list[str]()
@@ -262,7 +272,7 @@ def _accelerances(
 def _calibration(
     catalogue: Catalogue, records: list[SineRecord], sequence: RigSequence, progress: Progress
 ) -> tuple[CalibrationRun, ...]:
-    """Sine points on known pieces, with what the sequence says of each."""
+    """Sine points on known pieces, each with its properties in the sequence."""
     if not records:
         return ()
     points = _sine_points(catalogue, records, progress)

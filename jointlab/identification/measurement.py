@@ -1,4 +1,4 @@
-"""What identification works on: the article, its accelerances and its sine points, wherever they came from."""
+"""The input of an identification: the article, its accelerances and its sine points, from whichever source."""
 
 from __future__ import annotations
 
@@ -59,19 +59,19 @@ class Measurement:
     """The experiments on one article; some of them may be missing.
 
     Attributes:
-        title: what the run or bundle is called.
-        article: what was built.
+        title: of the run or bundle.
+        article: as built.
         sets: roving-hammer sets, the reference set first.
         points: sine points in the order of measuring.
         raw: whether both were computed here from raw records, not imported as numbers.
         scatter: by set number, (rows, blows, lines) how far each blow moves the average of its row, in (m/s^2)/N; only
-            where the single blows are at hand, and enough of them at each point.
+            where single blows are available, and enough of them at each point.
         forces: by set number, the force of its blows at each of its points; only where there is a record at every one.
         calibration: sine points on known pieces in the tester.
-        reference: at which temperature sine points are wanted; None for that of the room.
+        reference: temperature to which sine points are corrected; None for that of the room.
         suspended: the test of the beam without joints, or None.
-        left_out: accepted blows that the others of their point contradict, and so are in no average; one sentence each.
-        faults: what was wrong with rows of hammer sets and has been put right, one sentence each.
+        left_out: accepted blows that contradict the others at their point and are in no average; one sentence each.
+        faults: corrected faults in rows of hammer sets, one sentence each.
     """
 
     title: str

@@ -103,16 +103,16 @@ class Options(BaseModel):
             free_beam: the run whose suspended test was used, also where it is the run's own.
         """
         window = {"force_seconds": self.force_window, "time_constant": self.exponential_window}
-        kept = self.model_dump(mode="json", include={"without", "elements", "joint_exponent", "regularise"})
-        return kept | {"averaging": {"estimator": self.estimator.value, "window": window}, "free_beam": free_beam}
+        stored = self.model_dump(mode="json", include={"without", "elements", "joint_exponent", "regularise"})
+        return stored | {"averaging": {"estimator": self.estimator.value, "window": window}, "free_beam": free_beam}
 
     @classmethod
-    def of_settings(cls, kept: Mapping[str, Any]) -> Options:
-        """The options from `settings`; what an older version did not store has its default."""
-        averaging = kept.get("averaging", {})
+    def of_settings(cls, stored: Mapping[str, Any]) -> Options:
+        """The options from `settings`; options that an older version did not store have their defaults."""
+        averaging = stored.get("averaging", {})
         window = averaging.get("window", {})
         return cls(
-            **{name: value for name, value in kept.items() if name != "averaging"},
+            **{name: value for name, value in stored.items() if name != "averaging"},
             estimator=averaging.get("estimator", Estimator.H1),
             force_window=window.get("force_seconds"),
             exponential_window=window.get("time_constant"),

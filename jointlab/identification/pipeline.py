@@ -1,4 +1,4 @@
-"""The chain of the paper: joints by the hammer, cylinders in the tester, and both compared."""
+"""The whole identification: joints by the hammer, cylinders in the tester, and their comparison."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from jointlab.identification.tester_corrections import TesterCorrections, correc
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """Joints by both methods, from one measurement; what was not measured is None or empty.
+    """Joints by both methods from one measurement; results of an experiment that was not made are None or empty.
 
     Attributes:
-        measurement: what it was made from.
-        options: what was chosen by hand.
+        measurement: the input.
+        options: as chosen.
         suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
         inverse: from the hammer, or None.
         levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
         comparison: element by element, where both are there.
-        corrections: what was done to the sine points.
-        seconds: how long it took.
+        corrections: of the sine points.
+        seconds: time that it took.
     """
 
     measurement: Measurement
@@ -57,7 +57,7 @@ def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identi
 
     Args:
         measurement: both experiments, or one of them.
-        options: what is chosen by hand.
+        options: mesh, priors and corrections; those of averaging act where the measurement is loaded.
 
     Raises:
         AnalysisError: a method cannot work with these data; the message says what is missing.

@@ -32,7 +32,7 @@ from store.states import AnalysisKind
 METHODS = {LIKELIHOOD: "maximum likelihood", PAPER: "paper's method"}
 """The inverse methods by the names that pictures have for them."""
 EXPONENT = "exponent of joint "
-KEPT = {"youngs_modulus", "density", "elements", "parameters"}
+NEEDED_SETTINGS = {"youngs_modulus", "density", "elements", "parameters"}
 
 
 def article_of(run: Run) -> Article:
@@ -48,7 +48,7 @@ def article_of(run: Run) -> Article:
 
 
 def read_direct(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
-    """What the newest sine points of a run say of each joint's cylinders, by joint.
+    """Results of the newest sine points of a run for each joint's cylinders, by joint.
 
     Raises:
         NotFoundError: the run has none, or no article.
@@ -82,8 +82,8 @@ class StoredInverse:
 
     Attributes:
         measured: the reference set.
-        predicted: by the method's name in pictures, what the beam does on its joints at the measured lines.
-        regressions: by joint, what the equations of the paper's method observe and what they are fitted by.
+        predicted: by the method's name in pictures, the accelerances of the beam on its joints at the measured lines.
+        regressions: by joint, the observed and the fitted side of the equations of the paper's method.
     """
 
     measured: FrequencyResponses
@@ -103,7 +103,7 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
     if not {PAPER, LIKELIHOOD} <= set(newest):
         raise NotFoundError(f"run {run.id} has no joints by both inverse methods")
     (likelihood, _), (paper, _) = newest[LIKELIHOOD], newest[PAPER]
-    if not set(likelihood.settings) >= KEPT:
+    if not set(likelihood.settings) >= NEEDED_SETTINGS:
         raise NotFoundError(f"analysis {likelihood.id} does not say on what beam its joints were found")
     with catalogue.reading() as session:
         measured = responses_of(list_frequency_responses(session, run.id)[0])

@@ -19,7 +19,7 @@ class SinePoint:
     Attributes:
         specimen: the joint whose cylinders were tested.
         configuration: compression, shear or angled.
-        amplitude_pp_mm: what was asked for, which names the series; `result` has what was reached.
+        amplitude_pp_mm: the amplitude asked for, which names the series; `result` has the one that was reached.
         result: k, h and gamma with their uncertainty.
         order_number: the order of measuring, from 1.
         elapsed: s since the start of the run.
@@ -38,7 +38,7 @@ class SinePoint:
 
 
 def sine_point(stored: StoredStiffness) -> SinePoint:
-    """A stored sine point as analysis has it; what it was corrected for is in the settings of its analysis."""
+    """A stored sine point as analysis has it; its corrections are in the settings of its analysis."""
     errors = (stored.stiffness_se or 0.0, stored.damping_se or 0.0)
     covariance = np.diag(np.square(errors))
     covariance[0, 1] = covariance[1, 0] = stored.stiffness_damping_covariance or 0.0

@@ -1,4 +1,4 @@
-"""What a fit to accelerances says besides the terms of the joints, in sentences."""
+"""Statements about a fit to accelerances, in sentences: exponents, leaning blows, the effect of a prior."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _lean_statements(fit: JointFit) -> list[str]:
 
 
 def regularisation_statements(fit: JointFit, share: float) -> list[str]:
-    """What a regularised fit assumes, and how that changes the terms.
+    """Assumptions of a regularised fit, and their effect on the terms.
 
     Args:
         fit: regularised.

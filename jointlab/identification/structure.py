@@ -1,4 +1,4 @@
-"""The article as analysis has it: its beam, bare or with what is mounted on it."""
+"""The article as analysis has it: its beam, bare or with the masses that are mounted on it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from analysis.structure.converged import assemble_converged
 from analysis.suspended.characterisation import FreeBeamResult
 from store.bundle_setup import Article
 
-ELEMENTS_BETWEEN_NODES = 8  # which `converged` carries on to those of no length
-PAPER_S = 1  # element between neighbouring nodes: ten in all
+ELEMENTS_BETWEEN_NODES = 8  # from which `assemble_converged` extrapolates to elements of no length
 
 
 def beam_of(article: Article) -> Beam:
@@ -38,11 +37,11 @@ def mesh_of(article: Article, elements: int | None = None) -> Mesh:
 
 
 def free_beam_of(article: Article, tested: FreeBeamResult | None = None, elements: int | None = None) -> FreeBeam:
-    """The beam without joints, with what its joints and sensor weigh.
+    """The beam without joints, with the masses of its joints and its sensor.
 
     Args:
         article: as drawn.
-        tested: what the suspended beam said: its damping, modulus and density then stand for those of the article.
+        tested: results of the suspended beam, whose damping, modulus and density replace those of the article.
         elements: see `mesh_of`.
     """
     drawn = beam_of(article)

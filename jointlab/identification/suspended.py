@@ -1,4 +1,4 @@
-"""The beam free of its joints, in soft cords: its modes, its damping, and what they say of its material (Table 1)."""
+"""The beam free of its joints, in soft cords: its modes, its damping and its material (Table 1)."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from analysis.suspended.characterisation import FreeBeamResult, characterise_fre
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.structure import beam_of, mesh_of
 
-LOWEST_LINE = 20.0  # Hz; above what a beam in soft cords does as a rigid body
+LOWEST_LINE = 20.0  # Hz; above the rigid-body modes of a beam in soft cords
 
 
 @dataclass(frozen=True, eq=False)
 class SuspendedBeam:
-    """What the suspended beam says.
+    """Results of the suspended beam.
 
     Attributes:
         modal: its measured modes, viscous.

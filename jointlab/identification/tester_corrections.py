@@ -1,6 +1,6 @@
-"""What the tester adds to a specimen, found on known pieces, and the room's temperature: taken off every sine point.
+"""Corrections of every sine point: effects of the tester, found on known pieces, and the temperature of the room.
 
-Each correction can be switched off by name, and what was applied is kept with the points and in the analysis.
+Each correction can be switched off by name. Those that were applied are stored with the points and the analysis.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from jointlab.identification.sine_points import SinePoint
 
 @dataclass(frozen=True)
 class ReferenceTemperature:
-    """At which temperature results are wanted, and how the compound gets there.
+    """Temperature of the results, and how the compound depends on it.
 
     Attributes:
         celsius: degrees Celsius.
@@ -35,13 +35,13 @@ class ReferenceTemperature:
 
 @dataclass(frozen=True, eq=False)
 class TesterCorrections:
-    """What was done to the sine points of a measurement.
+    """The corrections of the sine points of a measurement.
 
     Attributes:
         applied: to every point; empty where nothing is known or all is switched off. How far a point was from the
             reference temperature is in the point.
         switched_off: by hand, by name.
-        calibration: what the known pieces say, or None without any.
+        calibration: from the known pieces, or None without any.
     """
 
     applied: tuple[AppliedCorrection, ...] = ()
@@ -55,12 +55,12 @@ def corrected(
     reference: ReferenceTemperature | None,
     without: Collection[str] = (),
 ) -> tuple[tuple[SinePoint, ...], TesterCorrections]:
-    """The specimens' own dynamic stiffness, and what was corrected for.
+    """The specimens' own dynamic stiffness, and the corrections.
 
     Args:
         points: as measured.
         calibration_runs: on known pieces; without any, the tester is taken to be rigid, massless and on time.
-        reference: at which temperature results are wanted; None leaves them at that of the room.
+        reference: temperature of the results; None leaves them at that of the room.
         without: names of `SWITCHES` to leave off.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What is known before a hammer test: expected intervals, remedies, design quantities, studies of Figs. 3 and 4."""
+"""Expectations before a hammer test: expected intervals, remedies, design quantities, studies of Figs. 3 and 4."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FEW, MORE = 3, 6
 
 @dataclass(frozen=True)
 class ExpectedCylinder:
-    """What the cylinders of every joint are thought to be: N/m, N/m, N m and the loss factor of all three."""
+    """Expected properties of the cylinders of every joint: N/m, N/m, N m and the loss factor of all three."""
 
     shear: float
     compression: float
@@ -46,7 +46,7 @@ class ExpectedCylinder:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is known before the test.
+    """Expectations before a hammer test.
 
     Attributes:
         title: of the sequence.
@@ -56,7 +56,7 @@ class Plan:
         noise: of an averaged accelerance, per real and imaginary part, (m/s^2)/N.
         expectation: standard deviations and weak directions.
         remedies: of the weakest direction, the best first.
-        design: R, k-bar and theta, and what speaks against the bench.
+        design: R, k-bar and theta, and objections to the bench.
         stiffness_ratios: (points,) k-bar of both studies.
         conditions: by number of modes, (points, joints) of Eq. (45), Fig. 3.
         eigenvalues: Fig. 4.
@@ -76,17 +76,17 @@ class Plan:
 
 
 def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elements: int | None = None) -> Plan:
-    """Look ahead to the hammer test on the supported beam of a sequence.
+    """Plan the hammer test on the supported beam of a sequence.
 
     Args:
         sequence: whose first hammer step on the supported beam counts.
-        cylinder: what the cylinders are thought to be; information depends on it little.
+        cylinder: expected properties of the cylinders; the information depends little on them.
         noise: standard deviation of the averaged accelerances, per real and imaginary part, (m/s^2)/N.
         elements: of the beam between neighbouring nodes; 1 is the paper's mesh.
 
     Raises:
         JointlabError: the sequence does not strike the supported beam.
-        AnalysisError: the bench cannot be what is said of it.
+        AnalysisError: the bench is not possible as described.
     """
     step = next((step for step in sequence.hammer_steps if step.beam == "supported"), None)
     if step is None:

@@ -1,4 +1,4 @@
-"""A plan as sections of a page, and as a document for other people's programs."""
+"""A plan as sections of a page, and as a document for other programs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
 
 def _expected(plan: Plan) -> Section:
     return Section(
-        "What the test will tell",
+        "Expected results",
         (
             f"{len(plan.points)} points, averaged accelerances with {plan.noise:g} (m/s²)/N of noise a line, and every "
             "tolerance that the article states.",
@@ -73,7 +73,7 @@ def _expected(plan: Plan) -> Section:
             Picture("Expected half-widths", figures.half_widths(plan)),
             *(f"{weak.text}." for weak in plan.expectation.weak_directions),
             Table(
-                "What would mend the weakest direction, the best first",
+                "Remedies for the weakest direction, the best first",
                 ("remedy",),
                 tuple((remedy.text,) for remedy in plan.remedies),
             ),
@@ -115,7 +115,7 @@ def _design(plan: Plan) -> Section:
             f"First elastic mode of the free beam: {plan.design.first_elastic:.1f} Hz; first longitudinal mode: "
             f"{plan.design.first_longitudinal:.0f} Hz.",
             Table("Eqs. (12) to (16)", ("joint", "k-bar", "R", "theta (deg)", "k-theta / (k-t L²)"), rows),
-            *(against or ["Nothing speaks against this bench."]),
+            *(against or ["There is no objection to this bench."]),
         ),
     )
 

@@ -1,4 +1,4 @@
-"""Figs. 7 to 9 and 12 to 14 as data: what page and report, which draw them in their own ways, have in common."""
+"""Figs. 7 to 9 and 12 to 14 as data; page and report each draw them in their own way."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def direct_sections(found: Identification) -> list[Section]:
 
 
 def _claims(direct: Direct) -> list[str]:
-    """What standards can be claimed: a sentence that holds for every configuration is said once."""
+    """Standards that the points meet; a sentence that holds for every configuration appears once."""
     by_sentence: dict[str, list[str]] = {}
     for configuration, sentences in direct.claims.items():
         for sentence in sentences:
@@ -99,7 +99,7 @@ def _ratios(name: str, direct: Direct) -> Table:
 
 
 def _first_harmonic(name: str, direct: Direct) -> Table:
-    """What was reached, and how far each series is from sines and ellipses at the worst of its points."""
+    """Reached amplitudes, and the worst deviation of each series from sines and ellipses."""
     rows = []
     for configuration, by_amplitude in direct.series.items():
         for amplitude, points in by_amplitude.items():
@@ -125,7 +125,7 @@ def _first_harmonic(name: str, direct: Direct) -> Table:
 
 
 def _worst(points: Sequence[DynamicStiffness], share: Callable[[DynamicStiffness], Estimate | None]) -> str:
-    """The largest of what is known of points, in percent; a dash where nothing is."""
+    """The largest known value of the points, in percent; a dash where none is known."""
     known = [found for point in points if (found := share(point)) is not None]
     if not known:
         return "–"

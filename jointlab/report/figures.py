@@ -1,4 +1,4 @@
-"""The paper's Figs. 5 to 9 and 11 to 14, drawn for the bench at hand. Each returns an inline SVG element."""
+"""The paper's Figs. 5 to 9 and 11 to 14, drawn for this bench. Each returns an inline SVG element."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CONFIGURATIONS = ("compression", "shear", "angled")
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
-    """Fig. 5: what the joint equations observe against what the identified joints give, for each joint."""
+    """Fig. 5: observed against fitted side of the joint equations, for each joint."""
     drawn, (axes,) = figure(width=4.6, height=4.0)
     span = 0.0
     for (name, (observed, fitted)), colour, marker in zip(

@@ -42,7 +42,7 @@ def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section
 def _modes(inverse: Inverse, measurement: Measurement) -> Section:
     modal = inverse.modal
     likelihood, paper = (
-        {pair.measured: pair for pair in route.errors} for route in (inverse.likelihood, inverse.paper)
+        {pair.measured: pair for pair in result.errors} for result in (inverse.likelihood, inverse.paper)
     )
     joints = [found.joint for found in inverse.likelihood.joints.values()]
     highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
@@ -192,9 +192,9 @@ def _matrices(inverse: Inverse) -> list[Table]:
     """k, h and gamma of every joint in SI units, as the page has them."""
     return [
         table
-        for route in (inverse.likelihood, inverse.paper)
-        for joint in route.joints.values()
-        for table in matrix_tables(joint_matrix(joint), route.method, joint.not_observable)
+        for result in (inverse.likelihood, inverse.paper)
+        for joint in result.joints.values()
+        for table in matrix_tables(joint_matrix(joint), result.method, joint.not_observable)
     ]
 
 
@@ -204,7 +204,7 @@ def _side_by_side(first: Rows, second: Rows) -> Rows:
 
 
 def _prior_effect(inverse: Inverse) -> list[Table]:
-    """How much of each term comes from what was assumed; nothing where terms were free."""
+    """Share of the prior in each term, and its bias; empty where terms were free."""
     if inverse.regularised is None:
         return []
     effects = prior_effect_by_joint(inverse.fit)
@@ -217,7 +217,7 @@ def _prior_effect(inverse: Inverse) -> list[Table]:
                 cells += [f"{100 * share:.1f}", number(bias)]
             rows.append((f"{letter}{p + 1}{q + 1}", *cells))
     columns = [f"joint {name}, {what}" for name in effects for what in ("from the prior (%)", "bias (SI)")]
-    return [Table("What the prior does to each term", ("element", *columns), tuple(rows))]
+    return [Table("Effect of the prior on each term", ("element", *columns), tuple(rows))]
 
 
 def _validity_checks(inverse: Inverse) -> list[str] | list[Notice]:
@@ -230,10 +230,10 @@ def _validity_checks(inverse: Inverse) -> list[str] | list[Notice]:
 
 
 def _weak(inverse: Inverse) -> list[str]:
-    """What the accelerances leave open, a sentence each, the worst first."""
+    """Combinations of terms that the accelerances hardly determine, a sentence each, the worst first."""
     weak = inverse.likelihood.weak_directions
     if weak is None:
-        return ["What these accelerances determine is not known."]
+        return ["It is not known which terms these accelerances determine."]
     if not weak:
         return ["These accelerances determine every term."]
     shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]
@@ -256,7 +256,7 @@ def _term_rows(terms: tuple[TermRow, ...]) -> Rows:
 
 
 def _cylinders(fit: JointFit | None) -> list[str | Table]:
-    """The joints from their cylinders, which tell apart by how they lean what matrices leave in a sum."""
+    """The joints from their cylinders, whose inclinations separate terms that matrices leave in a sum."""
     if fit is None:
         return ["The fit fails a check, so the cylinders that the joints are built of were not fitted from it."]
     rows = tuple(
@@ -277,7 +277,7 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
 
 
 def _prediction(inverse: Inverse) -> Section:
-    curves = {METHODS[route.method]: route.responses for route in (inverse.likelihood, inverse.paper)}
+    curves = {METHODS[result.method]: result.responses for result in (inverse.likelihood, inverse.paper)}
     pictures = tuple(
         Picture(
             f"{label}: accelerance at {inverse.measured.response} for a blow at {point}",

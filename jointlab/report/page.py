@@ -23,10 +23,10 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
     """Write the report of an identification.
 
     Args:
-        found: what to report.
+        found: the identification.
         path: the HTML file.
         more: sections that come before the methods' own.
-        standing: how the identification stands to what is stored, in words; nothing is said of it where that is empty.
+        standing: a sentence on how it compares with the stored identification, or nothing.
 
     Raises:
         JointlabError: the file cannot be written.
@@ -50,7 +50,7 @@ def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *
         title, lead: heading, and the sentence under it.
         sections: in order.
         path: the HTML file.
-        intervals: what the page says of all intervals that do not say it themselves.
+        intervals: confidence of all intervals that do not state their own.
 
     Raises:
         JointlabError: the file cannot be written.
@@ -70,7 +70,7 @@ def write_page(title: str, lead: str, sections: Sequence[Section], path: Path, *
 
 
 def choices(options: Options) -> str:
-    """What was chosen by hand, in words; empty where nothing was."""
+    """The options that are not at their defaults, in words; empty where all are."""
     said = []
     if options.elements is not None:
         said.append(f"elements between nodes: {options.elements}")

@@ -44,7 +44,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """An inline SVG element and what it shows."""
+    """An inline SVG element with its caption."""
 
     caption: str
     svg: str

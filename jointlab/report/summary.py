@@ -54,7 +54,7 @@ def _joints(inverse: Inverse) -> Section:
 
 
 def regularisation_notices(inverse: Inverse) -> list[Notice]:
-    """What was assumed of the terms; nothing where they were free."""
+    """The prior of the terms and its effect; empty where they were free."""
     if inverse.regularised is None:
         return []
     return [Notice(f"{text}.") for text in regularisation_statements(inverse.fit, inverse.regularised)]
@@ -73,7 +73,7 @@ def remedies(inverse: Inverse) -> list[Table]:
     """Changes of the experiment that would mend its weakest direction; nothing where there is none."""
     if not inverse.remedies:
         return []
-    title = "What would mend the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
+    title = "Remedies for the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
     return [Table(title, ("remedy",), tuple((remedy.text,) for remedy in inverse.remedies))]
 
 

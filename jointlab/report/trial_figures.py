@@ -1,4 +1,4 @@
-"""Pictures of a trial: how sure verdicts were and how often right, and what was named for what was there."""
+"""Pictures of a trial: claimed against true probability of verdicts, and named against true effects."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from matplotlib.colors import ListedColormap
 from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
 
 CELL = 0.19
-"""Inches, of a table of what was named."""
+"""Side of a cell of the confusion table, inches."""
 RIGHT = {"in no catalogue": "unknown"}
-"""What is to be named where it is called otherwise."""
+"""The right answer for effects that have no name in the catalogue."""
 
 
 def reliability(calibration: Mapping[str, Any]) -> str:
@@ -37,7 +37,7 @@ def reliability(calibration: Mapping[str, Any]) -> str:
 
 
 def confusion(table: Mapping[str, Any]) -> str:
-    """What was there, row by row, against what was named: counts, right ones in one colour, wrong ones in another."""
+    """True effects, row by row, against named ones: counts, right ones in one colour, wrong ones in another."""
     there, named = table["there"], table["named"]
     counts = np.array(table["counts"], dtype=int).reshape(len(there), len(named))
     right = np.array([[column == RIGHT.get(row, row) for column in named] for row in there]).reshape(counts.shape)

@@ -1,1 +1,1 @@
-"""What the page draws, as data: options of charts and SVG, made from plain arrays."""
+"""Charts of the page as data: options of charts and SVG, made from plain arrays."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-WIDTH, HEIGHT, MARGIN, BAR = 1000.0, 230.0, 80.0, 118.0
+WIDTH, HEIGHT, MARGIN, AXIS = 1000.0, 230.0, 80.0, 118.0
 NEXT, DONE, TO_DO = "#e69f00", "#0072b2", "#ffffff"
 
 
@@ -28,7 +28,7 @@ def beam_drawing(
     said = f"strike {following} next" if following else "nothing to strike now"
     parts = [
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" width="100%" role="img" aria-label="the beam; {said}">',
-        f'<rect x="{MARGIN}" y="{BAR - 9}" width="{WIDTH - 2 * MARGIN}" height="18" fill="#c9cdd2" stroke="#444"/>',
+        f'<rect x="{MARGIN}" y="{AXIS - 9}" width="{WIDTH - 2 * MARGIN}" height="18" fill="#c9cdd2" stroke="#444"/>',
     ]
     for name, node in joints.items():
         parts.append(_joint(_x(positions, node), name))
@@ -42,23 +42,23 @@ def _x(positions: Sequence[float], node: int) -> float:
 
 
 def _joint(x: float, name: str) -> str:
-    """Two inclined cylinders under the bar, and what they stand on."""
+    """Two inclined cylinders under the beam, and their ground."""
     legs = "".join(
-        f'<rect x="-9" y="0" width="18" height="40" fill="#8a8f95" stroke="#444" transform="translate({x} {BAR + 9}) '
+        f'<rect x="-9" y="0" width="18" height="40" fill="#8a8f95" stroke="#444" transform="translate({x} {AXIS + 9}) '
         f'rotate({angle})"/>'
         for angle in (-38, 38)
     )
     return (
-        f'{legs}<path d="M{x - 48} {BAR + 46}h96" stroke="#444" stroke-width="4"/>'
-        f'<text x="{x}" y="{BAR + 72}" text-anchor="middle" font-size="20">joint {escape(name)}</text>'
+        f'{legs}<path d="M{x - 48} {AXIS + 46}h96" stroke="#444" stroke-width="4"/>'
+        f'<text x="{x}" y="{AXIS + 72}" text-anchor="middle" font-size="20">joint {escape(name)}</text>'
     )
 
 
 def _accelerometer(x: float) -> str:
     return (
-        f'<path d="M{x} {BAR + 24}V{BAR + 84}" stroke="#222"/>'
-        f'<rect x="{x - 8}" y="{BAR + 10}" width="16" height="14" fill="#009e73" stroke="#222"/>'
-        f'<text x="{x}" y="{BAR + 100}" text-anchor="middle" font-size="16">accelerometer</text>'
+        f'<path d="M{x} {AXIS + 24}V{AXIS + 84}" stroke="#222"/>'
+        f'<rect x="{x - 8}" y="{AXIS + 10}" width="16" height="14" fill="#009e73" stroke="#222"/>'
+        f'<text x="{x}" y="{AXIS + 100}" text-anchor="middle" font-size="16">accelerometer</text>'
     )
 
 
@@ -66,11 +66,11 @@ def _point(positions: Sequence[float], point: str, accepted: int, wanted: int, l
     x, node = _x(positions, int(point[:-1])), int(point[:-1])
     across = point.endswith("y")
     outward = -1 if node == 1 else 1
-    cx, cy = (x, BAR - 34) if across else (x + outward * 40, BAR)
+    cx, cy = (x, AXIS - 34) if across else (x + outward * 40, AXIS)
     fill = NEXT if lit else DONE if accepted >= wanted else TO_DO
     ink = "#fff" if fill == DONE else "#111"
     size = 27 if lit else 20
-    arrow = f"M{cx} {cy + size}V{BAR - 10}" if across else f"M{cx - outward * size} {cy}H{x + outward * 2}"
+    arrow = f"M{cx} {cy + size}V{AXIS - 10}" if across else f"M{cx - outward * size} {cy}H{x + outward * 2}"
     ring = f'<circle cx="{cx}" cy="{cy}" r="{size + 6}" fill="none" stroke="#d55e00" stroke-width="5"/>' if lit else ""
     label_y = cy - size - 12 if across else cy + size + 24
     return (

@@ -1,4 +1,4 @@
-"""A blow, and what the blows at a point say so far."""
+"""Charts of a blow, and of the average of the blows at a point so far."""
 
 from __future__ import annotations
 

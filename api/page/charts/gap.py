@@ -21,7 +21,7 @@ SCALE = ("#f7fbff", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is drawn of a curve: a title, the axis with its unit, and whether lines would draw jumps or decades."""
+    """A quantity of a curve: its title, its axis with unit, and whether it is logarithmic or has jumps."""
 
     title: str
     axis: str

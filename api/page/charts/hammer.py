@@ -32,7 +32,7 @@ SHOWN = 1  # accelerances that are shown at once; the legend shows the others
 ROOM_FOR_NAMES = 72  # px, at the ends of curves
 HAIRLINE = 1  # px, which browsers draw many times faster than anything wider
 HEAVY: Options = {"sampling": "lttb", "zlevel": 1}
-"""For thousands of points, which on a canvas of their own are not drawn anew with every move of the pointer."""
+"""For thousands of points, which a canvas of their own does not redraw with every move of the pointer."""
 PHASES = 16  # of one cycle
 
 
@@ -101,7 +101,7 @@ def moving_shape(name: str, positions: Real, shape: Complex, length: float) -> s
 
 
 def mode_name(index: int, frequency: float) -> str:
-    """What a mode is called."""
+    """The title of a mode."""
     return f"mode {index + 1}, {number(frequency, 4)} Hz"
 
 
@@ -110,7 +110,7 @@ def _points(x: Real, y: Real) -> str:
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> Options:
-    """Fig. 5: what the joint equations observe over what the identified joints give, for each joint."""
+    """Fig. 5: observed over fitted side of the joint equations, for each joint."""
     span = max(float(np.abs(values).max()) for pair in observed_and_fitted.values() for values in pair)
     series = [
         dots(f"joint {name}", fitted, observed, color=colour, symbol=symbol)

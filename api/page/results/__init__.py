@@ -1,1 +1,1 @@
-"""The parts of the view of results: what each reads from the store, and how it shows that."""
+"""The parts of the view of results: how each is read from the store, and shown."""

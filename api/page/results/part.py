@@ -22,9 +22,9 @@ class Part(Generic[Found]):
 
     Attributes:
         title: its heading, which is also its name in the address.
-        missing: what to do first where there is nothing to show.
-        read: what it shows of a run; raises NotFoundError where there is nothing.
-        draw: puts that on the page.
+        missing: the step to take first where there are no results.
+        read: reads the results of a run; raises NotFoundError where there are none.
+        draw: puts them on the page.
     """
 
     title: str
@@ -65,7 +65,7 @@ def show_origin(analysis: Analysis) -> None:
 
 
 def origin(analysis: Analysis) -> dict[str, str | Link]:
-    """Terms that say what an analysis was made by and from."""
+    """Terms on the origin of an analysis."""
     settings = ", ".join(f"{name} = {_short(value)}" for name, value in analysis.settings.items())
     return {
         "analysis": f"{analysis.id}, {analysis.kind}",

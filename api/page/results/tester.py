@@ -58,7 +58,7 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
     if flagged:
         first = flagged[0]
         where = f"{first.specimen} in {first.configuration} at {first.frequency:g} Hz"
-        paragraph(f"{len(flagged)} points have something to mind; the first, {where}: {first.flags[0]}.")
+        paragraph(f"{len(flagged)} points have a remark; the first, {where}: {first.flags[0]}.")
     show_origin(analysis)
 
 

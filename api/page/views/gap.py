@@ -1,4 +1,4 @@
-"""The gap between measurement and simulation: where it is, which effect explains it, how far, and what to do next."""
+"""The gap between measurement and simulation: where it is, which effect explains it, and the next experiment."""
 
 from __future__ import annotations
 
@@ -102,9 +102,9 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
 
 
 def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
-    """Twins, and the next experiment as a way to the sequence for it."""
-    if twins := wording.confounded_sentence(document):
-        paragraph(f"{_sentence(twins)}", "notice")
+    """Confounded effects, and the next experiment with a link to its sequence."""
+    if confounded := wording.confounded_sentence(document):
+        paragraph(f"{_sentence(confounded)}", "notice")
     experiment = document["verdict"].get("next_experiment")
     if not experiment:
         return

@@ -1,4 +1,4 @@
-"""What came of a run: modes, accelerances, joints, tester, both methods against each other, files, and where from."""
+"""Results of a run: modes, accelerances, joints, tester, comparison of both experiments, files and origin."""
 
 from __future__ import annotations
 

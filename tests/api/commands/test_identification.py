@@ -37,12 +37,12 @@ def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_store
         assert np.shape(effect["h_bias"]) == (3, 3)
 
 
-def test_what_would_mend_the_experiment_that_was_made_is_told(jointlab: Command, measured: int, tmp_path: Path) -> None:
+def test_remedies_for_the_experiment_are_listed(jointlab: Command, measured: int, tmp_path: Path) -> None:
     answer = jointlab("identify", measured, "--elements", 4, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
     told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["inverse_remedies"]
     assert {text.split(":")[0] for text in told} >= {"the cylinders as parameters", "a second accelerometer at 1x"}
-    for text in ("What would mend the weakest direction", *told):
+    for text in ("Remedies for the weakest direction", *told):
         assert text in " ".join(answer.stdout.split())
 
 

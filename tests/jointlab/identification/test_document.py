@@ -29,7 +29,7 @@ values = st.recursive(
 
 
 @given(values)
-def test_whatever_is_found_has_a_json_form(value: object) -> None:
+def test_every_value_has_a_json_form(value: object) -> None:
     text = json.dumps(plain(value), allow_nan=False)
     assert json.loads(text) == plain(value)
 

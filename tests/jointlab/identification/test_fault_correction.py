@@ -1,4 +1,4 @@
-"""What is wrong with rows of a hammer set is found, named and corrected before anything is identified from them."""
+"""Faults in rows of a hammer set are found, named and corrected before anything is identified from them."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change
 
 
 @pytest.mark.parametrize("change", [None, turn])
-def test_a_window_that_nobody_could_correct_for_is_named_and_taken_for_none(
+def test_a_window_that_cannot_be_corrected_for_is_named_and_taken_for_none(
     clean: Measurement, change: Change | None
 ) -> None:
     measured = clean if change is None else spoilt(clean, change)

@@ -1,4 +1,4 @@
-"""A prior under what the accelerances leave open: on request alone, and told with its share and its bias."""
+"""A prior for terms that the accelerances leave open: only on request, and reported with its share and its bias."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def held() -> Inverse:
     return inverse_of(measured(1.0), options=Options(elements=2, regularise=0.05))
 
 
-def test_nothing_is_regularised_that_nobody_asks_for() -> None:
+def test_terms_are_free_by_default() -> None:
     found = inverse_of(measured(1.0), options=COARSE)
     assert found.regularised is None
     assert np.all(found.fit.prior_effect.share == 0)
@@ -99,5 +99,5 @@ def test_what_the_prior_decides_is_named_and_is_not_called_observable(held: Inve
 def test_the_report_shows_share_and_bias_of_every_term(held: Inverse) -> None:
     sections = inverse_sections(held, measured(1.0))
     tables = [part for section in sections for part in section.content if isinstance(part, Table)]
-    (table,) = [each for each in tables if each.caption == "What the prior does to each term"]
+    (table,) = [each for each in tables if each.caption == "Effect of the prior on each term"]
     assert [row[0] for row in table.rows] == [f"{letter}{pq}" for letter in "kh" for pq in (11, 12, 13, 22, 23, 33)]

@@ -1,4 +1,4 @@
-"""Hammer levels: whoever strikes learns how hard, and a run holds a set for each."""
+"""Hammer levels: the operator is told how hard to strike, and a run holds a set for each."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
     document["steps"] = [light, light | {"peak_force": 300.0}]
     (tmp_path / "levels.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
     settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{tmp_path / 'levels.db'}")
-    hand, events = OperatorClient(laboratory.addresses.operator), list[Event]()
-    person = SimulatedOperator(hand)
+    client, events = OperatorClient(laboratory.addresses.operator), list[Event]()
+    person = SimulatedOperator(client)
     with Catalogue.open(settings.database_url) as catalogue:
         run = run_sequence(
             load_sequence(tmp_path / "levels.yaml"),
@@ -38,19 +38,19 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
             notify_all(events.append, person.observe),
         )
         measurement = measurement_of_run(catalogue, run)
-    hand.close()
+    client.close()
     assert [event for event in events if isinstance(event, HammerStarted)] == [
         HammerStarted(1, 100.0),
         HammerStarted(2, 300.0),
     ]
     first, second = measurement.sets
-    # the hand scatters by a tenth, and the converter's filter takes another tenth off so short a pulse
+    # the operator scatters by a tenth, and the converter's filter takes another tenth off so short a pulse
     assert 70.0 < first.peak_force < 120.0
     assert 2.0 < second.peak_force / first.peak_force < 4.0
 
 
 @pytest.mark.usefixtures("operator")
-def test_the_level_is_told_to_whoever_watches(
+def test_the_level_is_told_to_observers(
     jointlab: Callable[..., CompletedProcess[str]], sequence: Callable[..., Path]
 ) -> None:
     ran = jointlab("run", sequence(hammer={"peak_force": 150.0}))

@@ -1,4 +1,4 @@
-"""What identification works on: the raw blows of a run tell how they scatter, imported averages cannot."""
+"""Loading of measurements: the raw blows of a run show how they scatter, imported averages cannot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How blows become accelerances: by which estimator, through which windows, and that nobody pays for a window."""
+"""Averaging of blows by each estimator and through windows, which leave modes and joints unchanged."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_estimator_and_windows_are_chosen_told_stored_and_taken_along_in_a_bundl
 
 
 @pytest.mark.parametrize("choice", [("--estimator", "H2"), ("--exponential-window", 0.5)])
-def test_a_bundle_has_no_blows_to_average_anew(jointlab: Command, exported: Path, choice: tuple[str, object]) -> None:
+def test_a_bundle_has_no_blows_to_average_again(jointlab: Command, exported: Path, choice: tuple[str, object]) -> None:
     answer = jointlab("identify", exported, *choice)
     assert answer.returncode == 3
     assert "holds accelerances, no blows" in answer.stderr

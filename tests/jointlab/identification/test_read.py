@@ -1,4 +1,4 @@
-"""What page and report have in common comes out the same from the store as from the identification itself."""
+"""Data of figures are the same from the store as from the identification itself."""
 
 from __future__ import annotations
 

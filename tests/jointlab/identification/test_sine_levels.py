@@ -59,14 +59,14 @@ def bundle(bench: SimulatedBench, tmp_path_factory: pytest.TempPathFactory) -> B
         written(f"inverse_{number}.unv", SHAKER, shaken.accelerance, SINE)
         entries.append({"file": f"inverse_{number}.unv", "peak_force": force, "excitation": "sine"})
     recorded = {"averages": 1, "temperature_c": 23.0, "window": "none", "sample_rate": 4096.0, "block_seconds": 1.0}
-    bar = bench.built.article.beam
+    beam = bench.built.article.beam
     setup = {
         "format": "jointlab-bundle/1",
         "title": "shaken",
         "beam": {
-            "length": bar.length, "height": bar.height, "width": bar.width, "youngs_modulus": bar.youngs_modulus,
-            "poisson_ratio": bar.poisson_ratio, "density": bar.density,
-            "free_damping_ratios": list(bar.damping_ratios),
+            "length": beam.length, "height": beam.height, "width": beam.width, "youngs_modulus": beam.youngs_modulus,
+            "poisson_ratio": beam.poisson_ratio, "density": beam.density,
+            "free_damping_ratios": list(beam.damping_ratios),
         },
         "node_positions": list(NODE_POSITIONS),
         "joints": [

@@ -1,4 +1,4 @@
-"""Sine points as the catalogue keeps them: what comes back is what analysis had."""
+"""Sine points come back from the catalogue as analysis had them."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def measured() -> DynamicStiffness:
     return correct([raw], frame)[0]
 
 
-def kept(result: DynamicStiffness) -> SinePoint:
+def sine_point_of(result: DynamicStiffness) -> SinePoint:
     return SinePoint("I", "shear", 0.01, result, order_number=4, elapsed=2.5, temperature_c=23.0, sine_record_id=9)
 
 
 def test_a_measured_point_comes_back_with_all_of_its_errors() -> None:
-    before = kept(measured())
+    before = sine_point_of(measured())
     after = sine_point(stored_point(before))
     assert replace(after, result=before.result) == before
     one, other = before.result, after.result
@@ -52,7 +52,7 @@ def test_a_measured_point_comes_back_with_all_of_its_errors() -> None:
 
 
 def test_what_a_bundle_does_not_say_stays_unknown() -> None:
-    stored = stored_point(kept(from_polar(50.0, 1e-5, 2e6, 0.1, 0.01, thd_force=0.004)))
+    stored = stored_point(sine_point_of(from_polar(50.0, 1e-5, 2e6, 0.1, 0.01, thd_force=0.004)))
     assert (stored.loop_energy, stored.loop_energy_se, stored.thd_se_percent) == (None, None, None)
     assert (stored.degrees_of_freedom, stored.reached_pp_se_mm, stored.shared_errors) == (None, None, {})
     back = sine_point(stored).result
@@ -62,5 +62,5 @@ def test_what_a_bundle_does_not_say_stays_unknown() -> None:
 
 
 def test_a_point_without_a_reached_amplitude_is_taken_to_have_reached_its_own() -> None:
-    stored = replace(stored_point(kept(measured())), reached_pp_mm=None)
+    stored = replace(stored_point(sine_point_of(measured())), reached_pp_mm=None)
     assert sine_point(stored).result.amplitude_pp == pytest.approx(1e-5)

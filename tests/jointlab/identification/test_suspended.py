@@ -51,8 +51,8 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     for row in table:
         low, high = row["frequency_ci95"]
         assert low < row["frequency_hz"] < high
-    bar = laboratory.bench.built.article.beam
-    for name, true in (("youngs_modulus", bar.youngs_modulus), ("density", bar.density)):
+    beam = laboratory.bench.built.article.beam
+    for name, true in (("youngs_modulus", beam.youngs_modulus), ("density", beam.density)):
         assert document["suspended_beam"]["beam"][name]["value"] == pytest.approx(true, rel=0.01)
     assert any("the suspension at 4 Hz raised mode 4" in text for text in document["suspended_beam"]["statements"])
 
@@ -72,8 +72,8 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     )
     assert hung["damping_ratios"] == [row["damping_ratio"] for row in table]
     assert hung["run"] == 1
-    assert used["youngs_modulus"] == pytest.approx(bar.youngs_modulus, rel=0.01)
-    assert used["density"] == pytest.approx(bar.density, rel=0.01)
+    assert used["youngs_modulus"] == pytest.approx(beam.youngs_modulus, rel=0.01)
+    assert used["density"] == pytest.approx(beam.density, rel=0.01)
     assert used["tolerances"]["material_correlation"] > 0.5
     stiffness = laboratory.bench.truth()["inverse"]
     for name in ("I", "II"):

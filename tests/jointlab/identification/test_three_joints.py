@@ -38,7 +38,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
         k = np.array([[k22, k12, 0.0], [k12, k22, 0.0], [0.0, 0.0, 130.0]])
         joints.append(Joint(joint.name, joint.node, k * (1 + 0.09j)))
     stored = drawn.sets[0]
-    points = (*(f"{node}y" for node in range(1, 12)), "1x", "6x", "11x")  # along the bar a point for each joint
+    points = (*(f"{node}y" for node in range(1, 12)), "1x", "6x", "11x")  # along the beam a point for each joint
     frequency = stored.frequency[stored.frequency >= 10.0]
     clean = accelerance(
         free_beam_of(article, elements=16), joints, frequency, Dof.parse("3y"), tuple(map(Dof.parse, points))

@@ -14,9 +14,8 @@ import typer
 
 from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
-from api.commands.progress_bars import on_terminal
 from api.commands.sequences import named_sequence
-from api.commands.terminal import open_catalogue, out, progress_console, write_json
+from api.commands.terminal import open_catalogue, out, progress_bar, progress_console, write_json
 from api.commands.terminal_operator import SequenceProgress
 from jointlab.errors import JointlabError
 from jointlab.identification.document import identification_document, plain
@@ -93,11 +92,11 @@ def demo(
                     document, instruments_of(settings), catalogue, operator, notify_all(progress, operator.observe)
                 )
             with watch.stage("identify"):
-                found = identify_and_save(catalogue, run, progress=on_terminal(progress_console))
+                found = identify_and_save(catalogue, run, progress=progress_bar)
         truth, sines = reveal(laboratory.operator, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
         observing = partial(SequenceProgress, console=progress_console)
-        sealed = demonstrate(seed, speed, catalogue, observing, on_terminal(progress_console))
+        sealed = demonstrate(seed, speed, catalogue, observing, progress_bar)
     gap = (*gap_sections(sealed.diagnosed.document), seal_section(sealed))
     with watch.stage("report"):
         write_report(found, folder / "report.html", more=(truth_section(found, truth, sines), *gap))

@@ -12,9 +12,8 @@ from rich.table import Column, Table
 from analysis.dof import Dof
 from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
-from api.commands.progress_bars import on_terminal
 from api.commands.sequences import named_sequence
-from api.commands.terminal import open_catalogue, out, progress_console, run_number, show_table, write_json
+from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table, write_json
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
 from jointlab.diagnosis.document import location_document
@@ -138,7 +137,7 @@ def trial(
     that was interrupted goes on when the same command is given again.
     """
     scores = carry_out(
-        Trial(cases, seed, seal, workers, through_instruments, honesty), on_terminal(progress_console)
+        Trial(cases, seed, seal, workers, through_instruments, honesty), progress_bar
     )  # fmt: skip
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
@@ -157,7 +156,7 @@ def _measurement(target: str | None) -> Measurement:
     if run is None:
         return subject_of_bundle(read_bundle(Path(target))).measurement
     with open_catalogue() as store:
-        return subject_of_run(store, run, on_terminal(progress_console)).measurement
+        return subject_of_run(store, run, progress_bar).measurement
 
 
 def effects_table(known: Sequence[Entry]) -> Table:
@@ -190,7 +189,7 @@ def _short(names: list[str]) -> str:
 
 def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
     """Diagnose a bundle, or a run; a run's diagnosis is stored."""
-    progress = on_terminal(progress_console)
+    progress = progress_bar
     run = run_number(target)
     if run is None:
         return diagnose_bundle(Path(target), without, progress)

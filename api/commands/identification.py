@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from api.commands.identification_options import takes_options
-from api.commands.progress_bars import on_terminal
 from api.commands.terminal import (
     check_writable,
     open_catalogue,
     out,
-    progress_console,
+    progress_bar,
     run_number,
     show_sections,
     show_table,
@@ -88,7 +87,7 @@ def identified(target: str, options: Options = AS_MEASURED) -> Identification:
     from jointlab.identification.run import identify_and_save
     from store.bundle import read_bundle
 
-    run, progress = run_number(target), on_terminal(progress_console)
+    run, progress = run_number(target), progress_bar
     if run is not None:
         with open_catalogue() as catalogue:
             return identify_and_save(catalogue, run, options, progress)

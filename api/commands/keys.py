@@ -6,10 +6,10 @@ from datetime import UTC, datetime, timedelta
 from typing import Annotated
 
 import typer
-from rich.table import Table
 from sqlalchemy.orm import Session
 
-from api.commands.terminal import open_catalogue, out
+from api.commands.terminal import open_catalogue, out, show_table
+from jointlab.report.section import Table
 from store.audit import add_audit_entry
 from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.provenance import who_is_here
@@ -42,13 +42,18 @@ def list_() -> None:
     """List the keys, newest first, without their secrets."""
     with open_catalogue() as catalogue, catalogue.reading() as session:
         keys = list_keys(session, limit=10_000)
-    table = Table("key", "name", "scopes", "made (UTC)", "ends (UTC)", "", box=None)
-    for key in keys:
-        table.add_row(
-            str(key.id), key.name, " ".join(sorted(key.scopes)), _minute(key.created_at), _minute(key.expires_at),
+    rows = tuple(
+        (
+            str(key.id),
+            key.name,
+            " ".join(sorted(key.scopes)),
+            _minute(key.created_at),
+            _minute(key.expires_at),
             _standing(key),
-        )  # fmt: skip
-    out.print(table)
+        )
+        for key in keys
+    )
+    show_table(Table("Keys", ("key", "name", "scopes", "made (UTC)", "ends (UTC)", ""), rows))
 
 
 @commands.command()

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.commands.progress_bars import on_terminal
-from api.commands.terminal import open_catalogue, out, progress_console
+from api.commands.terminal import open_catalogue, out, progress_bar
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
 from store.backup import back_up
@@ -32,7 +31,7 @@ def check() -> None:
     with open_catalogue() as catalogue:
         with catalogue.reading() as session:
             out.print(f"{catalogue.address}: {count_runs(session)} runs")
-        _report(check_catalogue(catalogue, on_terminal(progress_console)))
+        _report(check_catalogue(catalogue, progress_bar))
 
 
 @commands.command()
@@ -41,7 +40,7 @@ def backup(
 ) -> None:
     """Copy the catalogue and its waveforms, also while a run is on; exit code 3 where what is copied is damaged."""
     with open_catalogue() as catalogue:
-        made = back_up(catalogue, path, on_terminal(progress_console))
+        made = back_up(catalogue, path, progress_bar)
     out.print(f"{path} written: {made.runs} runs, {made.waveform_files} waveform files, {made.size / 1e6:.1f} MB")
     _report(made.findings)
 
@@ -50,7 +49,7 @@ def backup(
 def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store backup` made.")]) -> None:
     """Restore a backup into the configured database, which is empty, and check it; exit code 3 where it is damaged."""
     settings = load_settings()
-    restored = restore_backup(path, settings.database_url, settings.waveform_folder, on_terminal(progress_console))
+    restored = restore_backup(path, settings.database_url, settings.waveform_folder, progress_bar)
     manifest = restored.manifest
     out.print(f"{path} restored, made {manifest.made_at} by jointlab {manifest.software_version}")
     _report(restored.findings)

@@ -8,13 +8,15 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from jointlab.errors import JointlabError
+from store.progress import Advance
 
 if TYPE_CHECKING:
     from jointlab.report.section import Cell, Section, Table
@@ -44,6 +46,33 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
 def run_number(target: str) -> int | None:
     """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
     return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None
+
+
+@contextmanager
+def progress_bar(what: str, total: int) -> Iterator[Advance]:
+    """A progress bar; where standard error is no terminal, one line when the work is done."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description:<28}"),
+        BarColumn(bar_width=32),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=progress_console, disable=not progress_console.is_terminal) as bars:
+        task = bars.add_task(what, total=total)
+        yield lambda done: bars.advance(task, done)
+        elapsed = bars.tasks[0].elapsed or 0.0
+    if not progress_console.is_terminal:
+        progress_console.print(f"{what}: {total} in {elapsed:.1f} s")
 
 
 def show_sections(sections: Sequence[Section]) -> None:

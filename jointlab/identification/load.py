@@ -75,7 +75,7 @@ def measurement_of_run(
             run on the suspended beam does not fit.
     """
     measurement = _own_measurement(catalogue, run_id, options, progress)
-    if options.free_beam in (None, run_id):
+    if options.free_beam is None:
         return measurement
     return with_free_beam(measurement, catalogue, options, progress)
 

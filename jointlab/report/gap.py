@@ -8,8 +8,8 @@ from typing import Any
 
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.save import latest_diagnosis
-from jointlab.report.gap_figures import SIGNIFICANT, before_and_after, curves, gap_map
-from jointlab.report.gap_tables import parameters_table, places_table, ranking_table
+from jointlab.report.gap_figures import before_and_after, curves, gap_map
+from jointlab.report.gap_tables import SIGNIFICANT, parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
 from jointlab.report.section import Item, Notice, Picture, Section
 from store.catalogue import Catalogue

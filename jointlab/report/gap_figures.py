@@ -11,10 +11,9 @@ from matplotlib.colors import PowerNorm
 
 from analysis.frequency_response import Real
 from jointlab.diagnosis.wording import RIGS, percent
+from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
 
-SIGNIFICANT = 3.0
-"""Standard deviations below which a cell stays white: noise alone would colour it now and then."""
 COLOURS = "YlOrRd"
 CURVE_AXES = {
     "magnitude": "|A| ((m/s²)/N)",

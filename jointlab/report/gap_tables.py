@@ -8,6 +8,9 @@ from typing import Any
 from jointlab.diagnosis import wording
 from jointlab.report.section import Share, Table, number
 
+SIGNIFICANT = 3.0
+"""Standard deviations below which a cell of a map stays white: noise alone would colour it now and then."""
+
 
 def ranking_table(document: Mapping[str, Any], count: int | None = None) -> Table:
     """The `count` most probable explanations, or all."""

@@ -1,4 +1,4 @@
-"""The report's sections on the hammer experiment: Tables 2 to 4 and Figs. 5 to 9."""
+"""The report's sections on the hammer experiment: Tables 2 to 4, Figs. 5 to 9, and levels of excitation."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, prior_effect_by_joint, stabilisation_of
+from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.read import METHODS
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
 from jointlab.report import figures
 from jointlab.report.curves import FIGURED_POINTS
-from jointlab.report.section import Notice, Picture, Section, Table, ends, number
-from jointlab.report.summary import failed_checks, fault_notices, regularisation_notices, remedies
+from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
+from jointlab.report.summary import failed_checks, fault_notices, levels_table, regularisation_notices, remedies
 from jointlab.report.tables import READING, matrix_tables
 
 Rows = tuple[tuple[str, ...], ...]
@@ -295,3 +296,33 @@ def _prediction(inverse: Inverse) -> Section:
         "Frequency response assurance criterion of measured and predicted rows", ("blow at", *agreement), rows
     )
     return Section("Accelerances, measured and predicted", (*pictures, table))
+
+
+def levels_section(levels: Sequence[Level]) -> Section:
+    """Each set's joints at the amplitude that its blows or its sine caused, as a table and a picture."""
+    content: list[Item] = [
+        "Every set by itself. What sets have in common, such as gain, density and modulus, moves all alike: "
+        "differences between sets are known better than each of them.",
+        levels_table(levels),
+    ]
+    names = list(levels[0].fit.joints)
+    curves = {name: _level_curve(levels, name) for name in names if all(name in level.amplitudes for level in levels)}
+    if curves:
+        content.append(Picture("Stiffness k22 against amplitude", figures.against_amplitude(curves)))
+    content += [
+        f"The amplitudes of set {level.number} are {next(iter(level.amplitudes.values())).source}."
+        for level in levels
+        if level.amplitudes
+    ]
+    failed = [level for level in levels if not level.fit.passed]
+    content += [Notice(f"Set {level.number} fails a check; do not rely on it.", failed=True) for level in failed]
+    return Section("Levels of excitation", tuple(content))
+
+
+def _level_curve(levels: Sequence[Level], name: str) -> figures.LevelCurve:
+    order = sorted(levels, key=lambda level: float(level.amplitudes[name].amplitude_pp[0]))
+    return figures.LevelCurve(
+        amplitude_pp=np.array([float(level.amplitudes[name].amplitude_pp[0]) for level in order]),
+        stiffness=np.array([level.fit.joints[name].stiffness[1, 1] for level in order]),
+        interval=np.array([level.fit.joints[name].k_ci95[1, 1] for level in order]),
+    )

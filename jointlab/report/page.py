@@ -12,8 +12,7 @@ from jointlab.errors import JointlabError
 from jointlab.identification.options import Options
 from jointlab.identification.pipeline import Identification
 from jointlab.report.direct import direct_sections
-from jointlab.report.inverse import inverse_sections
-from jointlab.report.levels import levels_section
+from jointlab.report.inverse import inverse_sections, levels_section
 from jointlab.report.section import Section
 from jointlab.report.summary import suspended_section
 from store.version import software_version

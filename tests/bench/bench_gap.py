@@ -10,9 +10,7 @@ import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rich.console import Console
-
-from api.commands.progress_bars import on_terminal
+from api.commands.terminal import progress_bar
 from jointlab.trials.run import Trial, carry_out
 from jointlab.trials.tables import markdown
 
@@ -23,5 +21,5 @@ def main() -> None:
     seed = int(os.environ.get("JOINTLAB_TRIAL_SEED", "1"))
     with TemporaryDirectory() as scratch:
         folder = Path(os.environ.get("JOINTLAB_TRIAL_FOLDER", scratch))
-        scores = carry_out(Trial(cases, seed, folder), on_terminal(Console(stderr=True)))
+        scores = carry_out(Trial(cases, seed, folder), progress_bar)
     print(markdown(scores))

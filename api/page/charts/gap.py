@@ -11,10 +11,9 @@ import numpy as np
 
 from api.page.charts.axes import INK, Options, axis, dots, line, phase_axis, plot
 from jointlab.diagnosis.wording import RIGS
+from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLACK, BLUE, ORANGE
 
-SIGNIFICANT = 3.0
-"""Standard deviations below which a cell stays white: noise alone would colour it now and then."""
 SCALE = ("#f7fbff", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
 """From nothing to much; rising darkness, which every eye sees."""
 

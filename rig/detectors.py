@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from rig.errors import RigError
+from rig.errors import RigError, afterwards
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
 from rig.tester_status import Detector
 from store.quantity import quantity
@@ -158,28 +158,18 @@ def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetect
         return
     before = tester.detectors()
     check_tighter(wanted, before)
-    try:
+    with afterwards(lambda: _restore(tester, {interlock: before[interlock] for interlock in wanted})):
         for interlock, tighter in wanted.items():
-            _set(tester, interlock, tighter.beside(before[interlock]))
+            detector = tighter.beside(before[interlock])
+            tester.set_detector(interlock, detector.limit, detector.action)
         yield
-    except BaseException as error:
-        try:
-            _restore(tester, wanted, before)
-        except RigError as failure:
-            error.add_note(str(failure))
-        raise
-    _restore(tester, wanted, before)
 
 
-def _restore(tester: Tester, wanted: Iterable[Interlock], before: Mapping[Interlock, Detector]) -> None:
+def _restore(tester: Tester, before: Mapping[Interlock, Detector]) -> None:
     try:
-        for interlock in wanted:
-            _set(tester, interlock, before[interlock])
+        for interlock, detector in before.items():
+            tester.set_detector(interlock, detector.limit, detector.action)
     except RigError as error:
         raise RigError(
             f"the tester's detectors stay as tight as the step had them ({error}); set them at the instrument"
         ) from error
-
-
-def _set(tester: Tester, interlock: Interlock, detector: Detector) -> None:
-    tester.set_detector(interlock, detector.limit, detector.action)

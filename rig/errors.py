@@ -1,6 +1,9 @@
-"""The base of the errors of the rig, and how a failure is described to people."""
+"""The base of the errors of the rig, their description for people, and cleaning up after them."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 UNEXPECTED = "an unexpected error in the program; its log has the details"
 
@@ -16,3 +19,20 @@ class RequestError(RigError):
 def failure_reason(error: Exception, expected: tuple[type[Exception], ...]) -> str:
     """Why something failed, for people: the message of an `expected` error; for any other a reference to the log."""
     return str(error) if isinstance(error, expected) else UNEXPECTED
+
+
+@contextmanager
+def afterwards(clean_up: Callable[[], None]) -> Iterator[None]:
+    """Call `clean_up` when the context is left, whatever happens.
+
+    An error raised inside the context has precedence; a RigError of `clean_up` is then a note of it.
+    """
+    try:
+        yield
+    except BaseException as error:
+        try:
+            clean_up()
+        except RigError as failure:
+            error.add_note(str(failure))
+        raise
+    clean_up()

@@ -122,27 +122,18 @@ def run_sequence(
     identities = check_instruments(sequence, instruments, observer)
     control.carry_out(lambda: None, observer)  # a stop before this line stores nothing
     with ExitStack() as held:
+        named = channel_names(sequence.steps)
+        channels = [stored_channel(channel) for channel in instruments.channels if channel.name in named]
+        described = _described(sequence)
+        begun: dict[str, Any] = {"channels": channels, "instruments": identities, "who": who, "reason": reset_done}
         with catalogue.writing() as session:
-            begun: dict[str, Any] = {
-                "channels": [
-                    stored_channel(c) for c in instruments.channels if c.name in channel_names(sequence.steps)
-                ],
-                "instruments": identities,
-                "who": who,
-                "reason": reset_done,
-            }
-            described = _described(sequence)
             if planned is None:
                 run = start_run(session, **described, **begun)
             else:
                 run = begin_run(session, planned, sequence=described["sequence"], **begun)
             held.enter_context(run_lock(catalogue, run))  # before another process can see it
         observer(RunStarted(run.id))
-        steps = CompletedPoints().remaining_steps(sequence)
-        _carry_out(
-            _Work(run, CompletedPoints(), instruments, catalogue, operator, observer, control, sequence.hangs_beam),
-            steps,
-        )
+        _carry_out(_Work(run, sequence, CompletedPoints(), instruments, catalogue, operator, observer, control))
     return run.id
 
 
@@ -198,9 +189,7 @@ def resume_run(
         with catalogue.writing() as session:
             run = reopen_run(session, run_id, reason, who)
         observer(RunContinued(run.id, completed.blows, len(completed.sines)))
-        _carry_out(
-            _Work(run, completed, instruments, catalogue, operator, observer, control, sequence.hangs_beam), steps
-        )
+        _carry_out(_Work(run, sequence, completed, instruments, catalogue, operator, observer, control))
 
 
 @dataclass(frozen=True)
@@ -208,13 +197,13 @@ class _Work:
     """The steps of one run."""
 
     run: Run
+    sequence: Sequence
     completed: CompletedPoints
     instruments: Instruments
     catalogue: Catalogue
     operator: Operator
     observer: Observer
     control: RunControl
-    hangs_beam: bool
 
     def do(self, step: Step, number: int) -> None:
         """Carry out what is left of a step."""
@@ -234,7 +223,7 @@ class _Work:
 
     def _hammer(self, step: HammerStep, set_number: int) -> None:
         channels = channels_of(step, self.instruments)
-        if self.hangs_beam:
+        if self.sequence.hangs_beam:
             self.operator.mount(BEAM, step.beam)
         self.observer(HammerStarted(set_number, step.peak_force))
         with self.instruments.acquisition() as (chassis, thermometer):
@@ -270,10 +259,10 @@ class _Work:
             )
 
 
-def _carry_out(work: _Work, steps: tuple[tuple[Step, int], ...]) -> None:
-    """Carry out `steps` and store how the run ended."""
+def _carry_out(work: _Work) -> None:
+    """Carry out the remaining steps and store how the run ended."""
     try:
-        for step, number in steps:
+        for step, number in work.completed.remaining_steps(work.sequence):
             work.do(step, number)
     except (KeyboardInterrupt, RunStoppedError):
         _end(work, RunState.STOPPED, "stopped by hand")
@@ -304,20 +293,16 @@ def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
 
 
 def _described(sequence: Sequence) -> dict[str, Any]:
+    setup = sequence.article.model_dump(mode="json")
+    if sequence.sweep is not None:
+        setup["direct"] = {"file": "direct.csv", "preset_mm": sequence.sweep.preset_mm}
     return {
         "kind": KIND,
         "title": sequence.title,
         "article": sequence.article_name,
-        "setup": _setup(sequence),
+        "setup": setup,
         "sequence": sequence.model_dump(mode="json"),
     }
-
-
-def _setup(sequence: Sequence) -> dict[str, object]:
-    setup = sequence.article.model_dump(mode="json")
-    if sequence.sweep is not None:
-        setup["direct"] = {"file": "direct.csv", "preset_mm": sequence.sweep.preset_mm}
-    return setup
 
 
 def _check_same(

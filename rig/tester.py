@@ -11,9 +11,9 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 
-from rig.errors import RigError
+from rig.errors import RigError, afterwards
 from rig.events import InterlockReset, InterlockTripped, Observer, ignore_event
 from rig.modbus import ModbusLink, ModbusProtocolError
 from rig.registers import (
@@ -280,18 +280,9 @@ class Tester:
             pause = min(1.5 * pause, LONGEST_POLL)
         return status
 
-    @contextmanager
-    def at_rest_afterwards(self) -> Iterator[None]:
-        """Whatever happens inside, shut the actuator down at the end; an error inside is what comes out."""
-        try:
-            yield
-        except BaseException as error:
-            try:
-                self.shut_down()
-            except RigError as failure:
-                error.add_note(str(failure))
-            raise
-        self.shut_down()
+    def at_rest_afterwards(self) -> AbstractContextManager[None]:
+        """Shut the actuator down when the context is left, whatever happens; an error inside has precedence."""
+        return afterwards(self.shut_down)
 
     @contextmanager
     def reporting_to(self, observer: Observer) -> Iterator[None]:

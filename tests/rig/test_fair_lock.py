@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import pytest
 
 from rig.fair_lock import FairLock
-
-SOON = 10.0  # s, for what happens at once
+from tests.waiting import LONG, until
 
 
 def wait_until_waiting(lock: FairLock, count: int) -> None:
-    ends = time.monotonic() + SOON
-    while len(lock._waiting) < count:
-        assert time.monotonic() < ends
-        time.sleep(0.001)
+    until(lambda: len(lock._waiting) >= count)
 
 
 def test_the_thread_that_has_waited_longest_goes_next() -> None:
@@ -33,7 +28,7 @@ def test_the_thread_that_has_waited_longest_goes_next() -> None:
         wait_until_waiting(lock, number + 1)
     lock.release()
     for thread in threads:
-        thread.join(SOON)
+        thread.join(LONG)
     assert served == [0, 1, 2, 3, 4]
 
 
@@ -52,7 +47,7 @@ def test_a_thread_that_polls_lets_another_in() -> None:
     lock.acquire()  # at once, as a loop does
     assert came_in.is_set()
     lock.release()
-    waiting.join(SOON)
+    waiting.join(LONG)
 
 
 def test_a_thread_whose_timeout_is_over_is_not_called_any_more() -> None:
@@ -84,7 +79,7 @@ def test_however_many_ask_one_has_it_at_a_time_and_none_is_forgotten() -> None:
 
     def work(number: int) -> None:
         for _ in range(100):
-            if lock.acquire(0.0005 * (number % 3) if number else SOON):
+            if lock.acquire(0.0005 * (number % 3) if number else LONG):
                 inside[0] += 1
                 most[0] = max(most[0], inside[0])
                 done[0] += 1
@@ -95,7 +90,7 @@ def test_however_many_ask_one_has_it_at_a_time_and_none_is_forgotten() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(SOON)
+        thread.join(LONG)
     assert not any(thread.is_alive() for thread in threads)
     assert most == [1]
     assert done[0] >= 100

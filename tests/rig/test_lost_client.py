@@ -22,6 +22,7 @@ from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TICK, start_tester_server
 from simlab.tester_server import TesterServer as Server
 from tests.fault_proxy import FaultProxy, Impairment, Way
+from tests.waiting import LONG
 
 WATCHDOG_TIME = 0.8  # s
 SCHEDULING = 2.0  # s, that a busy computer may be late with a tick of the simulated instrument
@@ -100,7 +101,7 @@ def test_a_client_that_was_stopped_and_finds_out_when_it_goes_on(server: Server)
     with child(CYCLING, server.url) as process:
         check_that_the_watchdog_stops(server, lambda: process.send_signal(signal.SIGSTOP))
         process.send_signal(signal.SIGCONT)
-        _, said = process.communicate(timeout=20.0)
+        _, said = process.communicate(timeout=LONG)
         assert "was stopped by watchdog" in said
         assert process.returncode == 1
     assert server.device.status()["interlocks"] == Interlock.WATCHDOG
@@ -114,7 +115,7 @@ def test_a_cut_cable(server: Server, loss: str) -> None:
         with child(CYCLING, f"tcp://{proxy.address}") as process:
             cut = proxy.cut if loss == "reset" else lambda: proxy.impair(Impairment(lost=ways[loss]))
             check_that_the_watchdog_stops(server, cut)
-            _, said = process.communicate(timeout=20.0)
+            _, said = process.communicate(timeout=LONG)
             assert "not confirmed at rest" in said
     finally:
         proxy.stop()
@@ -123,7 +124,7 @@ def test_a_cut_cable(server: Server, loss: str) -> None:
 def test_a_client_that_ends_as_it_should_trips_nothing(server: Server) -> None:
     with child(CYCLING, server.url) as process:
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20.0)
+        process.communicate(timeout=LONG)
     status = server.device.status()
     assert (status["state"], status["interlocks"]) == (State.HYDRAULICS_OFF, Interlock(0))
 
@@ -137,7 +138,7 @@ def test_commands_of_a_killed_client_are_cleared_by_the_next() -> None:
         assert len(left_over) == 1
         with child(ACQUIRING, server.address) as process:  # armed in its turn
             process.send_signal(signal.SIGINT)
-            process.communicate(timeout=20.0)
+            process.communicate(timeout=LONG)
         assert not server.tasks
         with connect_daq(server.address) as chassis:
             assert len(chassis.devices) == 3

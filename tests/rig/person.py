@@ -10,11 +10,11 @@ from simlab.laboratory import Laboratory
 
 
 class Person(Operator):
-    """Strikes and mounts at once; `before` is called before each request and may break something, or leave."""
+    """Strikes and mounts at once; `before` is called before each action and may break something, or leave."""
 
     def __init__(self, laboratory: Laboratory) -> None:
         self.laboratory = laboratory
-        self.before: Callable[[str, int], None] = lambda request, count: None
+        self.before: Callable[[str, int], None] = lambda action, count: None
         self.what = "clean"
         self.counts = {"strike": 0, "mount": 0}
         self.requests: list[str] = []
@@ -27,11 +27,11 @@ class Person(Operator):
         self._note("mount", f"{specimen} {configuration}")
         self.laboratory.bench.mount(specimen, configuration)
 
-    def _note(self, request: str, which: str) -> None:
-        self.counts[request] += 1
+    def _note(self, action: str, which: str) -> None:
+        self.counts[action] += 1
         self.requests.append(which)
-        self.before(request, self.counts[request])
+        self.before(action, self.counts[action])
 
-    def at(self, request: str, count: int, act: Callable[[], None]) -> None:
-        """Let `act` happen before the `count`-th `request`."""
-        self.before = lambda done, number: act() if (done, number) == (request, count) else None
+    def at(self, action: str, count: int, act: Callable[[], None]) -> None:
+        """Let `act` happen before the `count`-th `action`."""
+        self.before = lambda done, number: act() if (done, number) == (action, count) else None

@@ -207,9 +207,9 @@ def test_a_tester_that_trips_between_two_sine_points_leaves_the_first(
     assert is_at_rest()
 
 
-@pytest.mark.parametrize(("request", "count", "expected"), [("strike", 2, (1, 0, 0)), ("mount", 1, (4, 0, 0))])
+@pytest.mark.parametrize(("action", "count", "expected"), [("strike", 2, (1, 0, 0)), ("mount", 1, (4, 0, 0))])
 def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
-    request: str,
+    action: str,
     count: int,
     expected: tuple[int, int, int],
     sequence: Sequence,
@@ -221,7 +221,7 @@ def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
     def leave() -> None:
         raise KeyboardInterrupt
 
-    person.at(request, count, leave)
+    person.at(action, count, leave)
     with pytest.raises(KeyboardInterrupt):
         run_sequence(sequence, instruments, catalogue, person)
     run = the_run(catalogue)

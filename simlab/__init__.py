@@ -1,1 +1,1 @@
-"""What stands in for hardware: the physics of the bench, and three instruments on their real wires."""
+"""The simulated hardware: the physics of the bench, and three instruments on their real wires."""

@@ -239,7 +239,7 @@ class SimulatedBench:
         return complex(as_tested(self.built, np.array([found]), self._point(amplitude, frequency))[0])
 
     def own_stiffness(self, amplitude: float, frequency: float) -> complex:
-        """k + ih in N/m of what is mounted itself, at what it sees of the machine's `amplitude`, as warm as today.
+        """k + ih in N/m of the mounted specimen itself, at its share of the machine's `amplitude`, as warm as the room.
 
         Raises:
             ValueError: the tester is empty.
@@ -252,7 +252,7 @@ class SimulatedBench:
         )[1]
 
     def static_force(self, preset: float) -> float:
-        """Force in N that holds what is mounted at `preset` m.
+        """Force in N that holds the mounted specimen at `preset` m.
 
         Raises:
             ValueError: the tester is empty.
@@ -297,7 +297,7 @@ class SimulatedBench:
         return complex(specimen_stiffness(self.built, self._point(amplitude, frequency, temperature))[0])
 
     def _point(self, amplitude: float, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
-        """One sine point of what is mounted, after as much of the test as the actuator has done."""
+        """One sine point of the mounted specimen, after as much of the test as the actuator has done."""
         mounted = self._require_mounted()
         if mounted.configuration == BLANK:
             mounted = Mounted(JOINT_NAMES[0], CONFIGURATIONS[0])
@@ -327,7 +327,7 @@ class SimulatedBench:
             displacement, _ = actuator.signals(times - delay)
         return {"displacement": displacement, "force": force}
 
-    # --- the room, and what is true ---
+    # --- the room, and the truth ---
 
     def temperature(self, time: float) -> float:
         """Temperature in degrees Celsius at bench `time`: that of the day within half a degree, drifting over hours.

@@ -27,7 +27,7 @@ class DaqServer:
 
     Attributes:
         address: ``grpc://host:port`` for a client to connect to.
-        faults: what is to go wrong.
+        faults: set by tests.
         given: the latest records, counts (channels, samples), for tests that compare.
     """
 

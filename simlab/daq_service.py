@@ -28,7 +28,7 @@ from simlab.daq_attributes import (
     timing_attributes,
     trigger_attributes,
 )
-from simlab.daq_channels import accelerometer_channel, force_channel, voltage_channel
+from simlab.daq_channels import VirtualChannel, accelerometer_channel, force_channel, voltage_channel
 from simlab.daq_errors import Code, DaqFaults, StatusError, meaning
 from simlab.daq_modules import Counts, SimulatedChassis
 from simlab.daq_tasks import AcquisitionBench, Task, Trigger
@@ -49,6 +49,17 @@ def _attribute(name: str, find: Callable[[NiDaqmx, Message], Value]) -> Method:
         return response(**{field: find(service, request)})
 
     return get
+
+
+def _channel_method(name: str, channel_of: Callable[[Message, SimulatedChassis], VirtualChannel]) -> Method:
+    """The method called `name`, which adds a channel to a task."""
+
+    def create(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> Message:
+        service._faults.check_device()
+        service._task(request).add(channel_of(request, service._chassis))
+        return getattr(pb, f"{name}Response")()
+
+    return create
 
 
 class NiDaqmx:
@@ -100,6 +111,10 @@ class NiDaqmx:
     def _buffer(self, request: Message) -> Value:
         return lookup(buffer_attributes(self._task(request)), request.attribute_raw)
 
+    CreateAIForceIEPEChan = _channel_method("CreateAIForceIEPEChan", force_channel)
+    CreateAIAccelChan = _channel_method("CreateAIAccelChan", accelerometer_channel)
+    CreateAIVoltageChan = _channel_method("CreateAIVoltageChan", voltage_channel)
+
     def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
         """What a status code says."""
         return pb.GetErrorStringResponse(error_string=meaning(request.error_code))
@@ -136,24 +151,6 @@ class NiDaqmx:
             return self._tasks[request.task.name]
         except KeyError:
             raise StatusError(Code.INVALID_TASK, f"Task: {request.task.name}.") from None
-
-    def CreateAIForceIEPEChan(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Add an IEPE force sensor."""
-        self._faults.check_device()
-        self._task(request).add(force_channel(request, self._chassis))
-        return pb.CreateAIForceIEPEChanResponse()
-
-    def CreateAIAccelChan(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Add an IEPE accelerometer."""
-        self._faults.check_device()
-        self._task(request).add(accelerometer_channel(request, self._chassis))
-        return pb.CreateAIAccelChanResponse()
-
-    def CreateAIVoltageChan(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Add a voltage."""
-        self._faults.check_device()
-        self._task(request).add(voltage_channel(request, self._chassis))
-        return pb.CreateAIVoltageChanResponse()
 
     # -- timing and triggers
 
@@ -320,7 +317,7 @@ class NiDaqmx:
         told = 0
         while context.is_active() and not task.cleared:
             acquired = task.acquired
-            told = min(told, acquired // request.n_samples)  # a new start begins anew
+            told = min(told, acquired // request.n_samples)  # a new start begins at zero
             while task.running and acquired >= (told + 1) * request.n_samples:
                 told += 1
                 yield pb.RegisterEveryNSamplesEventResponse(

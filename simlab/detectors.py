@@ -12,7 +12,7 @@ TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK  # of the
 
 @dataclass(frozen=True)
 class SimulatedDetector:
-    """A limit in the unit of what is watched, and what happens beyond it."""
+    """A limit in the unit of the watched quantity, and the action beyond it."""
 
     limit: float
     action: Action

@@ -1,4 +1,4 @@
-"""What is to go wrong: a test says it, and the simulated instrument asks where it would show."""
+"""Faults: a test sets them, and the simulated instrument asks for them where they would show."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The beam's rig of a case: what the accelerometer reads of a blow, in plane and, a little, out of it."""
+"""The beam's rig of a case: the accelerometer's reading of a blow, in plane and, a little, out of it."""
 
 from __future__ import annotations
 

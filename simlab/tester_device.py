@@ -285,7 +285,7 @@ class TesterDevice:
                 interlock = Interlock(cast(int, values["detector"]))
                 detector = SimulatedDetector(cast(float, values["limit"]), Action(cast(int, values["action"])))
                 self._detectors.tighten(interlock, detector)
-                self._firing &= ~interlock  # beyond a limit that has moved, it acts anew
+                self._firing &= ~interlock  # beyond a limit that has moved, it acts again
 
     def _detected(self, now: float) -> Interlock:
         """Detectors that fire now; the largest excursion is that of the mean plus half the peak-to-peak value."""

@@ -1,4 +1,4 @@
-"""What a tester adds to the specimen in it, and the known pieces that show it when they are mounted instead."""
+"""The tester's own compliance, mass and delay, and the known pieces that show them when mounted in its jaws."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class TesterFrame:
     """A tester that is not rigid, massless and on time; the default is one that is.
 
     Attributes:
-        compliance: of the frame in series with the specimen, within what the displacement is measured over, m/N.
+        compliance: of the frame in series with the specimen, inside the measured displacement, m/N.
         fixture_mass: that moves with the specimen, before the force transducer, kg.
         delay: of the displacement channel against the force channel, s.
     """

@@ -86,7 +86,7 @@ class TesterServer:
     """A running tester. `url` is what a driver connects to, ``tcp://host:port`` or ``rtu:///dev/pts/N?baudrate=N``.
 
     Attributes:
-        faults: what is wrong with it.
+        faults: set by tests.
         script: refusals and Modbus exceptions in place of its own answers, by step: the name of a block that is read
             or written, of a command, or EMERGENCY_STOP.
     """
@@ -326,7 +326,7 @@ def start_tester_server(
     """Connect an actuator to the bench and serve the tester, on a loopback port or a pseudo-terminal.
 
     Args:
-        bench: what the actuator works on, and the clock.
+        bench: holds the specimen and the clock.
         rtu: Modbus RTU on a pseudo-terminal instead of Modbus TCP.
         port: TCP port; 0 lets the system pick one.
         limits: set at the instrument; None is its ordinary setting.

@@ -34,7 +34,7 @@ class Demonstration:
         run: number of its run.
         commitment: SHA-256 of the truth, told before anything was measured.
         diagnosed: what was found without the truth.
-        truth: what the seal held.
+        truth: from the opened seal.
     """
 
     run: int

@@ -1,4 +1,4 @@
-"""What a trial keeps: commitments, seals, answers, judgements. A trial that was killed goes on from here."""
+"""The files of a trial: commitments, seals, answers, judgements. A trial that was killed continues from them."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ ARTICLE = ("beam", "node_positions", "joints", "accelerometer", "tolerances")
 
 
 class CaseOperator(SimulatedOperator):
-    """Strikes and mounts on a case's bench, and sets up anew where a hammer set begins."""
+    """Strikes and mounts on a case's bench, and begins each hammer set with its set-up."""
 
     def __init__(self, operator: OperatorClient, first: Dof) -> None:
         super().__init__(operator)
@@ -82,7 +82,7 @@ def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: 
     """What a laboratory does with a case that is drawn like this: its hammer sets, then the whole sweep.
 
     Args:
-        drawing: what the bench says of itself, in the form of setup.json.
+        drawing: the bench as it is stated, in the form of setup.json.
         blows: at each point.
         frequency_step: Hz, of the sweep from 5 to 200 Hz.
     """

@@ -36,17 +36,17 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What an answer was worth.
+    """How good an answer was.
 
     Attributes:
         number, kind: of the case.
-        effects: that are there; for a novel case its name, which no catalogue has.
+        effects: of the case; for a novel case its name, which no catalogue has.
         size: largest fraction of a plausible range.
         d: smallest d of the case's effects; 0 without effects.
         status, named, probability: of the verdict.
         strength: of the gap.
-        right: named what is there, or that nothing or nothing known is.
-        inseparable: right, or named what these data cannot tell from it.
+        right: whether the verdict names the effects that are there, or says that there is none or none that is known.
+        inseparable: right, or named effects that these data cannot tell from it.
         listed_twin: whether the answer itself listed the truth among its twins.
         floor_percent: how far an honest new measurement would be off.
         reported_percent: held-out gap after, as reported.
@@ -55,7 +55,7 @@ class Judgement:
         before_percent: held-out gap before, as reported.
         coverage: of parameters, where the names agree.
         without_truth: status and names with the true effect missing from the catalogue; None where it was not tried.
-        honest: whether that answer was unknown or what the data cannot tell from the truth.
+        honest: whether that answer was unknown, or cannot be told from the truth by these data.
         seconds: of the diagnosis.
         error: of a diagnosis that failed.
     """

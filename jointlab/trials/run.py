@@ -1,4 +1,4 @@
-"""A whole trial: seal, diagnose, open, judge, score. A trial that was killed goes on where it was."""
+"""A whole trial: seal, diagnose, open, judge, score. A trial that was killed continues where it was."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from store.progress import Progress, silent
 
 FORMAT = "jointlab-trial/1"
 Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
-"""Work under way, and what is done with what comes of it."""
+"""Work under way, and what is done with its result."""
 AHEAD = 4
 """Judgements that are asked for at once."""
 
@@ -161,7 +161,7 @@ def judge(path: Path, planned: Planned) -> dict[str, Any]:
 
 
 def _in_turn(starts: Iterator[Callable[[], Begun]], at_once: int) -> Iterator[None]:
-    """Begin so many pieces of work at once, keep what comes of each, and say so each time."""
+    """Begin `at_once` pieces of work, keep each result, and yield once for each."""
     running = dict[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]()
     for start in starts:
         future, keep = start()

@@ -1,4 +1,4 @@
-"""What a trial comes to."""
+"""The scores of a trial."""
 
 from __future__ import annotations
 

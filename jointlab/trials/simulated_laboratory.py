@@ -42,7 +42,7 @@ CHANNELS = tuple(
 def simulated_settings(addresses: Addresses, **others: Any) -> Settings:
     """Settings whose instruments are the simulated ones; `others` are further fields of `Settings`.
 
-    Neither the environment nor jointlab.toml is asked: what is simulated stays apart from the laboratory's own.
+    Neither the environment nor jointlab.toml is read: the simulated laboratory stays apart from the real one.
     """
     return Settings.model_construct(
         daq_address=addresses.daq,

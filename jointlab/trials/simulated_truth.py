@@ -1,4 +1,4 @@
-"""Identified values beside what the simulated bench really is; the truth is asked for after identification only."""
+"""Identified values beside the truth about the simulated bench, which is asked for after identification only."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def sine_truths(points: Sequence[SinePoint], dwells: Sequence[Mapping[str, Any]]
     """Join sine points with the bench's dwells, both in the order of measuring.
 
     A specimen is cycled at a frequency several times until the amplitude is reached; of these dwells the one whose
-    amplitude is the point's was recorded. Dwells on what is no point's specimen, such as known pieces, are passed over.
+    amplitude is the point's was recorded. Dwells on other things than specimens, such as known pieces, are left out.
 
     Raises:
         JointlabError: the bench cycled other points than were measured.

@@ -1,4 +1,4 @@
-"""What a worker's process does: read what was measured, diagnose, answer. It knows a path, and no truth."""
+"""The work of a trial's process: read the measurement, diagnose, answer. It knows a path, and no truth."""
 
 from __future__ import annotations
 

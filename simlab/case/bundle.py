@@ -100,7 +100,7 @@ def write_case(case: Case, folder: Path) -> None:
 
 
 def stated_setup(campaign: Campaign) -> dict[str, object]:
-    """setup.json: what the lab says that it built and measured, which is the drawing and not what is true."""
+    """setup.json: the bench and the measurement as the laboratory states them, which is the drawing, not the truth."""
     beam = SimulatedBeam()
     return {
         "format": "jointlab-bundle/1",

@@ -57,7 +57,7 @@ class Case:
         seed, kind: what it was drawn from; the ordinary bench has no kind.
         article: within the laboratory's tolerances, without the effects.
         campaign: how it is measured.
-        effects: what the paper's model leaves out, each with size, law and values.
+        effects: that the paper's model leaves out, each with size, law and values.
     """
 
     seed: int

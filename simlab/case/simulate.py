@@ -1,4 +1,4 @@
-"""What both rigs read of a case without noise: accelerances and dynamic stiffnesses."""
+"""Readings of both rigs without noise: accelerances and dynamic stiffnesses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every effect is: a name, a law with its values, and the few places where it can touch a case."""
+"""The form of every effect: a name, a law with its values, and the few places where it can touch a case."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class RowReading:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedEffect(ABC):
-    """Something that the paper's model leaves out.  A kind of effect overrides `draw` and the few hooks it touches.
+    """Something that the paper's model leaves out. A kind of effect overrides `draw` and the few hooks it touches.
 
     Attributes:
         size: fraction of the plausible range.

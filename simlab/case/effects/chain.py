@@ -1,4 +1,4 @@
-"""What hammer, accelerometer and analyser do to an accelerance.  These effects show in the beam's rig alone."""
+"""Effects of hammer, accelerometer and analyser on an accelerance. They show in the beam's rig alone."""
 
 from __future__ import annotations
 

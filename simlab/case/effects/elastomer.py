@@ -1,4 +1,4 @@
-"""What the rubber does beyond a constant complex stiffness.  These effects show in both rigs or between them."""
+"""Effects of the rubber beyond a constant complex stiffness. They show in both rigs or between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What no catalogue foresees: a diagnosis ought to say that it does not know these."""
+"""Effects that no catalogue foresees: a diagnosis is to say that it does not know these."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class HungMass(SimulatedEffect):
 
 
 class GroundedDamper(SimulatedEffect):
-    """A cable or a hand touches the beam: a damper to the ground, and a little stiffness."""
+    """A cable or a person touches the beam: a damper to the ground, and a little stiffness."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GroundedDamper:
@@ -132,7 +132,7 @@ class CommonBase(SimulatedEffect):
 
 
 class RovingDrift(SimulatedEffect):
-    """The joints soften while the hammer walks along the beam: in the first set, or in each anew."""
+    """The joints soften while the hammer walks along the beam: in the first set, or in each set again."""
 
     roving = True
 

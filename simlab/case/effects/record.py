@@ -1,4 +1,4 @@
-"""What spoils single records: blows that bounce, and the mains.  They need the raw blows, which such a case brings."""
+"""Effects that spoil single records: blows that bounce, and the mains. Such a case brings the raw blows to see them."""
 
 from __future__ import annotations
 

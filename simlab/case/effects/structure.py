@@ -1,4 +1,4 @@
-"""What beam, joints and stand do beyond the drawing.  These effects show in the beam's rig."""
+"""Effects of beam, joints and stand beyond the drawing. They show in the beam's rig."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the elastomer tester does to a dynamic stiffness.  These effects show in the direct rig alone."""
+"""Effects of the elastomer tester on a dynamic stiffness. They show in the direct rig alone."""
 
 from __future__ import annotations
 

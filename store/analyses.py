@@ -41,10 +41,10 @@ def add_analysis(
     runs: Sequence[int],
     parents: Sequence[int] = (),
 ) -> int:
-    """Store that a computation was made from `runs` and the results of `parents`; return its number.
+    """Store a computation from `runs` and the results of `parents`; return its number.
 
     Raises:
-        StoreError: it was made from no run, or the settings have no JSON form.
+        StoreError: there are no runs, or the settings have no JSON form.
     """
     if not runs:
         raise StoreError(f"analysis {kind!r} names no run that it was made from")
@@ -76,11 +76,7 @@ def list_analyses(session: Session, run_id: int, kind: str | None = None) -> lis
 
 
 def article_of(session: Session, analysis_id: int) -> str:
-    """The test article that an analysis is about.
-
-    Raises:
-        StoreError: there is no such analysis, or its runs are of several articles.
-    """
+    """The test article of an analysis; StoreError if its runs are not of exactly one article."""
     articles = set(
         session.scalars(
             select(RunRow.article)

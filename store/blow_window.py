@@ -40,11 +40,7 @@ class BlowWindow:
 
     @classmethod
     def parse(cls, text: str, block_seconds: float) -> BlowWindow:
-        """Read a window on records of `block_seconds`.
-
-        Raises:
-            StoreError: it is no window, or one that cannot be corrected for.
-        """
+        """Read a window on records of `block_seconds`; StoreError if it cannot be corrected for."""
         if text.strip().lower() in PLAIN:
             return cls()
         parts = [_part(each.strip(), block_seconds) for each in text.lower().split(",")]

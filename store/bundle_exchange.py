@@ -101,11 +101,7 @@ def export_bundle(
 
 
 def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
-    """The single blows that came with an imported bundle; none for a run that was measured here.
-
-    Raises:
-        StoreError: there is no such run, or a record is damaged.
-    """
+    """The single blows of an imported bundle, none of other runs; StoreError for a missing run or damaged record."""
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         if run.kind != IMPORT:

@@ -67,21 +67,13 @@ class Catalogue:
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """A transaction that is committed when the block ends, and undone as a whole on any error.
-
-        Raises:
-            StoreError: the database refuses (locked, full, unreachable, a rule of the schema).
-        """
+        """A transaction, committed at the end of the block, undone on any error; StoreError if the database refuses."""
         with explained(self._engine.url), Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """A transaction that only reads; it sees one consistent state and does not wait for writers.
-
-        Raises:
-            StoreError: the database cannot be read.
-        """
+        """A transaction that reads one consistent state and does not wait for writers; StoreError if that fails."""
         with explained(self._engine.url), Session(self._reader, autoflush=False) as session:
             yield session
             session.rollback()

@@ -31,22 +31,14 @@ def or_nan(value: float | None) -> float:
 
 
 def finite(value: float, where: str) -> float:
-    """A number that has to be known.
-
-    Raises:
-        StoreError: it is NaN or infinite; the message starts with `where`.
-    """
+    """The number; StoreError, whose message starts with `where`, if it is NaN or infinite."""
     if not math.isfinite(value):
         raise StoreError(f"{where}: {value} is not a finite number")
     return float(value)
 
 
 def with_shape(array: NDArray[np.float64] | None, shape: tuple[int, ...], where: str) -> NDArray[np.float64]:
-    """The array, or one of NaN where it is None.
-
-    Raises:
-        StoreError: it has another shape.
-    """
+    """The array, or one of NaN where it is None; StoreError if it has another shape."""
     if array is None:
         return np.full(shape, np.nan)
     if array.shape != shape:
@@ -71,11 +63,7 @@ def encode_array(array: NDArray[Any], where: str, *, finite: bool = True) -> byt
 
 
 def decode_array(column: bytes, where: str) -> NDArray[Any]:
-    """The array of `encode_array`, with its dtype and shape.
-
-    Raises:
-        DamagedError: the checksum differs; the message starts with `where`.
-    """
+    """The array of `encode_array`; DamagedError, whose message starts with `where`, if the checksum differs."""
     content, crc = column[: -_CRC.size], column[-_CRC.size :]
     if len(crc) != _CRC.size or _CRC.pack(zlib.crc32(content)) != crc:
         raise DamagedError(where, "the stored array is damaged (checksum differs)")

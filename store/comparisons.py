@@ -40,11 +40,7 @@ class Comparison:
 
 
 def add_comparisons(session: Session, analysis_id: int, comparisons: Sequence[Comparison]) -> None:
-    """Store the comparisons of an analysis, whose runs are those of both experiments.
-
-    Raises:
-        StoreError: an interval is not finite.
-    """
+    """Store the comparisons of an analysis of both experiments; StoreError if an interval is not finite."""
     article = article_of(session, analysis_id)
     for comparison in comparisons:
         where = f"comparison of {comparison.element}, joint {comparison.joint}"

@@ -43,8 +43,7 @@ def defer_run_end(catalogue: Catalogue, run: Run, state: RunState, reason: str |
 def store_deferred_end(catalogue: Catalogue, run: Run) -> None:
     """Store the deferred end of `run`, if there is one; the caller holds the run's lock.
 
-    Raises:
-        StoreError: the database does not answer yet; the file stays.
+    StoreError if the database does not answer yet; the file stays then.
     """
     path = _path(catalogue, run)
     if not path.is_file():
@@ -60,11 +59,7 @@ def store_deferred_end(catalogue: Catalogue, run: Run) -> None:
 
 
 def store_deferred_ends(catalogue: Catalogue) -> None:
-    """Store the deferred ends of all runs that no process carries out.
-
-    Raises:
-        StoreError: the database does not answer yet; the files stay.
-    """
+    """Store the deferred ends of all runs that no process carries out; errors as for `store_deferred_end`."""
     with catalogue.reading() as session:
         cut_off = list_runs(session, state=RunState.RUNNING)
     for run in cut_off:

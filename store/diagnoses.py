@@ -43,11 +43,7 @@ class StoredDiagnosis(StoredVerdict):
 
 
 def add_diagnosis(session: Session, found: StoredDiagnosis) -> None:
-    """Store a diagnosis.
-
-    Raises:
-        StoreError: the document has no JSON form, or the analysis has a diagnosis already.
-    """
+    """Store a diagnosis; StoreError if its document has no JSON form or the analysis has a diagnosis already."""
     columns = to_columns(found, DiagnosisRow) | {"effects": list(found.effects)}
     del columns["created_at"]  # the row has the time of storing
     add_row(session, DiagnosisRow(**columns))

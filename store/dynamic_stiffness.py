@@ -102,11 +102,7 @@ def from_columns(specimen: str, flags: list[str], shared: dict[str, Any] | None,
 
 
 def add_dynamic_stiffness(session: Session, analysis_id: int, points: Sequence[StoredStiffness]) -> None:
-    """Store the points of an analysis, hundreds at once.
-
-    Raises:
-        StoreError: a configuration is unknown, or a value is not finite.
-    """
+    """Store the points of an analysis; StoreError if a configuration is unknown or a value is not finite."""
     if not points:
         return
     article = article_of(session, analysis_id)

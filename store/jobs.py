@@ -52,7 +52,6 @@ class Job:
     started_at: datetime | None
     finished_at: datetime | None
     heartbeat_at: datetime | None
-    leased_until: datetime | None
     stage: str | None
     done: int
     total: int

@@ -44,11 +44,7 @@ class JointMatrix:
 
 
 def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) -> None:
-    """Store a joint's matrices; the specimen is the joint of the article that the analysis is about.
-
-    Raises:
-        StoreError: an array has another shape, or k or h are not finite.
-    """
+    """Store a joint's matrices; StoreError if an array has another shape, or k or h are not finite."""
     where = f"analysis {analysis_id}: joint {matrix.joint}"
     for name in ("stiffness", "damping", "loss_factor", "observable"):
         with_shape(getattr(matrix, name), (3, 3), f"{where}: {name}")

@@ -39,10 +39,10 @@ class ApiKey:
 def add_key(
     session: Session, name: str, scopes: Iterable[Scope], expires_at: datetime | None = None
 ) -> tuple[ApiKey, str]:
-    """Make a key; its secret is returned here and nowhere else.
+    """Create a key, and return it with its secret, which is stored nowhere.
 
     Raises:
-        StoreError: the name or the scopes are empty, or the key would have ended already.
+        StoreError: the name or the scopes are empty, or the key would have expired already.
     """
     opened = frozenset(scopes)
     if not name.strip() or not opened:

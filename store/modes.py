@@ -55,11 +55,7 @@ class ModeSet:
 
 
 def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
-    """Store the modes of an analysis.
-
-    Raises:
-        StoreError: the arrays do not fit together, or a frequency or a shape is not finite.
-    """
+    """Store the modes of an analysis; StoreError if shapes of arrays differ, or a frequency or shape is not finite."""
     where, count = f"analysis {analysis_id}: modes", modes.frequency.size
     frequency_ci95 = with_shape(modes.frequency_ci95, (count, 2), f"{where}: frequency_ci95")
     loss_factor_ci95 = with_shape(modes.loss_factor_ci95, (count, 2), f"{where}: loss_factor_ci95")

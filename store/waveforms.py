@@ -45,19 +45,11 @@ class WaveformFolder:
         return self._folder
 
     def append(self, file: str, waveform: Waveform) -> WaveformReference:
-        """Add a record to a run's file; when this returns, the record survives a power cut.
-
-        Raises:
-            StoreError: the file cannot be written.
-        """
+        """Add a record to a run's file; it survives a power cut then. StoreError if the file cannot be written."""
         return self.append_all(file, [waveform])[0]
 
     def append_all(self, file: str, waveforms: Sequence[Waveform]) -> list[WaveformReference]:
-        """Add several records in one commit: all of them or none.
-
-        Raises:
-            StoreError: the file cannot be written.
-        """
+        """Add several records in one commit: all of them or none. StoreError if the file cannot be written."""
         rows = [encode(waveform) for waveform in waveforms]
         path = self._path(file)
         with self._lock, _explained(path, "written"):
@@ -81,11 +73,7 @@ class WaveformFolder:
             return _record(reader, reference)
 
     def records(self, file: str) -> list[WaveformReference]:
-        """Every record of a file, in the order of writing.
-
-        Raises:
-            NotFoundError: there is no such file.
-        """
+        """Every record of a file, in the order of writing; NotFoundError if there is no such file."""
         with self._reader(file, file) as reader:
             numbers = reader.execute("SELECT number FROM records ORDER BY number").fetchall()
         return [WaveformReference(file, number) for (number,) in numbers]

@@ -2,7 +2,7 @@
 
 An action that moves the machine is noted before it begins; every action is noted with its outcome; a refused action is
 noted, too. Refused actions cannot fill the disk: a caller without a valid key is not noted, and of every other caller
-only so many refusals are noted in an hour.
+only a limited number of refusals is noted in an hour.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class RefusalLog:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._hours = dict[str, _Hour]()  # as many as there are keys
+        self._hours = dict[str, _Hour]()  # one for each key at most
 
     def note(self, catalogue: Catalogue, action: AuditedAction, reason: str) -> None:
         """Note that `action` was refused. The caller is told so whether or not it can be noted."""

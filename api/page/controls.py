@@ -1,4 +1,4 @@
-"""Buttons, lists and charts as every view uses them."""
+"""Buttons, lists and charts for every view."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def button(
 
 
 def enable(element: ui.element, enabled: bool) -> None:
-    """Let a button be pressed, or not."""
+    """Enable or disable a button."""
     if enabled:
         element.props(remove="disabled")
     else:
@@ -35,7 +35,7 @@ def enable(element: ui.element, enabled: bool) -> None:
 def choice(
     label: str, name: str, options: Mapping[str, str], choose: Callable[[str], None], chosen: str | None = None
 ) -> None:
-    """A list with its label, to choose one of `options` (shown words by value) from; the first unless one is chosen."""
+    """A list with a label, to choose one of `options` (texts by value); at first `chosen`, or the first one."""
     with ui.element("label").classes("field"):
         ui.html(escape(label), sanitize=False, tag="span")
         chooser = ui.element("select").props(f'name="{escape(name)}"')
@@ -65,7 +65,7 @@ def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -
 
 
 def redraw(drawn: ui.echart, options: Options) -> None:
-    """Show other options in a chart."""
+    """Replace the options of a chart."""
     drawn.options.clear()
     drawn.options.update(options)
     drawn.update()

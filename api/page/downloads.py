@@ -1,4 +1,4 @@
-"""Files that a click fetches: tables of a run as CSV, and what an export made."""
+"""Downloads: tables of a run as CSV, and the files of exports."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ Rows = Iterable[tuple[Any, ...]]
 MEDIA = {".html": "text/html", ".zip": "application/zip", ".h5": "application/x-hdf5"}
 
 POINT_COLUMNS = tuple(name for name in StiffnessPoint.model_fields if name not in ("analysis_id", "flags"))
-"""What the service answers of a sine point; a table is of one analysis, and flags are sentences."""
+"""The service's fields of a sine point, without the number of the analysis and without sentences."""
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:
-    """Routes of files, for whoever may read."""
+    """Routes of files, for every key that may read."""
 
     def check(request: Request) -> None:
         check_scope(login_of(services, request).caller(), Scope.READ)
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
     def file(request: Request, job_id: int) -> Response:
-        """What an export made; a report opens in the browser."""
+        """The file of an export; a report opens in the browser."""
         check(request)
         with services.catalogue.reading() as session:
             job = get_job(session, job_id)
@@ -56,7 +56,7 @@ def add_downloads(app: FastAPI, services: Services) -> None:
 
     @app.get("/page/tables/{run_id}/{name}.csv", include_in_schema=False)
     def csv_table(request: Request, run_id: int, name: str) -> Response:
-        """One table of a run: SI units in the head, decimals after a point."""
+        """One table of a run: SI units, decimals after a point."""
         check(request)
         if name not in TABLES:
             raise NotFoundError(f"there is no table {name}; there are {', '.join(TABLES)}")

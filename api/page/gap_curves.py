@@ -1,4 +1,4 @@
-"""A row of the beam or a series of the tester, chosen from a list: measured, before and after over each other."""
+"""Curves of a diagnosis: a row of the beam or a series of the tester, measured, before and after."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from jointlab.diagnosis import wording
 
 
 def gap_curves(curves: Sequence[Mapping[str, Any]]) -> None:
-    """Build the list and the charts of its first entry; only what is chosen is sent to the browser."""
+    """Build the list and the charts of its first entry; only the chosen curve is sent to the browser."""
     if not curves:
         paragraph("This diagnosis has no curves with it; diagnose the run again to see them.", "quiet")
         return

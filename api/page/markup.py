@@ -13,7 +13,7 @@ from jointlab.report.section import Share, Table, Unknown
 
 @dataclass(frozen=True)
 class Link:
-    """Text that leads somewhere; in a new tab where that is no view of this page, which would have no STOP."""
+    """A link; one that leads away from the views, and so from STOP, opens in a new tab."""
 
     text: str
     address: str
@@ -39,7 +39,7 @@ def show_table(made: Table) -> None:
 
 
 def terms(pairs: Mapping[str, Cell]) -> str:
-    """Terms and what they are."""
+    """Terms with their values."""
     return f"<dl>{''.join(f'<dt>{escape(term)}</dt><dd>{_inner(cell)}</dd>' for term, cell in pairs.items())}</dl>"
 
 
@@ -60,15 +60,15 @@ def filters(fields: Mapping[str, tuple[str, str, Sequence[str]]], submit: str = 
     """A form that puts its fields into the address.
 
     Args:
-        fields: by name: the label, the value, and what may be chosen; nothing to choose is a free text.
-        submit: what the button says.
+        fields: by name: the label, the value, and the choices; without choices it is a free text.
+        submit: text of the button.
     """
     inputs = "".join(_field(name, *field) for name, field in fields.items())
     return f'<form class="filters" method="get">{inputs}<button class="act">{escape(submit)}</button></form>'
 
 
 def tabs(label: str, links: Mapping[str, str], current: str) -> str:
-    """Links of which one is where we are: text to address."""
+    """Links (text to address), of which `current` is the present one."""
     inner = "".join(
         f'<a href="{escape(address)}"{" aria-current=page" if text == current else ""}>{escape(text)}</a>'
         for text, address in links.items()
@@ -77,7 +77,7 @@ def tabs(label: str, links: Mapping[str, str], current: str) -> str:
 
 
 def show(markup: str) -> ui.html:
-    """Put markup of this module onto the page; what people typed was escaped where it was made."""
+    """Add markup to the page; texts in it were escaped by the functions of this module."""
     return ui.html(markup, sanitize=False).classes("w-full")
 
 

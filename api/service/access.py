@@ -1,6 +1,6 @@
-"""Who may do what: a key in the `Authorization` header, and the scope that each route asks for.
+"""Access: a key in the `Authorization` header, and the scope that each route asks for.
 
-A service on the loopback address of a computer on which no key was ever made is open to whoever sits there.
+As long as no key was ever made, a service on the loopback address is open to everybody at its computer.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from store.keys import count_keys, find_key
 from store.states import Scope
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
-# Beside the threads in which requests wait for the store to be written: to stop a run waits for none of those.
-_asking = ThreadPoolExecutor(2, thread_name_prefix="who asks")
+# Apart from the threads in which requests wait for the store, so that a stop waits for none of those.
+_key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup")
 _bearer = HTTPBearer(
     auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
 )
@@ -28,11 +28,11 @@ _bearer = HTTPBearer(
 
 @dataclass(frozen=True)
 class Caller:
-    """Whoever asks.
+    """The sender of a request.
 
     Attributes:
         name: for the audit log and the history of runs.
-        scopes: what is open to them.
+        scopes: permissions.
     """
 
     name: str
@@ -40,12 +40,13 @@ class Caller:
 
 
 def authenticate(context: Services, secret: str | None, host: str | None) -> Caller:
-    """The caller with this key, or whoever sits at the computer where no key is needed.
+    """The caller with this key, or anybody at this computer where no key is needed.
 
     Args:
-        context: of the service that is asked.
+        context: of the service.
         secret: of the key; None where none was given.
-        host: that the caller believes to ask; a page of somebody else's, under a name of theirs, is not at home here.
+        host: name by which the caller addresses the service. Under another name than the loopback's, which a page of
+            another origin would use, a key is always needed.
 
     Raises:
         AccessError: the key is unknown, has ended or was revoked, or one is needed.
@@ -69,24 +70,24 @@ def authenticate(context: Services, secret: str | None, host: str | None) -> Cal
 async def caller(
     request: Request, context: Context, given: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]
 ) -> Caller:
-    """Whoever sent a request."""
+    """The sender of a request."""
     secret = None if given is None else given.credentials
     loop = asyncio.get_running_loop()
-    return await loop.run_in_executor(_asking, authenticate, context, secret, request.url.hostname)
+    return await loop.run_in_executor(_key_lookup, authenticate, context, secret, request.url.hostname)
 
 
 def check_scope(who: Caller, scope: Scope) -> None:
-    """Let a caller pass to whom `scope` is open.
+    """Check that a caller has a scope.
 
     Raises:
-        AccessError: it is not.
+        AccessError: the caller has not.
     """
     if scope not in who.scopes:
         raise AccessError(403, f"this needs the scope {scope}; {who.name} has {', '.join(sorted(who.scopes))}")
 
 
 def needs(scope: Scope) -> Any:
-    """A dependency: the caller, if `scope` is open to them."""
+    """A dependency: the caller, if it has `scope`."""
 
     async def check(who: Annotated[Caller, Depends(caller)]) -> Caller:  # waits for nothing, so it needs no thread
         check_scope(who, scope)

@@ -13,9 +13,8 @@ from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
 from api.service.context import Services
-from api.service.documentation import DocumentationFromHere
+from api.service.middleware import LimitedReads, SameOriginDocumentation
 from api.service.problems import Problem, handle_problems
-from api.service.readers import ReadersTakeTurns
 from api.service.resources import administration, jobs, laboratory, records, results, rig, runs, sequences
 from jointlab.supervision.phase import Phase
 from store.version import release
@@ -45,19 +44,18 @@ RESOURCES: tuple[APIRouter, ...] = (
 )
 
 THREADS = 4
-"""Requests that are worked on at a time, reads and others. They share an interpreter with the run: more of them would
-answer nobody sooner."""
+"""The number of requests that are worked on at a time. They share one interpreter, so that more would not be faster."""
 DESCRIPTION = """
 Measures elastomeric joints and identifies their stiffness k, structural damping h and loss factor gamma.
 
 SI units; a field whose unit is another says so, and every quantity has its unit as `x-unit`. Times are UTC. Errors are
-problem documents (RFC 9457). Lists come in pages. What acts needs an `Idempotency-Key`, and what drives the rig the
-control lease; STOP needs nothing.
+problem documents (RFC 9457). Lists come in pages. Requests that act need an `Idempotency-Key`, and requests that
+drive the rig the control lease; STOP needs neither.
 """
 
 
 def create_app(services: Services) -> FastAPI:
-    """The application in front of `services`; when it is shut down, the rig is brought to rest."""
+    """The application on `services`; when it is shut down, the actuator is brought to rest."""
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
@@ -77,8 +75,8 @@ def create_app(services: Services) -> FastAPI:
         app.include_router(router, prefix="/api")
     handle_problems(app)
     _describe_problems(app)
-    app.add_middleware(ReadersTakeTurns, is_at_work=partial(_is_at_work, services))
-    app.add_middleware(DocumentationFromHere)
+    app.add_middleware(LimitedReads, is_at_work=partial(_is_at_work, services))
+    app.add_middleware(SameOriginDocumentation)
     return app
 
 

@@ -1,6 +1,6 @@
-"""What every route works with: the catalogue, the rig's run manager and the queue of jobs.
+"""The parts that routes work with: the catalogue, the rig's run manager and the queue of jobs.
 
-What STOP depends on are coroutines: they wait for no thread.
+The dependencies of STOP are coroutines, because these wait for no thread.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from store.catalogue import Catalogue
 
 @dataclass(frozen=True)
 class Services:
-    """The parts that a service stands in front of.
+    """The parts of a service.
 
     Attributes:
         catalogue: runs and results.
         runs: drives the rig; None where this service only reads.
-        loopback: whether nobody outside this computer can reach the service.
-        jobs: does what takes its time; None where this service asks for nothing of that kind.
+        loopback: whether the service can be reached from this computer alone.
+        jobs: queue of long computations; None where this service has none.
         now: the time by which keys end.
         refusals: notes refused actions.
     """
@@ -43,7 +43,7 @@ class Services:
 
     @property
     def rig_state(self) -> RigState | None:
-        """What the rig is at; None where this service drives none."""
+        """The state of the rig; None where this service drives none."""
         return None if self.runs is None else self.runs.state
 
 
@@ -63,7 +63,7 @@ async def rig(context: Context) -> RunManager:
         ConflictError: this service drives no rig.
     """
     if context.runs is None:
-        raise ConflictError("this service drives no rig: its channel table is empty; write [[channels]], start it anew")
+        raise ConflictError("this service drives no rig: its channel table is empty; write [[channels]] and restart it")
     return context.runs
 
 

@@ -1,4 +1,4 @@
-"""Entity tags: what a reader has already is not sent again, and nobody overwrites what they have not seen."""
+"""Entity tags: a known document is not sent again, and nobody overwrites a change that they have not seen."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fastapi.routing import APIRoute
 from api.service.problems import PreconditionError
 
 IfMatch = Annotated[
-    str | None, Header(alias="If-Match", description="the ETag that was read; refused where it has changed meanwhile")
+    str | None, Header(alias="If-Match", description="the ETag that was read; refused where it has changed since")
 ]
 
 
@@ -22,20 +22,20 @@ def tag_of(body: bytes) -> str:
 
 
 def check_unchanged(if_match: str | None, tag: str | None) -> None:
-    """Let a change pass whose sender has seen what is there; `tag` is None where nothing is there yet.
+    """Check that a document is the one that the sender of a change has read; `tag` is None where there is none yet.
 
     Raises:
-        PreconditionError: it has changed meanwhile.
+        PreconditionError: it has changed since.
     """
     if if_match is None:
         return
-    wanted = {each.strip() for each in if_match.split(",")}
-    if tag is None or ("*" not in wanted and tag not in wanted):
+    tags = {each.strip() for each in if_match.split(",")}
+    if tag is None or ("*" not in tags and tag not in tags):
         raise PreconditionError(f"If-Match is {if_match}, but it is {tag or 'not there'}; read it again")
 
 
 class TaggedRoute(APIRoute):
-    """A route whose JSON documents have an entity tag; a reader who sends it back gets 304 where nothing changed."""
+    """A route whose JSON documents have an entity tag; a reader who sends it back gets 304 if nothing has changed."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The route's handler with tags."""

@@ -158,7 +158,7 @@ def driving(action: str) -> Any:
 
 
 def _filled(target: str, parameters: dict[str, Any]) -> str:
-    """A target with the parameters of a path, which nobody has checked yet, as plain text of limited length."""
+    """A target with the parameters of a path, which is not validated yet, as plain text of limited length."""
     return target.format_map({name: quote(str(value), safe=" ")[:LONGEST] for name, value in parameters.items()})
 
 

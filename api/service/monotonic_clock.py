@@ -1,7 +1,7 @@
 """The time of day for as long as the service runs: it never goes back, however the computer's clock is set.
 
-What has ended once stays ended. Where the clock was ahead and is corrected, the time that was shown goes on from where
-it was; a service that is started anew takes the computer's clock as it is.
+A key that has ended stays ended. Where the computer's clock was ahead and is corrected, this clock goes on from its
+latest time. After a restart of the service it begins with the computer's clock.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def _wall() -> datetime:
 
 
 class MonotonicClock:
-    """Called, it is the time now, UTC. Any thread may call it."""
+    """Calling it gives the present time, UTC. Any thread may call it."""
 
     def __init__(self, wall: Callable[[], datetime] = _wall, monotonic: Callable[[], float] = time.monotonic) -> None:
         self._wall = wall
@@ -26,7 +26,7 @@ class MonotonicClock:
         self._shown, self._at = wall(), monotonic()
 
     def __call__(self) -> datetime:
-        """The computer's clock, or where that was set back, the latest time it has shown and what passed since."""
+        """The computer's time, or where that clock was set back, its latest time and the seconds since."""
         with self._lock:
             at = self._monotonic()
             self._shown = max(self._wall(), self._shown + timedelta(seconds=at - self._at))

@@ -15,7 +15,7 @@ from jointlab.documents.fields import LARGEST
 from jointlab.errors import JointlabError
 
 ItemT = TypeVar("ItemT")
-_Limit = Annotated[int, Query(ge=1, le=1000, description="at most so many items")]
+_Limit = Annotated[int, Query(ge=1, le=1000, description="largest number of items")]
 _Cursor = Annotated[str | None, Query(max_length=400, description="`next` of the page before; none for the first page")]
 
 

@@ -1,4 +1,4 @@
-"""Errors as RFC 9457 has them: one problem document for whatever goes wrong, and its place in the schema."""
+"""Errors by RFC 9457: one problem document for every error, and its declaration in the schema."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 
 class Problem(BaseModel):
-    """An error as RFC 9457 has it; `detail` says what was wrong, where, and what to do."""
+    """An error by RFC 9457; `detail` says what was wrong, where, and what to do."""
 
     type: str = "about:blank"
     title: str
@@ -44,22 +44,22 @@ class AccessError(Exception):
 
 
 class PreconditionError(Exception):
-    """What the caller has seen is no longer how things are."""
+    """The document that the caller has read has changed."""
 
 
 TITLES = {
-    401: "Nobody known asks for this",
-    403: "This key does not open that",
+    401: "The caller is not known",
+    403: "This key does not allow it",
     404: "Not found",
-    409: "Not as things stand",
-    412: "It has changed meanwhile",
-    422: "The request does not fit",
-    500: "Something that nobody expected",
+    409: "Not in the present state",
+    412: "It has changed since",
+    422: "The request is not valid",
+    500: "An unexpected error",
     502: "An instrument does not answer or obey",
     503: "The store does not answer",
 }
 
-# Which error means what to a caller; the first that fits counts.
+# The HTTP status of each error; the first class that fits counts.
 STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (PreconditionError, 412),
     (ForeignLeaseError, 403),
@@ -86,12 +86,12 @@ def problems(*statuses: int, needs_key: bool = True) -> dict[int | str, dict[str
 
 
 def status_of(error: Exception) -> int:
-    """HTTP status for an error: 500 for one that nobody expected."""
+    """HTTP status of an error; 500 for an unexpected one."""
     return next((status for kind, status in STATUS_OF if isinstance(error, kind)), 500)
 
 
 def handle_problems(service: FastAPI) -> None:
-    """Let every error of `service` become a problem document."""
+    """Turn every error of `service` into a problem document."""
     for kind, _ in STATUS_OF:
         service.add_exception_handler(kind, _expected)
     service.add_exception_handler(AccessError, _refused)
@@ -120,13 +120,13 @@ def _by_framework(request: Request, error: Exception) -> JSONResponse:
     headers = dict(error.headers or {})
     if error.status_code == 405:
         headers["Allow"] = ", ".join(sorted(_methods(request)))
-    # a body that is no text is for the framework another error than one that is no JSON, but not for a caller
+    # for the framework a body that is no text differs from one that is no JSON; for a caller it does not
     status = 422 if error.status_code == 400 else error.status_code
     return problem(status, f"{request.method} {request.url.path}: {error.detail}", headers)
 
 
 def _methods(request: Request) -> set[str]:
-    """The methods that this path has; the framework knows only those of the first route that fits it."""
+    """The methods of this path; the framework knows only those of the first route that matches it."""
     return {
         method
         for method in ("DELETE", "GET", "PATCH", "POST", "PUT")

@@ -1,4 +1,4 @@
-"""The events of the rig in the schema: what each of them carries as the data of a server-sent event."""
+"""The events of the rig in the schema: the data that each kind of server-sent event has."""
 
 from __future__ import annotations
 

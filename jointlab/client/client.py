@@ -45,7 +45,8 @@ from jointlab.identification.options import Options
 from rig.sequence import Sequence
 from store.states import OVER, AnalysisKind, RunState
 
-LOOK = 0.5  # s between looks at what is waited for
+POLL_INTERVAL = 0.5
+"""Seconds between two requests for the state of a run or a job."""
 
 
 class Client:
@@ -61,7 +62,7 @@ class Client:
         self._connection = Connection(address, key, timeout)
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._connection.close()
 
     def __enter__(self) -> Self:
@@ -79,20 +80,23 @@ class Client:
     # The rig
 
     def rig(self) -> RigDocument:
-        """What the rig is at."""
+        """The state of the rig."""
         return self._connection.get(RigDocument, "/rig")
 
     def stop(self) -> int | None:
-        """STOP: end whatever is carried out; its number. Needs neither key nor lease; the actuator is at rest then."""
+        """STOP: end the present run; its number, None where there is none. It needs neither key nor lease.
+
+        On return the actuator is at rest.
+        """
         return self._connection.post(Stopped, "/rig/stop").run_id
 
     @contextmanager
     def driving(self, holder: str, *, by_force: bool = False) -> Iterator[Driver]:
-        """Have the control lease while the context lasts.
+        """Hold the control lease while the context lasts.
 
         Args:
-            holder: who drives, to be shown to others.
-            by_force: take it over, from another client of the same key or, with the scope engineer, from anybody.
+            holder: name that others are shown.
+            by_force: take it over, from another client of the same key or, with the scope engineer, from any client.
         """
         driver = Driver(self._connection, holder, by_force=by_force)
         try:
@@ -110,9 +114,9 @@ class Client:
 
     @contextmanager
     def events(self, last_event_id: str | None = None) -> Iterator[Iterator[RigEvent]]:
-        """What happens at the rig from now on, or after the event with this id."""
-        with self._connection.events("/rig/events", last_event_id) as happening:
-            yield happening
+        """Events of the rig from now on, or after the event with this id."""
+        with self._connection.events("/rig/events", last_event_id) as events:
+            yield events
 
     # The laboratory
 
@@ -125,12 +129,12 @@ class Client:
         return self._connection.pages(CalibrationDocument, f"/instruments/{instrument}/calibrations")
 
     def calibrate(self, instrument: int, certificate: NewCalibration) -> CalibrationDocument:
-        """Store what a new certificate says; needs the scope engineer."""
+        """Store a new certificate; needs the scope engineer."""
         path = f"/instruments/{instrument}/calibrations"
         return self._connection.post(CalibrationDocument, path, certificate.model_dump(mode="json"))
 
     def channels(self, run: int | None = None) -> Iterator[ChannelDocument]:
-        """The channel table that a run was measured with, or where none is named, that of the next run."""
+        """The channel table of a run, by default of the next run."""
         return self._connection.pages(ChannelDocument, "/channels" if run is None else f"/runs/{run}/channels")
 
     def specimens(self, article: str | None = None) -> Iterator[SpecimenDocument]:
@@ -138,20 +142,20 @@ class Client:
         return self._connection.pages(SpecimenDocument, "/specimens", article=article)
 
     def sequences(self) -> Iterator[SequenceSummary]:
-        """The sequences that are kept, by name; the built-in ones are not among them."""
+        """The stored sequences, by name; the built-in ones are not among them."""
         return self._connection.pages(SequenceSummary, "/sequences")
 
     def sequence(self, name: str) -> Sequence:
-        """One sequence, kept or built in, as a run carries it out."""
+        """One sequence, stored or built in."""
         return self._connection.get(NamedSequence, f"/sequences/{quote(name)}").sequence
 
     def save_sequence(self, name: str, sequence: Sequence) -> Sequence:
-        """Keep a sequence under a name, in place of what was there."""
+        """Store a sequence under a name, in place of the one that was there."""
         body = sequence.model_dump(mode="json")
         return self._connection.put(NamedSequence, f"/sequences/{quote(name)}", body).sequence
 
     def delete_sequence(self, name: str) -> None:
-        """Forget a sequence; runs keep their own copy."""
+        """Delete a sequence; runs keep their own copy."""
         self._connection.request("DELETE", f"/sequences/{quote(name)}")
 
     # Runs
@@ -165,14 +169,14 @@ class Client:
         return self._connection.get(RunDetails, f"/runs/{run}")
 
     def create_run(self, sequence: str | Sequence | dict[str, Any]) -> RunSummary:
-        """Store a run to be started later, of a sequence that is kept under a name, or of a whole one."""
+        """Store a run to be started later; `sequence` is the name of a stored one, or a whole one."""
         given = sequence.model_dump(mode="json") if isinstance(sequence, Sequence) else sequence
         return self._connection.post(RunSummary, "/runs", {"sequence": given})
 
     def wait_for_run(self, run: int) -> RunDetails:
-        """Wait until a run has ended, however it did."""
+        """Wait until a run has ended in any way."""
         while (found := self.run(run)).state is RunState.RUNNING:
-            time.sleep(LOOK)
+            time.sleep(POLL_INTERVAL)
         return found
 
     def blows(self, run: int, accepted: bool | None = None) -> Iterator[BlowDocument]:
@@ -184,17 +188,17 @@ class Client:
         return self._connection.pages(SineRecordDocument, f"/runs/{run}/sine-records", limit=1000)
 
     def withdraw_blow(self, blow: int, reason: str) -> BlowDocument:
-        """Take an accepted blow back; a session that is still on strikes its point once more."""
+        """Withdraw an accepted blow; a hammer session that still lasts repeats its point."""
         return self._connection.post(BlowDocument, f"/blows/{blow}/withdraw", {"reason": reason})
 
     def blow_waveform(self, blow: int) -> WaveformDocument:
-        """What was recorded of a blow."""
+        """The records of a blow."""
         return self._connection.get(WaveformDocument, f"/blows/{blow}/waveform")
 
     # Results
 
     def analyses(self, run: int, kind: AnalysisKind | None = None) -> Iterator[AnalysisDocument]:
-        """What was computed from a run, newest first; the number of one reads its results."""
+        """The analyses of a run, newest first; the number of one reads its results."""
         return self._connection.pages(AnalysisDocument, f"/runs/{run}/analyses", kind=kind)
 
     def accelerance_sets(self, run: int, analysis: int | None = None) -> Iterator[SetSummary]:
@@ -222,7 +226,7 @@ class Client:
         return self._connection.pages(StiffnessPoint, path, analysis=analysis, limit=1000)
 
     def stiffness_at(self, run: int, amplitude_pp_mm: float, frequency: float) -> StiffnessDocument:
-        """What the law that was fitted to a run's sine points says at an amplitude in mm and a frequency in Hz."""
+        """The dynamic stiffness by the fitted law of a run, at an amplitude (mm peak to peak) and a frequency (Hz)."""
         path = f"/runs/{run}/dynamic-stiffness/at"
         return self._connection.get(StiffnessDocument, path, amplitude_pp_mm=amplitude_pp_mm, frequency=frequency)
 
@@ -254,7 +258,7 @@ class Client:
         return self._connection.pages(JobDocument, "/trials")
 
     def try_diagnosis(self, cases: int, seed: int = 0) -> JobDocument:
-        """Queue a trial of the diagnosis on so many sealed cases."""
+        """Queue a trial of the diagnosis on this number of sealed cases."""
         return self._connection.post(JobDocument, "/trials", {"cases": cases, "seed": seed})
 
     def job(self, job: int) -> JobDocument:
@@ -266,9 +270,9 @@ class Client:
         return self._connection.post(JobDocument, f"/jobs/{job}/cancel")
 
     def wait_for_job(self, job: int) -> JobDocument:
-        """Wait until a job is over, however it ended."""
+        """Wait until a job is over in any way."""
         while (found := self.job(job)).state not in OVER:
-            time.sleep(LOOK)
+            time.sleep(POLL_INTERVAL)
         return found
 
     def export(self, run: int, form: str, path: Path) -> None:
@@ -276,7 +280,7 @@ class Client:
 
         Raises:
             ProblemError: it cannot be made.
-            FileExistsError: the file is there already.
+            FileExistsError: there is such a file already.
         """
         asked = self._connection.post(JobDocument, "/exports", {"run": run, "form": form})
         job = self.wait_for_job(asked.id)

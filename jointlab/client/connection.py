@@ -1,4 +1,4 @@
-"""The wire to the service: requests that may be sent again, pages, events, and problems as exceptions."""
+"""The connection to the service: repeated requests, pages, events, and problems as exceptions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from pydantic import BaseModel
 ModelT = TypeVar("ModelT", bound=BaseModel)
 Query = Mapping[str, str | int | float | bool | None]
 ATTEMPTS = 4
-PAUSE = 0.2  # s before the second attempt; each further one waits twice as long
+PAUSE = 0.2
+"""Seconds before the second attempt; each further one waits twice as long."""
 
 
 class ProblemError(Exception):
-    """The service says why it cannot do what was asked for.
+    """The service cannot do what was asked for; the message says why.
 
     Attributes:
         status: of HTTP; 0 where no service answers.
@@ -36,10 +37,10 @@ class ProblemError(Exception):
 
 @dataclass(frozen=True)
 class RigEvent:
-    """Something that happened at the rig.
+    """An event of the rig.
 
     Attributes:
-        id: to go on after it when the wire was cut.
+        id: to continue after it when the connection was lost.
         name: such as BlowAccepted.
         at: UTC.
         data: of the event.
@@ -52,14 +53,14 @@ class RigEvent:
 
 
 class Connection:
-    """A connection to one service; every request that acts has an idempotency key, so that it is safe to repeat it."""
+    """A connection to one service. Every request that acts has an idempotency key, so that it is safe to repeat it."""
 
     def __init__(self, address: str, key: str | None, timeout: float) -> None:
         headers = {} if key is None else {"Authorization": f"Bearer {key}"}
         self._http = httpx.Client(base_url=f"{address.rstrip('/')}/api", headers=headers, timeout=timeout)
 
     def close(self) -> None:
-        """Hang up."""
+        """Close it."""
         self._http.close()
 
     def request(
@@ -71,7 +72,7 @@ class Connection:
         body: Any = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
-        """Send a request, again where the wire was cut before an answer came.
+        """Send a request, and send it again where the connection was lost before the answer.
 
         Raises:
             ProblemError: the service says why not, or does not answer.
@@ -94,12 +95,12 @@ class Connection:
         return model.model_validate_json(self.request("GET", path, query=query).content)
 
     def post(self, model: type[ModelT], path: str, body: Any = None, **headers: str) -> ModelT:
-        """Ask for something that acts."""
+        """The answer to a request that acts."""
         named = {name.replace("_", "-"): value for name, value in headers.items()}
         return model.model_validate_json(self.request("POST", path, body=body, headers=named).content)
 
     def put(self, model: type[ModelT], path: str, body: Any) -> ModelT:
-        """Put a document in the place of what is there."""
+        """Replace a document."""
         return model.model_validate_json(self.request("PUT", path, body=body).content)
 
     def pages(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> Iterator[ModelT]:
@@ -130,7 +131,7 @@ class Connection:
 
 
 def _events(stream: httpx.Response) -> Iterator[RigEvent]:
-    """Events of a stream, as the HTML standard has them; comments only keep the wire alive."""
+    """Events of a stream by the HTML standard; comments only keep the connection open."""
     fields: dict[str, str] = {}
     for line in stream.iter_lines():
         if line and not line.startswith(":"):

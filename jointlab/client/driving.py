@@ -1,4 +1,4 @@
-"""Driving the rig: the control lease, held for as long as a context lasts, and what needs it."""
+"""Driving the rig: the control lease, held while a context lasts, and the requests that need it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ log = logging.getLogger(__name__)
 
 
 class Driver:
-    """Whoever has the control lease. It is renewed in the background, and given back when the context is left."""
+    """The holder of the control lease, which is renewed in the background until the context is left."""
 
     def __init__(self, connection: Connection, holder: str, *, by_force: bool = False) -> None:
         self._connection = connection
         self._lease = connection.post(LeaseDocument, "/rig/lease", {"holder": holder, "by_force": by_force})
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._keep, name="control lease", daemon=True)
+        self._thread = threading.Thread(target=self._renew, name="control lease", daemon=True)
         self._thread.start()
 
     def start(self, run: int, *, automatic: bool = False, reset: bool = False) -> RunSummary:
@@ -36,15 +36,15 @@ class Driver:
         return self._post(f"/runs/{run}/start", {"automatic": automatic, "reset": reset})
 
     def pause(self, run: int) -> RunSummary:
-        """Hold the run where it is; returns with the actuator at rest."""
+        """Pause the run; returns with the actuator at rest."""
         return self._post(f"/runs/{run}/pause")
 
     def resume(self, run: int, *, automatic: bool = False, reset: bool = False) -> RunSummary:
-        """Let a run go on that was paused, stopped, failed or cut off."""
+        """Continue a run that was paused, stopped, failed or cut off."""
         return self._post(f"/runs/{run}/resume", {"automatic": automatic, "reset": reset})
 
     def answer(self, run: int, prompt: int) -> RunSummary:
-        """What the operator was asked for by `prompt` is done."""
+        """Confirm that the operator has done what `prompt` asked for."""
         return self._post(f"/runs/{run}/answer", {"prompt": prompt})
 
     def acknowledge_interlock(self, run: int, reason: str) -> list[str]:
@@ -54,7 +54,7 @@ class Driver:
         return self._connection.post(Acknowledged, path, {"reason": reason}, **headers).interlocks
 
     def give_back(self) -> None:
-        """Drive no more."""
+        """Give the lease back."""
         self._ended.set()
         self._thread.join()
         try:
@@ -67,10 +67,10 @@ class Driver:
     def _post(self, path: str, body: dict[str, object] | None = None) -> RunSummary:
         return self._connection.post(RunSummary, path, body, Control_Lease=self._lease.token)
 
-    def _keep(self) -> None:
+    def _renew(self) -> None:
         while not self._ended.wait(self._lease.seconds / 3):
             try:
                 self._connection.request("PUT", "/rig/lease", headers={"Control-Lease": self._lease.token})
             except ProblemError as problem:
-                # whatever drives next will be told; here nobody would hear an exception
+                # the next request that drives fails, with the reason; nobody would catch an exception here
                 log.warning("the control lease could not be renewed: %s", problem)

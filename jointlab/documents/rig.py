@@ -44,7 +44,7 @@ class RigDocument(BaseModel):
 
 
 class LeaseRequest(Request):
-    """Who wants to drive."""
+    """A request for the control lease."""
 
     holder: OneLine = Field(description="to be shown to others")
     by_force: bool = Field(

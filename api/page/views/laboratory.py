@@ -150,6 +150,6 @@ def _audit(frame: Frame, query: Mapping[str, str]) -> None:
         if words.lower() in f"{entry.who} {entry.action} {entry.target} {entry.outcome}".lower()
     ]
     if rows:
-        show(table("Who did what, newest first", ("when", "who", "what", "to what", "outcome"), rows))
+        show(table("Audit log, newest first", ("time", "caller", "action", "target", "outcome"), rows))
     else:
         show("<p>There is no such entry yet. Every action that moves the machine is noted here.</p>")

@@ -44,11 +44,11 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
 
 @router.post("/stop", responses=problems(409, 502, needs_key=False))
 async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopped:
-    """STOP: end whatever is carried out; answers with the actuator at rest. Open to everybody, without any key."""
-    own_thread = CapacityLimiter(1)  # a stop waits for nobody who reads
+    """STOP: end the present run; answers with the actuator at rest. It needs no key."""
+    own_thread = CapacityLimiter(1)  # a stop does not wait for readers
     try:
         run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
-    except RigError as error:  # whoever stops does not wait for the database, least of all now
+    except RigError as error:  # the caller does not wait for the database, least of all now
         threading.Thread(target=_note_stop, args=(context, None, f"failed: {error}"), daemon=True).start()
         raise
     afterwards.add_task(_note_stop, context, run_id)
@@ -71,7 +71,7 @@ def take_lease(
 
 @router.put("/lease", responses=problems(409))
 def renew_lease(_caller: Controller, rig: Rig, token: LeaseToken = None) -> LeaseDocument:
-    """Go on driving. It needs no `Idempotency-Key`: whoever sends it twice goes on driving all the same."""
+    """Go on driving. It needs no `Idempotency-Key`: sent twice, it has the same effect."""
     return document(LeaseDocument, rig.lease.renew(token))
 
 
@@ -98,7 +98,7 @@ def set_limits(
     given: Limits,
     if_match: IfMatch = None,
 ) -> Response:
-    """Set the rig's limits for runs that begin from now on, also when the service is started anew."""
+    """Set the rig's limits for runs that begin from now on, also after a restart of the service."""
 
     def change() -> Limits:
         check_unchanged(if_match, tag_of(_limits(rig).model_dump_json().encode()))

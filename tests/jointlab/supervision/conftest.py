@@ -2,11 +2,4 @@
 
 from tests.api.service.conftest import acting, catalogue, impatient, make_key, rig, rig_client
 
-__all__ = [
-    "acting",
-    "catalogue",
-    "impatient",
-    "make_key",
-    "rig",
-    "rig_client",
-]
+__all__ = ["acting", "catalogue", "impatient", "make_key", "rig", "rig_client"]

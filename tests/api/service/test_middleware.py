@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from api.service.readers import LONGEST_REST, PLACES, ReadersTakeTurns
+from api.service.middleware import LONGEST_REST, PLACES, LimitedReads
 
 MANY = 4 * PLACES
 
@@ -36,7 +36,7 @@ async def send(_message: Message) -> None:
     pass
 
 
-def asked(front: ReadersTakeTurns, method: str, path: str, kind: str = "http") -> asyncio.Task[None]:
+def asked(front: LimitedReads, method: str, path: str, kind: str = "http") -> asyncio.Task[None]:
     async def ask() -> None:
         await front({"type": kind, "method": method, "path": path}, receive, send)
 
@@ -58,7 +58,7 @@ def run(test: Callable[[], Awaitable[None]]) -> None:
 def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
     async def test() -> None:
         app = Application()
-        front = ReadersTakeTurns(app, lambda: False)
+        front = LimitedReads(app, lambda: False)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         assert app.inside == PLACES
@@ -82,7 +82,7 @@ def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
 def test_what_acts_and_what_never_ends_waits_for_no_read(method: str, path: str, kind: str) -> None:
     async def test() -> None:
         app = Application()
-        front = ReadersTakeTurns(app, lambda: True)
+        front = LimitedReads(app, lambda: True)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         passing = asked(front, method, path, kind)
@@ -103,7 +103,7 @@ def test_a_place_rests_as_long_as_its_answer_took_while_the_rig_works(at_work: b
 
     async def test() -> None:
         app = Application()
-        front = ReadersTakeTurns(app, lambda: at_work, rest)
+        front = LimitedReads(app, lambda: at_work, rest)
         reads = [asked(front, "GET", "/api/runs") for _ in range(PLACES)]
         await asyncio.sleep(0.05)
         app.may_answer.set()
@@ -119,7 +119,7 @@ def test_a_read_that_fails_gives_its_place_back() -> None:
         async def broken(scope: Scope, receive: Receive, send: Send) -> None:
             raise ValueError("broken")
 
-        front = ReadersTakeTurns(broken, lambda: True)
+        front = LimitedReads(broken, lambda: True)
         for _ in range(MANY):
             with pytest.raises(ValueError, match="broken"):
                 await asked(front, "GET", "/api/runs")

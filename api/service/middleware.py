@@ -1,0 +1,79 @@
+"""Layers in front of the application: reads are limited while a run needs the interpreter, and the pages that describe
+the interface load nothing from another origin.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+from starlette.datastructures import MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+DOCUMENTATION = frozenset({"/docs", "/redoc"})
+SAME_ORIGIN = "default-src 'self' 'unsafe-inline' data: blob:"
+"""Content security policy; otherwise the libraries of these pages would fetch a logo."""
+PLACES = 2
+"""The number of reads at a time: one may wait for the database while another one is written out."""
+LONGEST_REST = 0.02
+"""Seconds; an answer that took longer has mostly waited."""
+EVENTS = "/events"
+"""End of the path of a stream."""
+
+
+class LimitedReads:
+    """Answers few reads at a time; requests that act, and streams of events, do not wait.
+
+    A run and its readers share one interpreter. While the rig is at work, each place for a read then rests for as long
+    as its answer took. So half of the interpreter is left for the run, its heartbeat and STOP, however many clients
+    read.
+    """
+
+    def __init__(
+        self, app: ASGIApp, is_at_work: Callable[[], bool], rest: Callable[[float], Awaitable[None]] = asyncio.sleep
+    ) -> None:
+        self._app = app
+        self._rest = rest
+        self._is_at_work = is_at_work
+        self._places = asyncio.Semaphore(PLACES)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request when it is its turn."""
+        if not _is_read(scope):
+            await self._app(scope, receive, send)
+            return
+        clock = asyncio.get_running_loop()
+        async with self._places:
+            began = clock.time()
+            await self._app(scope, receive, send)
+            if self._is_at_work():
+                await self._rest(min(clock.time() - began, LONGEST_REST))
+
+
+def _is_read(scope: Scope) -> bool:
+    return (
+        scope["type"] == "http"
+        and scope["method"] == "GET"
+        and scope["path"].startswith("/api/")
+        and not scope["path"].endswith(EVENTS)
+    )
+
+
+class SameOriginDocumentation:
+    """Tells browsers that the documentation loads from this service alone."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request."""
+        if scope["type"] != "http" or scope["path"] not in DOCUMENTATION:
+            await self._app(scope, receive, send)
+            return
+
+        async def with_policy(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message)["Content-Security-Policy"] = SAME_ORIGIN
+            await send(message)
+
+        await self._app(scope, receive, with_policy)

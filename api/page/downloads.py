@@ -16,13 +16,12 @@ from api.service.access import check_scope
 from api.service.context import Services
 from jointlab.documents.results import StiffnessPoint
 from jointlab.identification.save import unobservable_reasons
-from jointlab.jobs.kinds import exports_folder
+from jointlab.jobs.kinds import export_file
 from store.analyses import latest_analysis
 from store.comparisons import list_comparisons
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
 from store.frequency_responses import list_frequency_responses
-from store.jobs import get_job
 from store.joint_matrices import list_joint_matrices
 from store.modes import get_modes
 from store.states import AnalysisKind, Scope
@@ -44,11 +43,7 @@ def add_downloads(app: FastAPI, services: Services) -> None:
     def file(request: Request, job_id: int) -> Response:
         """The file of an export; a report opens in the browser."""
         check(request)
-        with services.catalogue.reading() as session:
-            job = get_job(session, job_id)
-        path = exports_folder(services.catalogue) / str((job.result or {}).get("file", ""))
-        if job.kind != "export" or not path.is_file():
-            raise NotFoundError(f"job {job_id} made no file, or it was removed; ask for it again")
+        path = export_file(services.catalogue, job_id)
         shown = "inline" if path.suffix == ".html" else "attachment"
         return FileResponse(
             path, media_type=MEDIA[path.suffix], filename=path.name, content_disposition_type=shown

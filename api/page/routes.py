@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import nicegui
 from fastapi import FastAPI, Request
@@ -21,22 +20,17 @@ from store.states import Scope
 Build = Callable[[Frame, Mapping[str, str]], None]
 
 
-@dataclass(frozen=True)
-class _View:
-    title: str
-    build: Build
-
-
-_VIEWS = (
-    _View("Dashboard", views.dashboard.build),
-    _View("Measure", views.measure.build),
-    _View("Hammer", views.hammer.build),
-    _View("Sweep", views.sweep.build),
-    _View("Runs", views.runs.build),
-    _View("Results", views.results.build),
-    _View("Gap", views.gap.build),
-    _View("Laboratory", views.laboratory.build),
-)
+BUILDERS: Mapping[str, Build] = {
+    "Dashboard": views.dashboard.build,
+    "Measure": views.measure.build,
+    "Hammer": views.hammer.build,
+    "Sweep": views.sweep.build,
+    "Runs": views.runs.build,
+    "Results": views.results.build,
+    "Gap": views.gap.build,
+    "Laboratory": views.laboratory.build,
+}
+"""The function that builds each of `VIEWS`."""
 
 
 def mount(app: FastAPI, services: Services) -> None:
@@ -51,16 +45,16 @@ def mount(app: FastAPI, services: Services) -> None:
         """To the dashboard."""
         return RedirectResponse(HOME)
 
-    for view in _VIEWS:
-        _add(view, services)
+    for title, address in VIEWS.items():
+        _add_view(title, address, services)
     ui.run_with(
         app, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
         show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
 
 
-def _add(view: _View, services: Services) -> None:
-    @ui.page(VIEWS[view.title].removeprefix("/page"), title=f"{view.title} · Jointlab")
+def _add_view(title: str, address: str, services: Services) -> None:
+    @ui.page(address.removeprefix("/page"), title=f"{title} · Jointlab")
     def page(request: Request) -> Response | None:
         login = login_of(services, request)
         try:
@@ -70,5 +64,5 @@ def _add(view: _View, services: Services) -> None:
         except AccessError as error:
             why = str(error) if login.secret else ""  # without any key there is nothing to explain
             return RedirectResponse(log_in_address(request, why))
-        view.build(Frame(login, caller, view.title), request.query_params)
+        BUILDERS[title](Frame(login, caller, title), request.query_params)
         return None

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
-from jointlab.errors import JointlabError
+from jointlab.errors import ConflictError, JointlabError
 from jointlab.identification.options import Options
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
@@ -24,8 +24,9 @@ from jointlab.report.gap import stored_gap_sections
 from jointlab.report.page import write_report
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
+from store.errors import NotFoundError
 from store.hdf5 import export_hdf5
-from store.jobs import Job
+from store.jobs import Job, get_job
 from store.progress import Progress
 
 Save = Callable[[Session], dict[str, Any]]
@@ -53,6 +54,25 @@ def kind_named(name: str) -> Kind:
 def exports_folder(catalogue: Catalogue) -> Path:
     """The folder of exported files, beside the waveforms."""
     return catalogue.waveforms.folder.with_name(f"{catalogue.waveforms.folder.name}-exports")
+
+
+def export_file(catalogue: Catalogue, job_id: int) -> Path:
+    """The file of an export.
+
+    Raises:
+        NotFoundError: there is no such export, or its file was removed.
+        ConflictError: the export is not done.
+    """
+    with catalogue.reading() as session:
+        job = get_job(session, job_id)
+    if job.kind != "export":
+        raise NotFoundError(f"there is no export {job_id}")
+    if job.result is None:
+        raise ConflictError(f"export {job_id} is {job.state}: {job.error or 'its file is not made yet'}")
+    path = exports_folder(catalogue) / str(job.result["file"])
+    if not path.is_file():
+        raise NotFoundError(f"the file of export {job_id} was removed from {path.parent}; ask for it again")
+    return path
 
 
 def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Save:

@@ -21,9 +21,7 @@ from api.service.parameters import document, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
-from jointlab.errors import ConflictError
-from jointlab.jobs.kinds import exports_folder
-from store.errors import NotFoundError
+from jointlab.jobs.kinds import export_file
 from store.jobs import get_job, list_jobs
 from store.runs import get_run
 from store.states import OVER, JobState, Scope
@@ -106,14 +104,7 @@ def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Job
 )
 def file(_caller: Reader, context: Context, job_id: JobNumber) -> FileResponse:
     """The file of an export that is done."""
-    job = _job(context, job_id)
-    if job.kind != "export":
-        raise NotFoundError(f"there is no export {job_id}")
-    if job.result is None:
-        raise ConflictError(f"export {job_id} is {job.state}: {job.error or 'its file is not made yet'}")
-    path = exports_folder(context.catalogue) / job.result["file"]
-    if not path.is_file():
-        raise NotFoundError(f"the file of export {job_id} was removed from {path.parent}; ask for it again")
+    path = export_file(context.catalogue, job_id)
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Query, Response
@@ -91,24 +92,14 @@ def start(
     how: Beginning | None = None,
 ) -> Response:
     """Begin a run that was created; answers when its instruments have answered, and the run is under way."""
-    how = how or Beginning()
-
-    def begin() -> RunSummary:
-        rig.start(run_id, request.caller.name, automatic=how.automatic, reset=how.reset)
-        return _summary(request.services, run_id)
-
-    return request.once(begin, **how.model_dump())
+    given = (how or Beginning()).model_dump()
+    return _drive(request, run_id, lambda: rig.start(run_id, request.caller.name, **given), **given)
 
 
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
 def pause(request: Annotated[IdempotentRequest, driving("pause run")], rig: Rig, run_id: RunNumber) -> Response:
     """Hold the run where it is; answers with the actuator at rest."""
-
-    def hold() -> RunSummary:
-        rig.pause(run_id)
-        return _summary(request.services, run_id)
-
-    return request.once(hold)
+    return _drive(request, run_id, lambda: rig.pause(run_id))
 
 
 @router.post("/{run_id}/resume", response_model=RunSummary, responses=DRIVING)
@@ -119,13 +110,8 @@ def resume(
     how: Beginning | None = None,
 ) -> Response:
     """Let a paused run go on, or one that was stopped, failed or lost its process, at the next point not measured."""
-    how = how or Beginning()
-
-    def go_on() -> RunSummary:
-        rig.resume(run_id, request.caller.name, automatic=how.automatic, reset=how.reset)
-        return _summary(request.services, run_id)
-
-    return request.once(go_on, **how.model_dump())
+    given = (how or Beginning()).model_dump()
+    return _drive(request, run_id, lambda: rig.resume(run_id, request.caller.name, **given), **given)
 
 
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
@@ -161,26 +147,15 @@ async def stop(
 
 @router.post("/{run_id}/answer", response_model=RunSummary, responses=DRIVING)
 def answer(
-    request: Annotated[IdempotentRequest, driving("answer prompt")],
-    rig: Rig,
-    run_id: RunNumber,
-    given: PromptAnswer,
+    request: Annotated[IdempotentRequest, driving("answer prompt")], rig: Rig, run_id: RunNumber, given: PromptAnswer
 ) -> Response:
     """Confirm that the operator has done what a prompt asks for; the run goes on."""
-
-    def reply() -> RunSummary:
-        rig.answer(run_id, given.prompt)
-        return _summary(request.services, run_id)
-
-    return request.once(reply, prompt=given.prompt)
+    return _drive(request, run_id, lambda: rig.answer(run_id, given.prompt), prompt=given.prompt)
 
 
 @router.post("/{run_id}/acknowledge-interlock", response_model=Acknowledged, responses=DRIVING)
 def acknowledge(
-    request: Annotated[IdempotentRequest, driving("acknowledge interlock")],
-    rig: Rig,
-    run_id: RunNumber,
-    why: Why,
+    request: Annotated[IdempotentRequest, driving("acknowledge interlock")], rig: Rig, run_id: RunNumber, why: Why
 ) -> Response:
     """Reset the tester that tripped in this run, because the cause has been removed; `resume` goes on then."""
 
@@ -189,6 +164,16 @@ def acknowledge(
         return Acknowledged(interlocks=list(interlock_names(rig.acknowledge_interlocks())))
 
     return request.once(reset, reason=why.reason)
+
+
+def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], None], **details: Any) -> Response:
+    """Do something with a run, if that was not done before, and answer with the run; `details` go to the audit log."""
+
+    def carry_out() -> RunSummary:
+        do()
+        return _summary(request.services, run_id)
+
+    return request.once(carry_out, **details)
 
 
 def _sequence(context: Services, given: str | Sequence) -> Sequence:

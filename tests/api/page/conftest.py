@@ -1,4 +1,4 @@
-"""Chromium without a window, in front of a service on simulated instruments, and a hand to work the bench."""
+"""Chromium without a window, in front of a service on simulated instruments, and an operator at the bench."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def open_tab(browser: Browser) -> Iterator[Callable[[Service], Tab]]:
 
 @pytest.fixture(scope="module")
 def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service on a simulated laboratory whose hand is the test's own, as a technician's is."""
+    """A service on a simulated laboratory whose operator is the test itself."""
     folder = tmp_path_factory.mktemp("rig")
     (folder / "jointlab.toml").write_text(as_toml(running_laboratory.addresses), encoding="utf-8")
     with serving(folder) as service:
@@ -60,11 +60,11 @@ def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory
 
 
 @pytest.fixture
-def hand(running_laboratory: Laboratory) -> Iterator[OperatorClient]:
-    """The technician's hand."""
-    hand = OperatorClient(running_laboratory.addresses.operator)
-    yield hand
-    hand.close()
+def bench(running_laboratory: Laboratory) -> Iterator[OperatorClient]:
+    """The operator of the bench."""
+    bench = OperatorClient(running_laboratory.addresses.operator)
+    yield bench
+    bench.close()
 
 
 @pytest.fixture

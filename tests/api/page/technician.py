@@ -27,7 +27,7 @@ START = 120.0  # s
 
 @dataclass
 class Service:
-    """`jointlab serve` on one port, that can be killed and started anew.
+    """`jointlab serve` on one port, that can be killed and started again.
 
     Attributes:
         folder: where database and configuration are.
@@ -69,10 +69,10 @@ class Service:
         raise AssertionError(f"the service does not answer within {START:g} s")
 
     def leave(self) -> None:
-        """Stop whatever is carried out, and let whoever comes next drive, whichever tab did until now."""
+        """Stop the present run, and free the lease for the next test."""
         with Client(self.address, self.key) as lab:
             lab.stop()
-            with lab.driving("whoever leaves", by_force=True):
+            with lab.driving("end of the test", by_force=True):
                 pass
 
     def kill(self) -> None:

@@ -1,4 +1,4 @@
-"""A technician drives the rig from the page, as a person would: by what is shown, with a hammer in the hand."""
+"""A technician drives the rig from the page, as a person would, by what the page shows."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def go_to(page: Page, point: str) -> None:
     asked(page, f"Strike {point} (blow 1)")
 
 
-def mount(page: Page, hand: OperatorClient) -> None:
+def mount(page: Page, bench: OperatorClient) -> None:
     """Put the cylinders in as asked, and say so."""
     asked(page, "Mount the cylinders of joint I in shear, and step back")
-    hand.do("mount", specimen="I", configuration="shear")
+    bench.do("mount", specimen="I", configuration="shear")
     page.get_by_role("button", name="Done").click()
 
 
-def test_a_wrong_key_is_told_why_and_a_right_one_opens_the_page(
+def test_a_wrong_key_is_refused_with_a_reason_and_a_right_one_opens_the_page(
     rig: Service, open_tab: Callable[[Service], Tab]
 ) -> None:
     tab = open_tab(rig)
@@ -67,17 +67,17 @@ def test_a_wrong_key_is_told_why_and_a_right_one_opens_the_page(
     assert tab.hosts == {"127.0.0.1"}
 
 
-def test_stop_is_there_before_anybody_has_logged_in(rig: Service, open_tab: Callable[[Service], Tab]) -> None:
+def test_stop_is_there_before_the_login(rig: Service, open_tab: Callable[[Service], Tab]) -> None:
     page = open_tab(rig).go("/page/")
     page.get_by_role("button", name="STOP").click()
     expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
 
 
-def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Tab, hand: OperatorClient) -> None:
+def test_a_hammer_session_highlights_the_next_point_and_refuses_a_double_hit(tab: Tab, bench: OperatorClient) -> None:
     page = start(tab, HAMMER)
     go_to(page, "1y")
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
-    hand.do("strike", node=1, direction="y", what="double")
+    bench.do("strike", node=1, direction="y", what="double")
     expect(page.locator("#verdict")).to_contain_text("refused: double hit")
     expect(page.locator("#count")).to_contain_text("0 of 4 blows accepted")
     for blow, point, count in ((2, "1y", 1), (3, "1y", 2), (1, "3y", 3), (2, "3y", 4)):
@@ -85,16 +85,16 @@ def test_a_hammer_session_lights_the_next_point_and_refuses_a_double_hit(tab: Ta
             go_to(page, point)
         asked(page, f"Strike {point} (blow {blow})")
         expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", point)
-        hand.do("strike", node=int(point[0]), direction="y", what="clean")
+        bench.do("strike", node=int(point[0]), direction="y", what="clean")
         expect(page.locator("#count")).to_contain_text(f"{count} of 4 blows accepted")
     expect(page.locator("#verdict")).to_contain_text("accepted")
     expect(page.locator("#prompt")).to_contain_text("is finished")
     expect(page.get_by_role("img", name="Coherence so far").locator("canvas").first).to_be_visible()
 
 
-def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: OperatorClient) -> None:
+def test_a_sweep_is_held_and_continued_and_shows_k_and_gamma(tab: Tab, bench: OperatorClient) -> None:
     page = start(tab, LONG_SWEEP)
-    mount(page, hand)
+    mount(page, bench)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     page.get_by_role("button", name="Hold").click()
     asked(page, "On hold. The actuator is held, nothing is armed.")
@@ -113,9 +113,9 @@ def test_a_sweep_is_held_goes_on_and_shows_k_and_gamma(tab: Tab, hand: OperatorC
     expect(page.locator("#prompt")).to_contain_text("is stopped")
 
 
-def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand: OperatorClient) -> None:
+def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, bench: OperatorClient) -> None:
     page = start(tab, SWEEP)
-    mount(page, hand)
+    mount(page, bench)
     expect(page.locator("#count")).to_have_text("4 of 4 sine points")
     expect(page.locator("#latest")).to_contain_text(re.compile(r"80.0\sHz, 0.0\d+\smm reached of 0.0100\smm asked"))
     expect(page.locator("#prompt")).to_contain_text("is finished")
@@ -130,26 +130,26 @@ def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, hand
     expect(page.locator("#steps")).to_contain_text("sweep: ")
 
 
-def struck_twice(tab: Tab, hand: OperatorClient) -> Page:
+def struck_twice(tab: Tab, bench: OperatorClient) -> Page:
     """A session that has two blows at 1y and has gone on to 3y."""
     page = start(tab, HAMMER)
     go_to(page, "1y")
     for blow in (1, 2):
         asked(page, f"Strike 1y (blow {blow})")
-        hand.do("strike", node=1, direction="y", what="clean")
+        bench.do("strike", node=1, direction="y", what="clean")
     go_to(page, "3y")
     return page
 
 
-def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: OperatorClient) -> None:
+def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, bench: OperatorClient) -> None:
     page = start(tab, HAMMER)
     asked(page, "Take the hammer to 1y")
     assert not grave_faults(page)
     go_to(page, "1y")
-    hand.do("strike", node=1, direction="y", what="double")
+    bench.do("strike", node=1, direction="y", what="double")
     expect(page.locator("#verdict")).to_contain_text("refused")
     assert not grave_faults(page)
-    hand.do("strike", node=1, direction="y", what="clean")
+    bench.do("strike", node=1, direction="y", what="clean")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     assert not grave_faults(page)
     page.get_by_role("link", name="Dashboard").click()
@@ -158,10 +158,10 @@ def test_a_running_hammer_session_has_no_grave_fault(tab: Tab, hand: OperatorCli
 
 
 def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
-    tab: Tab, hand: OperatorClient, laboratory: Laboratory
+    tab: Tab, bench: OperatorClient, laboratory: Laboratory
 ) -> None:
     page = start(tab, LONG_SWEEP)
-    mount(page, hand)
+    mount(page, bench)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     assert not grave_faults(page)
     page.get_by_role("button", name="Hold").click()
@@ -177,8 +177,8 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     assert not grave_faults(page)
 
 
-def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: OperatorClient) -> None:
-    page = struck_twice(tab, hand)
+def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, bench: OperatorClient) -> None:
+    page = struck_twice(tab, bench)
     page.keyboard.press("Escape")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
     page.get_by_role("button", name="Resume run").click()
@@ -186,8 +186,8 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, hand: 
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
 
 
-def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient) -> None:
-    page = struck_twice(tab, hand)
+def test_a_point_is_repeated_within_its_session(tab: Tab, bench: OperatorClient) -> None:
+    page = struck_twice(tab, bench)
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")
     page.get_by_label("Point to repeat").select_option("1y")
     page.get_by_role("button", name="Repeat this point").click()
@@ -195,13 +195,13 @@ def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "3y")  # first what was begun
     for blow in (1, 2):
         asked(page, f"Strike 3y (blow {blow})")
-        hand.do("strike", node=3, direction="y", what="clean")
+        bench.do("strike", node=3, direction="y", what="clean")
     asked(page, "Take the hammer to 1y")
     expect(page.locator('[data-next="true"]')).to_have_attribute("data-point", "1y")
     page.get_by_role("button", name="Done").click()
     for blow in (3, 4):
         asked(page, f"Strike 1y (blow {blow})")
-        hand.do("strike", node=1, direction="y", what="clean")
+        bench.do("strike", node=1, direction="y", what="clean")
     expect(page.locator("#prompt")).to_contain_text("is finished")
     expect(page.locator("#count")).to_contain_text("4 of 4 blows accepted")
     taken_back = page.get_by_role("region", name="Blows at 1y").get_by_role("row").filter(has_text="withdrawn")
@@ -210,7 +210,7 @@ def test_a_point_is_done_again_within_its_session(tab: Tab, hand: OperatorClient
     expect(page.get_by_label("Points to strike")).to_have_value("3y")
 
 
-def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: OperatorClient) -> None:
+def test_manual_work_is_prompted_and_waited_for(tab: Tab, bench: OperatorClient) -> None:
     """The sequence of a diagnosis, kept under a name, begins with a prompt."""
     document = tab.get("/api/sequences/paper").json()["sequence"]
     hammer = document["steps"][0] | {"points": ["1y"], "blows": 2}
@@ -224,9 +224,9 @@ def test_what_takes_hands_is_asked_for_and_waited_for(tab: Tab, hand: OperatorCl
     go_to(page, "1y")
 
 
-def test_a_tripped_interlock_is_said_in_words_and_reset(tab: Tab, hand: OperatorClient, laboratory: Laboratory) -> None:
+def test_a_tripped_interlock_is_explained_and_reset(tab: Tab, bench: OperatorClient, laboratory: Laboratory) -> None:
     page = start(tab, LONG_SWEEP)
-    mount(page, hand)
+    mount(page, bench)
     expect(page.locator("#latest")).to_be_visible()
     laboratory.tester.emergency_stop()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
@@ -261,7 +261,7 @@ def test_a_tester_that_does_not_answer_is_shown_while_nothing_runs(tab: Tab, lab
     expect(page.locator("#rig-state")).to_have_text("at rest")
 
 
-def test_what_cannot_be_measured_is_refused_where_the_technician_looks(tab: Tab) -> None:
+def test_a_form_that_cannot_be_measured_is_refused_on_the_page(tab: Tab) -> None:
     page = start(tab, HAMMER | {"points": "1y 99y"})
     expect(page.get_by_role("alert").filter(has_text="no node for 99y")).to_be_visible()
     page = start(tab, SWEEP | {"amplitudes": "a lot"})
@@ -271,7 +271,7 @@ def test_what_cannot_be_measured_is_refused_where_the_technician_looks(tab: Tab)
 
 
 def test_two_people_do_not_drive_at_once(
-    tab: Tab, hand: OperatorClient, rig: Service, open_tab: Callable[[Service], Tab]
+    tab: Tab, bench: OperatorClient, rig: Service, open_tab: Callable[[Service], Tab]
 ) -> None:
     page = start(tab, HAMMER)
     go_to(page, "1y")
@@ -291,7 +291,7 @@ def test_two_people_do_not_drive_at_once(
 
 
 def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_over(
-    tab: Tab, hand: OperatorClient
+    tab: Tab, bench: OperatorClient
 ) -> None:
     first = start(tab, HAMMER)
     go_to(first, "1y")

@@ -55,7 +55,7 @@ def test_the_form_to_log_in_has_no_grave_fault(campaign: Service, open_tab: Call
 
 
 @pytest.mark.parametrize(("path", "shown"), [("/docs", ".opblock"), ("/redoc", "h1")])
-def test_documentation_is_whole_and_asks_nobody_outside(
+def test_documentation_is_complete_and_loads_nothing_from_outside(
     campaign: Service, open_tab: Callable[[Service], Tab], path: str, shown: str
 ) -> None:
     tab = open_tab(campaign)

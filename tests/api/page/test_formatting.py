@@ -19,19 +19,19 @@ def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None
     assert interval(2.5e6, 2.54e6, 1e6, "MN/m") == "2.50 … 2.54\u202fMN/m"
 
 
-def test_what_is_not_known_is_a_dash() -> None:
+def test_an_unknown_value_is_a_dash() -> None:
     assert quantity(None, "N") == scaled(float("nan"), "N") == interval(None, 1.0) == "–"
 
 
-def test_every_interlock_of_the_tester_has_its_words() -> None:
+def test_every_interlock_of_the_tester_has_a_sentence() -> None:
     assert set(INTERLOCKS) == set(Interlock)
 
 
-def test_lengths_of_time_are_said_in_the_unit_that_suits() -> None:
+def test_durations_have_the_unit_that_suits_their_size() -> None:
     assert [duration(seconds) for seconds in (12, 600, 9000)] == ["12\u202fs", "10\u202fmin", "2\u202fh 30\u202fmin"]
 
 
-def test_a_run_that_nobody_carries_out_was_cut_off() -> None:
+def test_a_run_that_is_not_carried_out_was_cut_off() -> None:
     run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING))
     assert run_state(run, RigState(phase=Phase.RUNNING, run_id=3)) == "running"
     assert run_state(run, RigState(phase=Phase.RUNNING, run_id=4)) == "cut off"

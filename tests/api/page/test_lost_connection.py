@@ -37,23 +37,23 @@ def service(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) ->
         yield service
 
 
-def struck_once(tab: Tab, hand: OperatorClient) -> Page:
+def struck_once(tab: Tab, bench: OperatorClient) -> Page:
     """The view of a hammer session that waits for its second blow."""
     page = tab.go(f"/page/measure?{urlencode(WANTED)}")
     page.get_by_role("button", name="Start").click()
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
-    hand.do("strike", node=1, direction="y", what="clean")
+    bench.do("strike", node=1, direction="y", what="clean")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     return page
 
 
 def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
-    service: Service, hand: OperatorClient, open_tab: Callable[[Service], Tab]
+    service: Service, bench: OperatorClient, open_tab: Callable[[Service], Tab]
 ) -> None:
     tab = open_tab(service)
     tab.log_in()
-    page = struck_once(tab, hand)
+    page = struck_once(tab, bench)
 
     service.kill()
     expect(page.locator("#dead")).to_be_visible()
@@ -77,14 +77,14 @@ def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
     expect(page.locator("#prompt")).to_contain_text("Run 1 is stopped")
 
 
-def test_from_the_moment_a_page_is_connected_again_it_shows_nothing_but_the_truth(
-    service: Service, hand: OperatorClient, open_tab: Callable[[Service], Tab]
+def test_a_page_that_is_connected_again_shows_the_present_state_at_once(
+    service: Service, bench: OperatorClient, open_tab: Callable[[Service], Tab]
 ) -> None:
-    """Nobody loads it anew: the page finds the service, which was started again, by itself."""
+    """Without a reload the page finds the service, which was started again, by itself."""
     tab = open_tab(service)
     tab.log_in()
     tab.page.add_init_script(WATCH)
-    page = struck_once(tab, hand)
+    page = struck_once(tab, bench)
 
     service.kill()
     expect(page.locator("#dead")).to_be_visible()

@@ -64,7 +64,7 @@ def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
 
 @pytest.fixture
 def client(catalogue: Catalogue) -> Iterator[httpx.Client]:
-    """A service that drives no rig, open to whoever sits at the computer."""
+    """A service that drives no rig, open to everybody at the computer."""
     with served(create_app(Services(catalogue))) as client:
         yield client
 

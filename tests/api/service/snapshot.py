@@ -1,4 +1,4 @@
-"""Write the schema that clients know anew, where a change of it is meant: ``python -m tests.api.service.snapshot``."""
+"""Write the stored schema again, where a change of it is intended: ``python -m tests.api.service.snapshot``."""
 
 from __future__ import annotations
 

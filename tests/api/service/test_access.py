@@ -114,7 +114,7 @@ BODIES: dict[str, dict[str, Any]] = {
     "POST /api/rig/lease": {"holder": "test"},
     "POST /api/runs": {"sequence": "paper"},
     "POST /api/runs/{run_id}/answer": {"prompt": 1},
-    "POST /api/runs/{run_id}/acknowledge-interlock": {"reason": "seen to"},
+    "POST /api/runs/{run_id}/acknowledge-interlock": {"reason": "removed"},
     "POST /api/blows/{blow_id}/withdraw": {"reason": "struck beside"},
     "POST /api/diagnoses": {"run": 77},
     "POST /api/identifications": {"run": 77},
@@ -183,7 +183,7 @@ def test_the_table_has_every_route(everybody: Everybody) -> None:
     "caller", ["anonymous", "a key that has ended", "a revoked key", "a key of another laboratory"]
 )
 @pytest.mark.parametrize("route", ROUTES)
-def test_a_route_is_shut_for_whoever_has_no_valid_key(everybody: Everybody, route: str, caller: str) -> None:
+def test_a_route_is_closed_without_a_valid_key(everybody: Everybody, route: str, caller: str) -> None:
     answer = ask(everybody, route, caller)
     assert (answer.status_code, answer.headers["content-type"]) == (401, PROBLEM)
     assert answer.headers["www-authenticate"] == "Bearer"

@@ -36,7 +36,7 @@ def lease_of(client: httpx.Client, acting: Acting, secret: str | None = None) ->
     return str(client.post("/api/rig/lease", json={"holder": "test"}, headers=acting(secret)).json()["token"])
 
 
-def test_a_deed_that_moves_the_machine_is_noted_before_it_is_done(
+def test_an_action_that_moves_the_machine_is_noted_before_it_begins(
     rig_client: httpx.Client, rig: RunManager, acting: Acting, catalogue: Catalogue, created: int
 ) -> None:
     lease = lease_of(rig_client, acting)
@@ -53,7 +53,7 @@ def test_a_deed_that_moves_the_machine_is_noted_before_it_is_done(
     assert begun.at < moved < ended.at
 
 
-def test_a_deed_that_fails_is_noted_before_it_and_with_its_reason(
+def test_a_failed_action_is_noted_before_it_begins_and_with_its_reason(
     rig_client: httpx.Client, acting: Acting, catalogue: Catalogue, created: int
 ) -> None:
     rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease_of(rig_client, acting)))
@@ -62,7 +62,7 @@ def test_a_deed_that_fails_is_noted_before_it_and_with_its_reason(
     ]  # fmt: skip
 
 
-def test_a_deed_that_is_refused_for_want_of_scope_or_lease_is_noted_with_who_what_and_why(
+def test_an_action_refused_for_lack_of_scope_or_lease_is_noted_with_caller_action_and_reason(
     rig_client: httpx.Client, acting: Acting, catalogue: Catalogue, make_key: MakeKey, created: int
 ) -> None:
     reader, controller = make_key(Scope.READ), make_key(Scope.CONTROL)
@@ -78,7 +78,7 @@ def test_a_deed_that_is_refused_for_want_of_scope_or_lease_is_noted_with_who_wha
     ]  # fmt: skip
 
 
-def test_whoever_has_no_valid_key_is_refused_and_not_noted(
+def test_a_caller_without_a_valid_key_is_refused_and_not_noted(
     client: httpx.Client, acting: Acting, catalogue: Catalogue, make_key: MakeKey
 ) -> None:
     for secret in (None, "jl_" + 43 * "x", make_key(*Scope, ended=True), make_key(*Scope, revoked=True)):
@@ -87,13 +87,13 @@ def test_whoever_has_no_valid_key_is_refused_and_not_noted(
     assert entries(catalogue) == []
 
 
-def test_what_is_asked_to_be_read_is_no_deed(client: httpx.Client, catalogue: Catalogue, make_key: MakeKey) -> None:
+def test_reading_is_not_noted(client: httpx.Client, catalogue: Catalogue, make_key: MakeKey) -> None:
     answer = client.get("/api/keys", headers={"Authorization": f"Bearer {make_key(Scope.READ)}"})
     assert answer.status_code == 403
     assert entries(catalogue) == []
 
 
-def test_a_path_that_nobody_has_looked_at_is_noted_as_plain_text(
+def test_a_path_that_is_not_validated_is_noted_as_plain_text(
     client: httpx.Client, acting: Acting, catalogue: Catalogue, make_key: MakeKey
 ) -> None:
     answer = client.post(f"/api/jobs/{'%00%0a' + 300 * 'x'}/cancel", headers=acting(make_key(Scope.READ)))

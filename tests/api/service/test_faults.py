@@ -56,7 +56,7 @@ def test_a_folder_of_waveforms_that_cannot_be_written_stops_a_run_before_it_begi
     assert rig_client.get(f"/api/runs/{run}").json()["state"] == "finished"
 
 
-def test_a_full_disk_ends_a_run_in_words_and_it_goes_on_once_there_is_space(tmp_path: Path) -> None:
+def test_a_full_disk_ends_a_run_with_a_reason_and_it_continues_once_there_is_space(tmp_path: Path) -> None:
     with serving_process(tmp_path, "--simulated", "--speed", "50") as (address, process), Client(address) as lab:
         run = lab.create_run(paper() | {"steps": [SWEEP]})
         with lab.driving("test") as driver:

@@ -97,9 +97,7 @@ def test_a_suspended_beam_that_is_not_there_is_refused(
     assert queued.json()["parameters"] == {"run": measured, "free_beam": measured, "elements": 1}
 
 
-def test_what_is_chosen_of_an_average_is_asked_of_the_job(
-    jobs_client: httpx.Client, acting: Acting, measured: int
-) -> None:
+def test_the_options_of_an_average_reach_the_job(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
     body = {"run": measured, "estimator": "Hv", "force_window": 0.05, "exponential_window": 0.5}
     queued = jobs_client.post("/api/identifications", json=body, headers=acting())
     assert (queued.status_code, queued.json()["parameters"]) == (202, body)

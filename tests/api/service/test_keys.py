@@ -10,7 +10,7 @@ from store.states import Scope
 from tests.api.service.conftest import Acting, MakeKey
 
 
-def test_the_first_key_locks_the_service_for_whoever_has_none(client: httpx.Client, acting: Acting) -> None:
+def test_the_first_key_locks_the_service_for_callers_without_one(client: httpx.Client, acting: Acting) -> None:
     assert client.get("/api/runs").status_code == 200
     made = client.post("/api/keys", json={"name": "me", "scopes": ["admin"]}, headers=acting())
     assert made.status_code == 201
@@ -22,11 +22,11 @@ def test_the_first_key_locks_the_service_for_whoever_has_none(client: httpx.Clie
     assert client.get("/api/runs", headers=bearer).status_code == 403
 
 
-def test_a_page_of_another_name_is_not_at_this_computer(client: httpx.Client) -> None:
+def test_a_request_under_another_host_name_needs_a_key(client: httpx.Client) -> None:
     assert client.get("/api/runs", headers={"Host": "evil.example"}).status_code == 401
 
 
-def test_a_secret_is_shown_once_and_kept_nowhere(client: httpx.Client, catalogue: Catalogue, acting: Acting) -> None:
+def test_a_secret_is_shown_once_and_not_stored(client: httpx.Client, catalogue: Catalogue, acting: Acting) -> None:
     headers = acting()
     made = client.post("/api/keys", json={"name": "me", "scopes": ["admin"]}, headers=headers)
     secret = made.json()["secret"]
@@ -53,15 +53,13 @@ def test_a_revoked_key_opens_nothing(client: httpx.Client, acting: Acting, make_
     assert answer.json()["detail"].startswith("key 2 (test) was revoked at ")
 
 
-def test_a_key_that_would_have_ended_already_is_refused(
-    client: httpx.Client, acting: Acting, make_key: MakeKey
-) -> None:
+def test_a_key_that_ends_in_the_past_is_refused(client: httpx.Client, acting: Acting, make_key: MakeKey) -> None:
     body = {"name": "late", "scopes": ["read:data"], "expires_at": "2020-01-01T00:00:00Z"}
     answer = client.post("/api/keys", json=body, headers=acting(make_key(Scope.ADMIN)))
     assert (answer.status_code, "would open nothing" in answer.json()["detail"]) == (422, True)
 
 
-def test_the_audit_log_says_who_did_what(client: httpx.Client, acting: Acting, make_key: MakeKey) -> None:
+def test_the_audit_log_has_caller_action_and_target(client: httpx.Client, acting: Acting, make_key: MakeKey) -> None:
     headers = acting(make_key(Scope.ADMIN))
     client.post("/api/keys", json={"name": "page", "scopes": ["read:data"]}, headers=headers)
     client.post("/api/keys/99/revoke", headers=acting(headers["Authorization"].removeprefix("Bearer ")))

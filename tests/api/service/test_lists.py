@@ -78,7 +78,7 @@ def test_a_list_comes_page_by_page_with_nothing_twice_and_nothing_left_out(lab: 
         assert {len(page) for page in single} == {1}, path
 
 
-def test_no_list_comes_whole(client: httpx.Client) -> None:
+def test_every_list_has_pages(client: httpx.Client) -> None:
     document = client.get("/openapi.json").json()
     whole = [
         path

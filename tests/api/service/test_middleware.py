@@ -1,4 +1,4 @@
-"""Reads take turns: few at a time, each followed by a rest while the rig works, and nothing else waits for them."""
+"""Reads are limited: few at a time, each followed by a rest while the rig works, and nothing else waits for them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MANY = 4 * PLACES
 
 
 class Application:
-    """Answers when it is told to, and counts who is inside."""
+    """Answers when told to, and counts the requests inside."""
 
     def __init__(self) -> None:
         self.inside = self.most = self.answered = 0
@@ -79,7 +79,7 @@ def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
         ("GET", "/page/_nicegui_ws/socket.io", "websocket"),
     ],
 )
-def test_what_acts_and_what_never_ends_waits_for_no_read(method: str, path: str, kind: str) -> None:
+def test_requests_that_act_and_streams_do_not_wait_for_reads(method: str, path: str, kind: str) -> None:
     async def test() -> None:
         app = Application()
         front = LimitedReads(app, lambda: True)

@@ -27,7 +27,7 @@ class Computer:
         self.ran += seconds
 
 
-def test_it_is_the_computers_clock_where_nobody_sets_that() -> None:
+def test_it_is_the_computers_clock_as_long_as_that_is_not_set() -> None:
     computer = Computer()
     now = computer.steady_time()
     for _ in range(5):

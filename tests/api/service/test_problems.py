@@ -34,7 +34,9 @@ from tests.api.service.conftest import PROBLEM, MakeKey
         ("/api/nothing", 404, "/api/nothing"),
     ],
 )
-def test_what_cannot_be_answered_is_a_problem(client: httpx.Client, path: str, status: int, words: str) -> None:
+def test_a_request_that_cannot_be_answered_gets_a_problem(
+    client: httpx.Client, path: str, status: int, words: str
+) -> None:
     answer = client.get(path)
     assert (answer.status_code, answer.headers["content-type"]) == (status, PROBLEM)
     problem = answer.json()

@@ -1,4 +1,4 @@
-"""The rig's limits over REST: in force at once, and again when the service is started anew."""
+"""The rig's limits over REST: in force at once, and again after a restart."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def test_limits_bind_the_next_run_and_outlive_the_service(
     assert rig_client.put("/api/rig/limits", json=tight, headers=headers).json() == tight
     refused = rig_client.post("/api/runs", json={"sequence": paper()}, headers=acting())
     assert (refused.status_code, "limits of 0 to 2e-05 m" in refused.json()["detail"]) == (422, True)
-    anew = RunManager(catalogue, replace(rig.instruments, limits=TesterLimits()))
-    assert anew.instruments.limits == TesterLimits(amplitude_pp=2e-5)
+    restarted = RunManager(catalogue, replace(rig.instruments, limits=TesterLimits()))
+    assert restarted.instruments.limits == TesterLimits(amplitude_pp=2e-5)
     stale = acting() | {"If-Match": read.headers["etag"]}
     assert rig_client.put("/api/rig/limits", json=read.json(), headers=stale).status_code == 412
 
@@ -45,7 +45,7 @@ def test_limits_that_cannot_be_stored_are_not_in_force(
     assert rig_client.get("/api/rig/limits").json() == before
 
 
-def test_limits_that_this_version_does_not_know_are_not_passed_over(rig: RunManager, catalogue: Catalogue) -> None:
+def test_limits_that_this_version_does_not_know_are_refused(rig: RunManager, catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
         save_rig_limits(session, rig.instruments.rig, {"jerk": 1.0}, "a later version")
     with pytest.raises(RigError, match="do not fit this version"):

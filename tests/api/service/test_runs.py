@@ -1,4 +1,4 @@
-"""Runs over REST: lists, and a whole life from creation to the end, driven by whoever has the lease."""
+"""Runs over REST: lists, and a whole life from creation to the end, driven by the client with the lease."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_runs_come_newest_first_in_pages_and_by_state(client: httpx.Client, cata
     assert client.get("/api/runs", params={"article": "none"}).json() == {"items": [], "next": None}
 
 
-def test_a_reader_who_has_it_already_is_told_so(client: httpx.Client, catalogue: Catalogue) -> None:
+def test_a_known_document_is_not_sent_again(client: httpx.Client, catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
         run = start_run(session, kind="hammer", title="t", article="beam 3", setup={})
     tag = client.get("/api/runs/1").headers["etag"]
@@ -113,11 +113,11 @@ def test_a_request_that_failed_may_be_sent_again(
     assert rig_client.post(path, json={"automatic": True}, headers=headers).status_code == 200
 
 
-def test_nobody_starts_or_steers_without_the_lease(rig_client: httpx.Client, acting: Acting, created: int) -> None:
-    for deed in ("start", "pause", "resume", "answer", "acknowledge-interlock"):
-        body = {"answer": {"prompt": 1}, "acknowledge-interlock": {"reason": "seen to"}}.get(deed)
-        answer = rig_client.post(f"/api/runs/{created}/{deed}", json=body, headers=acting())
-        assert answer.status_code == 409, deed
+def test_no_run_is_started_or_driven_without_the_lease(rig_client: httpx.Client, acting: Acting, created: int) -> None:
+    for action in ("start", "pause", "resume", "answer", "acknowledge-interlock"):
+        body = {"answer": {"prompt": 1}, "acknowledge-interlock": {"reason": "removed"}}.get(action)
+        answer = rig_client.post(f"/api/runs/{created}/{action}", json=body, headers=acting())
+        assert answer.status_code == 409, action
         assert "take the control lease first" in answer.json()["detail"]
 
 
@@ -197,7 +197,7 @@ def test_stop_needs_neither_key_nor_lease_and_may_be_repeated(
         assert rig_client.post("/api/rig/stop").status_code == 200
 
 
-def test_what_moved_the_machine_is_in_the_audit_log(
+def test_actions_that_moved_the_machine_are_in_the_audit_log(
     rig_client: httpx.Client, catalogue: Catalogue, acting: Acting, lease: str, created: int
 ) -> None:
     rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
@@ -214,7 +214,7 @@ def test_what_moved_the_machine_is_in_the_audit_log(
     assert all(entry.who for entry in entries)
 
 
-def test_a_blow_that_a_technician_takes_back_is_struck_again(
+def test_a_withdrawn_blow_is_struck_again(
     rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
 ) -> None:
     rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease))

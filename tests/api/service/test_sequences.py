@@ -13,14 +13,16 @@ from tests.api.service.conftest import Acting
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_comes_with_jointlab_is_there_and_stays(client: httpx.Client, acting: Acting, name: str) -> None:
+def test_built_in_sequences_cannot_be_replaced(client: httpx.Client, acting: Acting, name: str) -> None:
     found = client.get(f"/api/sequences/{name}").json()["sequence"]
     assert found["title"] == built_in(name).title
     refused = client.put(f"/api/sequences/{name}", json=paper(), headers=acting())
     assert (refused.status_code, refused.json()["detail"]) == (409, f"{name} is built in; choose another name")
 
 
-def test_a_sequence_is_kept_changed_unless_it_has_changed_and_forgotten(client: httpx.Client, acting: Acting) -> None:
+def test_a_sequence_is_stored_changed_unless_it_has_changed_since_and_deleted(
+    client: httpx.Client, acting: Acting
+) -> None:
     at, document = "/api/sequences/nightly", paper()
     assert client.put(at, json=document, headers=acting()).status_code == 200
     assert [each["name"] for each in client.get("/api/sequences").json()["items"]] == ["nightly"]

@@ -53,7 +53,7 @@ def test_a_run_is_driven_from_its_creation_to_its_end(lab: Client, rig: RunManag
     assert [found.id for found in lab.runs(state=RunState.FINISHED)] == [run.id]
 
 
-def test_a_second_client_takes_over_only_where_it_says_so(lab: Client) -> None:
+def test_a_second_client_takes_over_only_by_force(lab: Client) -> None:
     run = lab.create_run(small())
     with lab.driving("first") as first:
         with pytest.raises(ProblemError, match="first drives the rig"), lab.driving("second"):
@@ -65,7 +65,7 @@ def test_a_second_client_takes_over_only_where_it_says_so(lab: Client) -> None:
     assert lab.rig().driven_by is None
 
 
-def test_events_come_as_they_happen_and_go_on_after_a_cut(lab: Client) -> None:
+def test_events_come_as_they_happen_and_continue_after_a_lost_connection(lab: Client) -> None:
     run = lab.create_run(small())
     with lab.events() as events, lab.driving("test") as driver:
         driver.start(run.id, automatic=True)
@@ -96,7 +96,7 @@ def test_a_technician_answers_prompts_and_stops(lab: Client) -> None:
         assert driver.acknowledge_interlock(run.id, "nothing had tripped") == []
 
 
-def test_a_problem_is_an_exception_that_says_what_the_service_says(lab: Client) -> None:
+def test_a_problem_is_an_exception_with_the_message_of_the_service(lab: Client) -> None:
     with pytest.raises(ProblemError, match="there is no run 7") as caught:
         lab.run(7)
     assert (caught.value.status, caught.value.title) == (404, "Not found")

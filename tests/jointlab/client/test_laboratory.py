@@ -47,7 +47,7 @@ def test_instruments_channels_and_specimens(lab: Client) -> None:
     assert list(lab.specimens(article="none")) == []
 
 
-def test_sequences_are_kept_read_and_forgotten(lab: Client) -> None:
+def test_sequences_are_stored_read_and_deleted(lab: Client) -> None:
     paper_one = lab.sequence("paper")
     small = sequence_from(paper() | {"title": "small", "steps": [{"step": "wait", "seconds": 1.0}]})
     assert lab.save_sequence("my small one", small) == small
@@ -77,7 +77,7 @@ def test_results_are_read_by_the_analysis_that_found_them(lab: Client) -> None:
     assert len(list(lab.dynamic_stiffness(2))) == 4
 
 
-def test_what_is_chosen_of_an_identification_is_asked_and_nothing_else(lab: Client) -> None:
+def test_only_the_chosen_options_of_an_identification_are_sent(lab: Client) -> None:
     assert lab.identify(1).parameters == {"run": 1}
     asked = lab.identify(1, elements=2, joint_exponent=0.1, regularise=0.5, estimator=Estimator.HV, force_window=0.05)
     assert asked.parameters == {

@@ -1,17 +1,17 @@
 """The law of a filled elastomer: stiffness and loss against amplitude and frequency, with its derivatives.
 
-Kraus (J. Appl. Polymer Sci.: Appl. Polymer Symposia 39, 1984, 75-92): agglomerates of filler break up with amplitude
+Amplitude after Kraus (J. Appl. Polymer Sci.: Appl. Polymer Symposia 39, 1984, 75-92): agglomerates of filler break up
 and form again. With u = (x / x_c)^m, x zero to peak,
 
     k'(x) = k_inf + (k_0 - k_inf) / (1 + u^2),     k''(x) = k''_inf + 2 (k''_m - k''_inf) u / (1 + u^2).
 
-Fractional Zener (T. Pritz, J. Sound and Vibration 195, 1996, 103-115): relaxation spread over decades,
+Frequency by the fractional Zener model (T. Pritz, J. Sound and Vibration 195, 1996, 103-115): relaxation over decades,
 
     z(w) = (1 + B s) / (1 + C s),     s = (i w t)^a,
 
-here over |z| at a reference frequency, so that the amplitude part is what is measured there. The dynamic stiffness is
-the product (k' + i k'') z / |z_ref|. Every parameter is written as a positive number, and its logarithm is fitted; then
-k' falls with amplitude and rises with frequency, as that of every filled rubber does.
+divided by |z| at a reference frequency, where the amplitude part then equals the measurement. The dynamic stiffness is
+the product (k' + i k'') z / |z_ref|. Every parameter is positive, and its logarithm is fitted; so k' falls with
+amplitude and rises with frequency, as for every filled rubber.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class LawParameter(IntEnum):
     """Place of each parameter; the vector holds natural logarithms."""
 
     K_INF = 0
-    """k_inf, N/m: left when all agglomerates are broken."""
+    """k_inf, N/m: stiffness with all agglomerates broken."""
     NETWORK = 1
     """(k_0 - k_inf) / k_inf."""
     LOSS_FLOOR = 2

@@ -1,13 +1,13 @@
-"""Corrections of a dynamic stiffness for what the tester adds to the specimen, with their uncertainty.
+"""Corrections of a dynamic stiffness for effects of the tester, with their uncertainty.
 
 From the specimen k + i h to what is measured, with w = 2 pi f:
 
     s = k + i h - w^2 m            fixture_inertia: mass m moves with the specimen, before the force transducer
-    s' = 1 / (1 / s + c)           frame_compliance: c deforms in series, within what the displacement is measured over
+    s' = 1 / (1 / s + c)           frame_compliance: c deforms in series, within the measured displacement
     measured = s' e^(i w tau)      transducer_lag: displacement is late against force by tau
 
-Correcting undoes them from the last to the first. What the parameters are not known to is common to all points: each
-corrected point has it in its covariance and, source by source, in `shared_errors`; `joint_covariance` has both.
+Correcting inverts them from the last to the first. The errors of the parameters are common to all points: each
+corrected point has them in its covariance and, source by source, in `shared_errors` (see `point_covariance`).
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from types import MappingProxyType
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
+from analysis.direct.point_covariance import complex_factor, own_covariance, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate, combined_degrees_of_freedom
 
-LARGEST_SHARE = 0.5  # of the measured motion that the frame may take; beyond, the specimen is hardly measured
+LARGEST_SHARE = 0.5  # of the measured motion in the frame; above, the specimen is hardly measured
 
 
 class TesterEffect(StrEnum):
-    """What is corrected for."""
+    """An effect of the tester that can be corrected."""
 
     TRANSDUCER_LAG = "transducer_lag"
     FRAME_COMPLIANCE = "frame_compliance"
@@ -49,14 +50,14 @@ PARAMETERS = MappingProxyType(
 
 @dataclass(frozen=True, eq=False)
 class RigCorrections:
-    """Which effects to correct for, and their parameters.
+    """Effects to correct, with their parameters.
 
     Attributes:
-        values: tau in s, c in m/N, m in kg, by effect; an effect that is not there is not corrected for.
-        errors: (effects, sources) by how much one standard deviation of each independent source of error moves each
-            parameter, in the order of `values`.
-        degrees_of_freedom: behind the errors; infinite where they are known beforehand.
-        source: of the parameters, such as "blank of 3 May"; points corrected from one source share its error.
+        values: tau in s, c in m/N, m in kg, by effect; a missing effect is not corrected.
+        errors: (effects, sources) change of each parameter, in the order of `values`, by one standard deviation of each
+            independent source of error.
+        degrees_of_freedom: behind the errors; infinite where they are known in advance.
+        source: of the parameters, such as "blank of 3 May"; points corrected by one source share its error.
     """
 
     values: Mapping[TesterEffect, float]
@@ -72,7 +73,7 @@ class RigCorrections:
 
     @classmethod
     def independent(cls, estimates: Mapping[TesterEffect, Estimate], source: str = "rig") -> RigCorrections:
-        """Parameters that were found apart from each other."""
+        """Parameters that were found independently."""
         deviations = [estimate.standard_error for estimate in estimates.values()]
         fewest = min((estimate.degrees_of_freedom for estimate in estimates.values()), default=math.inf)
         return cls({effect: each.value for effect, each in estimates.items()}, np.diag(deviations), fewest, source)
@@ -93,10 +94,10 @@ class RigCorrections:
         return np.asarray(self.errors @ self.errors.T)
 
     def only(self, *effects: TesterEffect) -> RigCorrections:
-        """The same with all but `effects` switched off.
+        """The same with `effects` only.
 
         Raises:
-            AnalysisError: one of them is not there.
+            AnalysisError: one of them has no parameter.
         """
         missing = set(effects) - set(self.values)
         if missing:
@@ -106,7 +107,7 @@ class RigCorrections:
         return replace(self, values=kept, errors=self.errors[order])
 
     def without(self, *effects: TesterEffect) -> RigCorrections:
-        """The same with `effects` switched off."""
+        """The same without `effects`."""
         return self.only(*(effect for effect in self.values if effect not in effects))
 
     def estimate(self, effect: TesterEffect) -> Estimate:
@@ -116,16 +117,19 @@ class RigCorrections:
 
     @property
     def records(self) -> tuple[AppliedCorrection, ...]:
-        """What a corrected point carries."""
+        """The record for a corrected point."""
         return tuple(
-            AppliedCorrection(effect.value, *_symbol_first(effect, self.estimate(effect))) for effect in self.values
+            AppliedCorrection(effect.value, symbol, estimate.value, estimate.standard_error, unit)
+            for effect, (symbol, unit), estimate in (
+                (each, PARAMETERS[each], self.estimate(each)) for each in self.values
+            )
         )
 
 
 def correct(points: Sequence[DynamicStiffness], corrections: RigCorrections) -> tuple[DynamicStiffness, ...]:
-    """The specimen's own dynamic stiffness at each point, and the amplitude that the specimen itself saw.
+    """The specimen's own dynamic stiffness at each point, at the amplitude of the specimen itself.
 
-    The energy by which a loop differs from its ellipse is kept as it was measured.
+    The difference in energy between a loop and its ellipse stays as measured.
 
     Raises:
         AnalysisError: the frame takes more than half of the motion at a point.
@@ -133,29 +137,12 @@ def correct(points: Sequence[DynamicStiffness], corrections: RigCorrections) -> 
     return tuple(_corrected(point, corrections) for point in points)
 
 
-def joint_covariance(points: Sequence[DynamicStiffness]) -> Real:
-    """(2 points, 2 points) covariance of [k_1, h_1, k_2, h_2, ...], (N/m)^2, with what the points share."""
-    sources = sorted({source for point in points for source in point.shared_errors})
-    shared = np.array([[point.shared_errors.get(source, 0.0) for source in sources] for point in points], dtype=complex)
-    columns = np.stack([shared.real, shared.imag], axis=1).reshape(2 * len(points), len(sources))
-    covariance: Real = columns @ columns.T
-    for index, point in enumerate(points):
-        block = slice(2 * index, 2 * index + 2)
-        covariance[block, block] = point.covariance
-    return covariance
-
-
-def complex_factor(factor: complex) -> Real:
-    """(2, 2) what multiplication by `factor` does to [real, imaginary]."""
-    return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
-
-
 def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicStiffness:
     values = corrections.values
     omega = 2 * math.pi * point.frequency
     on_time = cmath.exp(-1j * omega * values.get(TesterEffect.TRANSDUCER_LAG, 0.0))
     in_series = point.complex_stiffness * on_time
-    share = values.get(TesterEffect.FRAME_COMPLIANCE, 0.0) * in_series  # of the motion, that the frame takes
+    share = values.get(TesterEffect.FRAME_COMPLIANCE, 0.0) * in_series  # of the frame in the motion
     if not share.real < LARGEST_SHARE:
         raise AnalysisError(
             f"at {point.frequency:g} Hz the frame's compliance takes {100 * share.real:.0f} % of the motion; "
@@ -174,9 +161,9 @@ def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicS
         source = f"{corrections.source} {number}"
         shared[source] = shared.get(source, 0j) + complex(move)
     turn = complex_factor(by_measured)
-    own = turn @ (point.covariance - _outer_sum(point.shared_errors)) @ turn.T
-    added = _outer_sum(shared)
-    corrected = replace(
+    own = turn @ own_covariance(point) @ turn.T
+    added = shared_covariance(shared)
+    return replace(
         point,
         complex_stiffness=sprung + omega**2 * values.get(TesterEffect.FIXTURE_INERTIA, 0.0),
         covariance=own + added,
@@ -189,18 +176,4 @@ def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicS
         ),
         corrections=point.corrections + corrections.records,
         shared_errors=shared,
-    )
-    if point.loop_energy is None or point.loop_energy_excess is None:
-        return corrected
-    return replace(corrected, loop_energy=corrected.first_harmonic_energy + point.loop_energy_excess.value)
-
-
-def _outer_sum(errors: Mapping[str, complex]) -> Real:
-    """(2, 2) covariance of [k, h] that these sources make."""
-    parts = np.array([[error.real, error.imag] for error in errors.values()]).reshape(-1, 2)
-    return np.asarray(parts.T @ parts)
-
-
-def _symbol_first(effect: TesterEffect, estimate: Estimate) -> tuple[str, float, float, str]:
-    symbol, unit = PARAMETERS[effect]
-    return symbol, estimate.value, estimate.standard_error, unit
+    ).with_loop_energy()

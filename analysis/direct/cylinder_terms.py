@@ -1,28 +1,29 @@
-"""Terms of a cylinder and of a joint from the tester's three configurations, Eqs. (8) and (13)-(15).
+"""Terms of a cylinder and of a joint from the tester's three configurations, Eqs. (8) and (13)-(15): points and laws.
 
 A cylinder has the shear stiffness a and the compressive stiffness b. The tester measures b in compression (one
 cylinder), 2a in shear and a + b angled (a pair each), all complex: three equations for two unknowns, solved by least
-squares. Where they disagree by more than their errors, as specimens of different hardness make them, the errors are
-widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227).
+squares. Where they disagree by more than their errors, for example for specimens of different hardness, the errors are
+widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227). A law gives the terms at any
+amplitude and frequency.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.direct.corrections import joint_covariance
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
+from analysis.direct.point_covariance import joint_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
-FREQUENCY_TOLERANCE = 0.01  # points are the same point within this, relative
-AMPLITUDE_TOLERANCE = 0.2  # a machine reaches its amplitude to 5 %; commanded amplitudes differ by a factor of two
+FREQUENCY_TOLERANCE = 0.01  # relative difference within which points have the same frequency
+AMPLITUDE_TOLERANCE = 0.2  # the same of amplitude: machines reach it to 5 %, commanded ones differ by a factor of two
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class JointTerms:
 def match_configurations(
     compression: Sequence[DynamicStiffness], shear: Sequence[DynamicStiffness], angled: Sequence[DynamicStiffness]
 ) -> tuple[tuple[Triple, ...], tuple[DynamicStiffness, ...]]:
-    """Sort points into triples of the same frequency and amplitude, in the order of the angled ones.
+    """Match points to triples of the same frequency and amplitude, in the order of the angled ones.
 
     Returns:
         The triples, and the angled points without a partner in compression or in shear.
@@ -83,7 +84,7 @@ def match_configurations(
     """
     triples, unmatched = [], []
     for point in angled:
-        one, pair = _nearest(point, compression), _nearest(point, shear)
+        one, pair = nearest_point(point, compression), nearest_point(point, shear)
         if one is None or pair is None:
             unmatched.append(point)
         else:
@@ -161,7 +162,7 @@ def _solve(triple: Triple) -> CylinderTerms:
     terms = solution @ values
     left = values - rows @ terms
     misfit = float(left @ weight @ left) / 2
-    # what the three share, as a correction of the tester, neither averages out nor disagrees
+    # an error that the three share, such as that of a correction, neither averages out nor adds to the misfit
     covariance = solution @ joint_covariance(measured) @ solution.T * max(1.0, misfit)
     shared = {
         source: solution
@@ -188,7 +189,8 @@ def _parts(value: complex) -> tuple[float, float]:
     return value.real, value.imag
 
 
-def _nearest(point: DynamicStiffness, series: Sequence[DynamicStiffness]) -> DynamicStiffness | None:
+def nearest_point(point: DynamicStiffness, series: Iterable[DynamicStiffness]) -> DynamicStiffness | None:
+    """The point of `series` at the same frequency and amplitude, None where there is none."""
     near = [
         other
         for other in series
@@ -206,7 +208,7 @@ class CylinderLaw:
     compression: ElastomerLaw
 
     def at(self, amplitude_pp: float, frequency: float) -> CylinderTerms:
-        """Terms a and b at `amplitude_pp` m and `frequency` Hz; but for what points share, errors are independent.
+        """Terms a and b at `amplitude_pp` m and `frequency` Hz; their own errors are independent.
 
         Raises:
             AnalysisError: amplitude or frequency is not positive.
@@ -221,7 +223,7 @@ class JointLaw:
 
     Attributes:
         cylinder: laws of its a and b.
-        inclination: theta of Eq. (10) of either cylinder, rad; signs as in `cylinder_terms.joint_terms`.
+        inclination: theta of Eq. (10) of either cylinder, rad; signs as in `joint_terms`.
     """
 
     cylinder: CylinderLaw
@@ -236,12 +238,12 @@ class JointLaw:
         return joint_terms(self.cylinder.at(amplitude_pp, frequency), self.inclination)
 
     def beyond(self, amplitude_pp: float, frequency: float) -> tuple[str, ...]:
-        """In which way a question is outside of what was measured, one phrase each; empty inside."""
+        """How amplitude and frequency lie outside the measured range, one phrase each; empty inside."""
         return self.cylinder.compression.beyond(amplitude_pp, frequency)
 
     @property
     def frequencies(self) -> tuple[float, float]:
-        """Lowest and highest that were measured, Hz."""
+        """Lowest and highest measured one, Hz."""
         return self.cylinder.compression.frequencies
 
 
@@ -249,7 +251,7 @@ def fit_cylinder_law(terms: Sequence[CylinderTerms]) -> CylinderLaw:
     """Laws of a and b of a cylinder from its terms at all frequencies and amplitudes.
 
     Raises:
-        AnalysisError: what `fit_elastomer_law` raises.
+        AnalysisError: see `fit_elastomer_law`.
     """
     return CylinderLaw(
         shear=fit_elastomer_law([each.shear for each in terms]),

@@ -4,21 +4,20 @@ With X and F the first harmonics of displacement and force, Eqs. (47) and (48) r
 
     k_d = F / X = |k_d| e^(i delta) = k + i h = k (1 + i gamma),      gamma = tan delta.
 
-Uncertainty comes from blocks of whole cycles: of each block only F_b - k_d X_b counts, so a machine whose amplitude
-wanders is not blamed for a force that follows it; of a specimen that softens with amplitude the wander does count, and
-neighbouring blocks share it (`block_scatter`). Intervals are Student's with one degree of freedom less than
-blocks.
+Uncertainty comes from blocks of whole cycles. Only F_b - k_d X_b of each block counts, so a slowly varying amplitude
+adds no error where the force follows it. If the specimen softens with amplitude, the variation counts, and neighbouring
+blocks share it (`sine.covariance_of_mean`). Intervals are Student's with one degree of freedom less than blocks.
 
-k and h describe the specimen only as far as the first harmonic does. Its share has to be 99 % of the power of either
-signal, that is at most 10 % total harmonic distortion (0.1^2 = 1 %), and the energy of the measured loop has to be that
-of the ellipse, pi X^2 h, to 1 %, or to within its scatter where that is larger.
+k and h describe the specimen only if the first harmonic does. It must have 99 % of the power of either signal, which is
+at most 10 % total harmonic distortion (0.1^2 = 1 %). The energy of the measured loop must equal that of the ellipse,
+pi X^2 h, to 1 % or to within its scatter, whichever is larger.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,13 +27,17 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.interval import Estimate
 
+FIRST_HARMONIC_SHARE = 0.99
+LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
+SMALLEST_SIGNAL = 5.0  # displacement in standard errors; below, the ratio F/X is not nearly normal
+
 
 @dataclass(frozen=True)
 class AppliedCorrection:
-    """One parameter of one correction.
+    """One parameter of a correction that was applied to a result.
 
     Attributes:
-        effect: what was corrected for, such as "frame_compliance".
+        effect: that was corrected, such as "frame_compliance".
         parameter: its symbol, such as "c".
         value: in `unit`.
         standard_error: in `unit`; part of the result's covariance.
@@ -53,11 +56,6 @@ class AppliedCorrection:
         return f"{self.effect}: {self.parameter} = {self.value:.4g} +- {self.standard_error:.2g} {self.unit}"
 
 
-FIRST_HARMONIC_SHARE = 0.99
-LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
-SMALLEST_SIGNAL = 5.0  # standard errors; below, the ratio F/X is no longer near normal
-
-
 @dataclass(frozen=True)
 class DynamicStiffness:
     """Dynamic stiffness of a specimen at one frequency and amplitude, Eqs. (47) and (48).
@@ -67,18 +65,18 @@ class DynamicStiffness:
         amplitude_pp: reached peak-to-peak displacement of the first harmonic, in m.
         complex_stiffness: k + i h, in N/m.
         covariance: (2, 2) of [k, h], in (N/m)^2.
-        degrees_of_freedom: behind the covariance; infinite where it is known beforehand.
-        amplitude_pp_standard_error: in m, or None where it is not known.
+        degrees_of_freedom: behind the covariance; infinite where it is known in advance.
+        amplitude_pp_standard_error: in m, or None where unknown.
         thd_displacement: total harmonic distortion of the displacement, 1, or None where it was not recorded.
-        thd_displacement_standard_error: of it, 1, or None where it is not known; noise adds to a distortion, never
-            takes off, so a value of a few standard errors may be noise alone.
+        thd_displacement_standard_error: of it, 1, or None where unknown; noise only increases a distortion, so a value
+            of a few standard errors may be noise alone.
         thd_force, thd_force_standard_error: the same of the force.
         loop_energy: loop integral of force over displacement with all modelled harmonics, J a cycle, or None where it
             was not recorded.
         loop_energy_excess: loop energy less `first_harmonic_energy` with its standard error, J a cycle, or None.
-        corrections: what the values were corrected for, in the order of correcting; empty as measured.
-        shared_errors: that part of the error which other points share, by its source: by how much one standard
-            deviation of the source moves k + i h, in N/m. It is in `covariance` too.
+        corrections: that were applied, in this order; empty as measured.
+        shared_errors: errors that other points share, by their source: change of k + i h by one standard deviation of
+            the source, in N/m. They are in `covariance` too.
     """
 
     frequency: float
@@ -158,7 +156,7 @@ class DynamicStiffness:
 
     @property
     def loop_energy_estimate(self) -> Estimate | None:
-        """`loop_energy` with its standard error, J a cycle: those of amplitude, h and what the harmonics add."""
+        """`loop_energy` with its standard error, J a cycle, from those of amplitude, h and the higher harmonics."""
         if self.loop_energy is None or self.loop_energy_excess is None or self.amplitude_pp_standard_error is None:
             return None
         of_amplitude = 2 * self.first_harmonic_energy * self.amplitude_pp_standard_error / self.amplitude_pp
@@ -190,6 +188,12 @@ class DynamicStiffness:
         """Whether k, h and gamma describe the specimen; `shortcomings` says why not."""
         return not self.shortcomings
 
+    def with_loop_energy(self) -> DynamicStiffness:
+        """The same with the loop energy of its present h and amplitude; its excess over the ellipse stays."""
+        if self.loop_energy is None or self.loop_energy_excess is None:
+            return self
+        return replace(self, loop_energy=self.first_harmonic_energy + self.loop_energy_excess.value)
+
 
 def dynamic_stiffness(
     displacement: ArrayLike,
@@ -204,10 +208,10 @@ def dynamic_stiffness(
     """Dynamic stiffness from displacement and force on one clock.
 
     Args:
-        displacement: (samples,) in m, at rest but for the sine (settled).
-        force: (samples,) in N, positive when it pushes along positive displacement.
+        displacement: (samples,) in m, settled.
+        force: (samples,) in N, positive along positive displacement.
         sample_rate: in Hz.
-        frequency: in Hz, a start where `refine`.
+        frequency: in Hz, a start value if `refine`.
         harmonics: how many to model, the first included.
         drift_order: of the polynomial that models drift.
         refine: refine the frequency or hold it.
@@ -242,7 +246,7 @@ def dynamic_stiffness(
 
 def _from_fit(fit: SineFit) -> DynamicStiffness:
     stiffness = complex(fit.first[1] / fit.first[0])
-    # F_b / X_b - F / X to first order: motion that the force follows drops out
+    # F_b / X_b - F / X to first order: a change of motion that the force follows cancels
     deviation = (fit.blocks[:, 1, 0] - stiffness * fit.blocks[:, 0, 0]) / fit.first[0]
     count = len(deviation)
     motion = np.abs(fit.blocks[:, 0, 0])
@@ -275,8 +279,8 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
 def _energies(harmonics: Complex) -> Real:
     """Loop integral of force over displacement, J a cycle, of harmonics (..., 2 signals, harmonics).
 
-    By harmonics it is the sum of pi m Im(F_m X_m*), exact at any sample rate. The polygon through the samples would be
-    too small by sin(a)/a at an angle of a a sample, 6 % at ten samples a cycle.
+    The sum of pi m Im(F_m X_m*) over harmonics m is exact at any sample rate. The polygon through the samples is too
+    small by sin(a) / a, with the angle a between samples: 6 % at ten samples a cycle.
     """
     order = np.arange(1, harmonics.shape[-1] + 1)
     product = harmonics[..., 1, :] * harmonics[..., 0, :].conj()

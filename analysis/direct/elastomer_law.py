@@ -1,8 +1,8 @@
-"""A fitted elastomer law, so that stiffness can be asked for at any amplitude and frequency, with its interval.
+"""A fitted elastomer law: stiffness at any amplitude and frequency, with its interval.
 
-The law of `constitutive` gives the form, the discrepancy of `discrepancy` what the specimen does
-beyond it; `law_fit` finds both. A prediction is their sum, and its covariance holds what is not known of the
-parameters, what is not known of the discrepancy, and what the measured points share.
+`constitutive` gives the form of the law, `discrepancy` the deviation of the specimen from it, and `law_fit` finds both.
+A prediction is their sum. Its covariance has the errors of the parameters, of the discrepancy, and those that the
+measured points share.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.direct.constitutive import LawParameter, dynamic_stiffness
-from analysis.direct.corrections import complex_factor
 from analysis.direct.discrepancy import OperatingPoints, covariance, interleaved
 from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
+from analysis.direct.point_covariance import complex_factor, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
 
-EDGE = 1.01  # a question this little outside of the measured range is inside
+EDGE = 1.01  # a point outside the measured range by less than this factor counts as inside
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoints:
-    """What the law was fitted to, as far as predictions need it; rows are [ln |k_d|, loss angle] of each point in turn.
+    """The fitted points, as far as predictions need them; rows are [ln |k_d|, loss angle] of each point in turn.
 
     Attributes:
         conditions: of the points.
         inverse: (2 points, 2 points) of the covariance of points and discrepancy together.
         residual: (2 points,) measured less law.
         slopes: (2 points, 10) of the law by the logarithms of its parameters.
-        shared: (2 points,) by how much one standard deviation of each source that points share moves them.
+        shared: (2 points,) change by one standard deviation of each source of shared errors.
     """
 
     conditions: OperatingPoints
@@ -50,14 +50,14 @@ class ElastomerLaw:
 
     Attributes:
         logarithms: (10,) of the parameters, in the order of `LawParameter`.
-        covariance: (10, 10) of them, without what points share.
+        covariance: (10, 10) of them, without errors that the points share.
         reference: frequency at which the amplitude part holds, Hz.
         discrepancy: (2, 2) standard deviations of ln |k_d| and of the loss angle in rad about the law, over amplitude
             alone and over amplitude and frequency.
         chi_square: weighted sum of squares about the law by the errors of the points alone.
         degrees_of_freedom: of chi-square.
-        points: what it was fitted to.
-        corrections: what all of the points were corrected for.
+        points: that were fitted.
+        corrections: of all of the points.
     """
 
     logarithms: Real
@@ -70,7 +70,7 @@ class ElastomerLaw:
     corrections: tuple[AppliedCorrection, ...] = ()
 
     def parameter(self, parameter: LawParameter) -> Estimate:
-        """A parameter, in the unit that `LawParameter` says; its standard error by its logarithm's."""
+        """A parameter, in the unit stated in `LawParameter`; its standard error from that of the logarithm."""
         solution = self.covariance @ self.points.slopes.T @ self.points.inverse
         moves = [float(solution[parameter] @ move) for move in self.points.shared.values()]
         value = math.exp(self.logarithms[parameter])
@@ -88,43 +88,42 @@ class ElastomerLaw:
         asked = OperatingPoints(np.array([amplitude_pp / 2]), np.array([frequency]))
         law, slopes = dynamic_stiffness(self.logarithms, asked.amplitude, asked.frequency, self.reference)
         points = self.points
-        resembling = covariance(asked.resemblance(points.conditions), self.discrepancy)
-        from_points = resembling @ points.inverse
+        prior = covariance(asked.correlation(points.conditions), self.discrepancy)
+        from_points = prior @ points.inverse
         of_parameters = interleaved(slopes / law[:, None]) - from_points @ points.slopes
-        # how the prediction follows each measured number: through the discrepancy, and through the parameters
+        # derivative of the prediction in each measured number, through the discrepancy and through the parameters
         weights = from_points + of_parameters @ self.covariance @ points.slopes.T @ points.inverse
         relative = (
             covariance(np.ones((2, 1, 1)), self.discrepancy)
-            - from_points @ resembling.T
+            - from_points @ prior.T
             + of_parameters @ self.covariance @ of_parameters.T
         )
         value = complex(law[0]) * cmath.exp(complex(*(from_points @ points.residual)))
         turn = complex_factor(value)  # d k_d = k_d d ln k_d
         shared = {source: value * complex(*(weights @ move)) for source, move in points.shared.items()}
-        moves = np.array([[error.real, error.imag] for error in shared.values()]).reshape(-1, 2)
         return DynamicStiffness(
             frequency=frequency,
             amplitude_pp=amplitude_pp,
             complex_stiffness=value,
-            covariance=turn @ relative @ turn.T + moves.T @ moves,
+            covariance=turn @ relative @ turn.T + shared_covariance(shared),
             corrections=self.corrections,
             shared_errors=shared,
         )
 
     @property
     def amplitudes_pp(self) -> tuple[float, float]:
-        """Smallest and largest that were measured, m."""
+        """Smallest and largest measured one, m."""
         measured = 2 * self.points.conditions.amplitude
         return float(np.min(measured)), float(np.max(measured))
 
     @property
     def frequencies(self) -> tuple[float, float]:
-        """Lowest and highest that were measured, Hz."""
+        """Lowest and highest measured one, Hz."""
         measured = self.points.conditions.frequency
         return float(np.min(measured)), float(np.max(measured))
 
     def beyond(self, amplitude_pp: float, frequency: float) -> tuple[str, ...]:
-        """In which way a question is outside of what was measured, one phrase each; empty inside."""
+        """How amplitude and frequency lie outside the measured range, one phrase each; empty inside."""
         found = []
         for value, (low, high), unit, scale in (
             (amplitude_pp, self.amplitudes_pp, "mm", 1e3),

@@ -1,9 +1,9 @@
-"""Fits an elastomer law and the discrepancy about it to measured points.
+"""Fit of an elastomer law and of the discrepancy about it to measured points.
 
 Generalised least squares in the logarithms of the parameters, from several starts, with the discrepancy's covariance
-added to the points' errors. Its size is what makes the points most probable when parameters are integrated out. Shape
-parameters have wide, stated priors from what filled rubbers show: three amplitudes do not determine what happens far
-below the smallest, and an interval there should open instead of collapsing on a guess.
+added to the errors of the points. The size of the discrepancy maximises the probability of the points with the
+parameters integrated out. Shape parameters have wide priors from filled rubbers: three amplitudes do not determine the
+law far below the smallest, and intervals have to widen there.
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import least_squares, minimize
 
 from analysis.direct.constitutive import LawParameter, dynamic_stiffness
-from analysis.direct.corrections import complex_factor
 from analysis.direct.discrepancy import PRIOR_MEDIANS, OperatingPoints, covariance, interleaved, log_prior
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw, MeasuredPoints
-from analysis.direct.weighting import error_covariance
+from analysis.direct.point_covariance import complex_factor, error_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
@@ -49,19 +48,19 @@ STARTS: tuple[Mapping[LawParameter, float], ...] = (
     {LawParameter.TIME: 0.1, LawParameter.SHORT_TIME: 0.2, LawParameter.ORDER: 0.7},
     {LawParameter.AMPLITUDE: 8e-6, LawParameter.TIME: 0.05, LawParameter.RELAXATION: 0.05},
 )
-"""Where the search begins, apart from the priors' medians."""
+"""Starting values of the search that differ from the priors' medians."""
 
-FIRST_MISFIT = 0.02  # of each point, relative
-SETTLED = 0.1  # of the logarithms of the discrepancy's size: a tenth of it
+FIRST_MISFIT = 0.02  # relative error of each point in the first fit
+SETTLED = 0.1  # largest change of the logarithms of the discrepancy's size in the last round
 MOST_ROUNDS = 10
-FINEST = 1e-6  # relative error that every point has at least: without any, alike points leave nothing to invert
+FINEST = 1e-6  # least relative error of a point; with none the matrix of equal points has no inverse
 FEWEST_POINTS = 6
 _MEDIANS = np.log([PRIOR[parameter][0] for parameter in LawParameter])
 _DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in LawParameter])
 
 
 def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
-    """The law through `points`, at any frequencies and amplitudes; errors that they share are carried through.
+    """The law through `points` at any frequencies and amplitudes; errors that they share are propagated.
 
     Time grows with the cube of the number of points: 120 take a tenth of a second.
 
@@ -74,7 +73,7 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
         if not point.stiffness > 0:
             raise AnalysisError(f"k at {point.frequency:g} Hz is {point.stiffness:g} N/m; a law needs it positive")
     data = _Data.of(points)
-    # points taken one by one lead to the valley from afar; only inside it does their common discrepancy help
+    # independent points lead to the minimum from far away; their common discrepancy helps only near it
     apart = np.diag(np.sqrt(np.diag(data.errors) + FIRST_MISFIT**2))
     near = min((data.fit(data.start(start), apart) for start in STARTS), key=lambda x: data.cost(x, apart))
     discrepancy, logarithms = data.most_probable(near)
@@ -99,11 +98,11 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
 
 @dataclass(frozen=True, eq=False)
 class _Data:
-    """Points as arrays, and the least squares problem that they make with the priors."""
+    """Points as arrays, and their least squares problem with the priors."""
 
     conditions: OperatingPoints
     measured: Complex  # (points,) ln k_d
-    errors: Real  # (2 points, 2 points) covariance of [ln |k_d|, loss angle] in turn, without what points share
+    errors: Real  # (2 points, 2 points) covariance of [ln |k_d|, loss angle] in turn, without shared errors
     shared: Mapping[str, Real]  # (2 points,)
     reference: float  # Hz
 
@@ -128,7 +127,7 @@ class _Data:
         )
 
     def start(self, chosen: Mapping[LawParameter, float]) -> Real:
-        """Logarithms of the priors' medians but for what is `chosen`, through the points' mean."""
+        """Logarithms of the priors' medians, except for the values `chosen`, scaled to the mean of the points."""
         logarithms = _MEDIANS.copy()
         for parameter, value in chosen.items():
             logarithms[parameter] = math.log(value)
@@ -144,13 +143,13 @@ class _Data:
         return np.log(law), interleaved(slopes / law[:, None])
 
     @cached_property
-    def resemblance(self) -> Real:
+    def correlation(self) -> Real:
         """(2, points, points) of the discrepancies at the points."""
-        return self.conditions.resemblance(self.conditions)
+        return self.conditions.correlation(self.conditions)
 
     def factor(self, discrepancy: Real) -> Real:
         """(2 points, 2 points) lower Cholesky factor of the covariance of errors and discrepancy together."""
-        return np.asarray(np.linalg.cholesky(self.errors + covariance(self.resemblance, discrepancy)))
+        return np.asarray(np.linalg.cholesky(self.errors + covariance(self.correlation, discrepancy)))
 
     def fit(self, start: Real, factor: Real) -> Real:
         """Logarithms of least cost near `start`."""
@@ -170,10 +169,10 @@ class _Data:
         return float(residual @ residual)
 
     def most_probable(self, near: Real) -> tuple[Real, Real]:
-        """(2, 2) standard deviations of the discrepancy and (10,) logarithms, searched from inside the valley.
+        """(2, 2) standard deviations of the discrepancy and (10,) logarithms, from logarithms near the minimum.
 
-        In rounds: the discrepancy that is most probable for the law as it is linearised about the logarithms, then the
-        logarithms of least cost for that discrepancy.
+        Each round finds the most probable discrepancy for the law linearised about the logarithms, then the logarithms
+        of least cost for that discrepancy.
         """
         logarithms, size = near, np.log(PRIOR_MEDIANS).ravel()
         for _ in range(MOST_ROUNDS):
@@ -190,9 +189,10 @@ class _Data:
         return _deviations(size), logarithms
 
     def _improbability_about(self, logarithms: Real) -> Callable[[Real], float]:
-        """How improbable the points are for a discrepancy of (4,) logarithmic size, the law linear about `logarithms`.
+        """Minus the logarithm of the evidence for a discrepancy of (4,) logarithmic size, the law linear about
+        `logarithms`.
 
-        Minus the logarithm of the evidence: parameters integrated out, which a linear law lets be done exactly.
+        The parameters are integrated out, which is exact for a linear law.
         """
         law, slopes = self.law(logarithms)
         columns = np.column_stack([slopes, interleaved(self.measured - law)])

@@ -1,8 +1,8 @@
-"""Frame compliance, transducer lag and fixture inertia from runs on what is known.
+"""Frame compliance, transducer lag and fixture inertia from runs on known pieces.
 
-A blank far stiffer than the frame shows the frame; a known mass, or nothing at all, shows the inertia of the fixture;
-either shows the lag. All runs are fitted at once by weighted least squares with the model of `corrections`,
-and one chi-square says whether they are of one rig.
+A blank far stiffer than the frame shows the compliance of the frame. A known mass, or the empty tester, shows the
+inertia of the fixture. Each shows the lag. All runs are fitted together by weighted least squares with the model of
+`corrections`, and chi-square tests whether they agree.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from scipy.special import chdtrc
 
 from analysis.direct.corrections import PARAMETERS, RigCorrections, TesterEffect
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.weighting import whitening
+from analysis.direct.point_covariance import whitening
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
-RANK = 1e-6  # a scaled column that is so nearly a sum of the others determines nothing
-INCONSISTENT = 0.01  # p-value of chi-square
+RANK = 1e-6  # tolerance of the rank of the scaled columns: below, a parameter is not determined
+INCONSISTENT = 0.01  # p-value of chi-square below which the runs disagree
 FEWEST_FREQUENCIES = 3
 
 
 @dataclass(frozen=True)
 class KnownSpecimen:
-    """What is in the tester: a blank, a mass, or with zeros nothing.
+    """The piece in the tester: a blank, a mass or, with zeros, none.
 
     Attributes:
         stiffness: of a blank, N/m; `math.inf` where it is rigid beside the frame.
-        mass: that moves beyond the fixture, kg.
+        mass: that moves in addition to the fixture, kg.
         stiffness_standard_error: of the blank's stiffness, N/m.
     """
 
@@ -49,7 +49,7 @@ class KnownSpecimen:
 
 @dataclass(frozen=True)
 class CalibrationRun:
-    """Points measured on something known."""
+    """Points measured on a known piece."""
 
     specimen: KnownSpecimen
     points: tuple[DynamicStiffness, ...]
@@ -57,13 +57,13 @@ class CalibrationRun:
 
 @dataclass(frozen=True, eq=False)
 class RigCalibration:
-    """Parameters of the tester and how well the runs agree on them.
+    """Parameters of the tester, and whether the runs agree.
 
     Attributes:
-        corrections: ready to be applied; what the runs do not determine is not among them.
-        chi_square: weighted sum of squares left.
+        corrections: ready to apply, without the parameters that the runs do not determine.
+        chi_square: weighted sum of squares of the residual.
         degrees_of_freedom: of chi-square.
-        warnings: what is wrong with this calibration, one sentence each; empty where nothing is.
+        warnings: faults of this calibration, one sentence each.
     """
 
     corrections: RigCorrections
@@ -77,11 +77,12 @@ def calibrate_rig(
 ) -> RigCalibration:
     """Identify the parameters of `effects` from `runs`, those that the runs determine.
 
-    Where chi-square contradicts the model the errors are widened by its root per degree of freedom, and said so.
+    Where chi-square contradicts the model, the errors are widened by the root of chi-square per degree of freedom, with
+    a warning.
 
     Args:
         runs: on blanks, masses or nothing, each at several frequencies.
-        effects: those of the rig; one that is left out is taken to be zero.
+        effects: of the rig; others are taken to be zero.
 
     Raises:
         AnalysisError: there is no point, or no effect that the runs determine; or a rigid blank without a frame
@@ -121,7 +122,7 @@ def calibrate_rig(
 
 
 def _doubts(corrections: RigCorrections, frequencies: int, numbers: int) -> list[str]:
-    """What is known too poorly."""
+    """Warnings of parameters with a large error, and of too few data."""
     count = len(corrections.values)
     found = []
     if frequencies < FEWEST_FREQUENCIES or numbers < count + FEWEST_FREQUENCIES:
@@ -138,14 +139,14 @@ def _doubts(corrections: RigCorrections, frequencies: int, numbers: int) -> list
 
 
 class _Model:
-    """What the runs should show, and its derivatives."""
+    """Prediction of the runs, and its derivatives."""
 
     def __init__(self, points: tuple[tuple[KnownSpecimen, DynamicStiffness], ...]) -> None:
         self.points = points
         self.whitening: Real = np.array([whitening(point) for _, point in points])
 
     def start(self, effect: TesterEffect) -> float:
-        """A first guess of a parameter, from where it shows most."""
+        """A first guess of a parameter, from the runs that show it most."""
         if effect is TesterEffect.FRAME_COMPLIANCE:
             found = [
                 (1 / point.complex_stiffness).real - (0.0 if known.is_rigid else (1 / known.stiffness).real)
@@ -177,7 +178,7 @@ class _Model:
         return np.stack(columns, axis=-1)
 
     def blank_errors(self, values: Mapping[TesterEffect, float]) -> Real:
-        """(2 points, blanks) by how much one standard deviation of each blank's stiffness moves `residual`."""
+        """(2 points, blanks) change of `residual` by one standard deviation of each blank's stiffness."""
         blanks = sorted({known for known, _ in self.points if known.stiffness_standard_error}, key=repr)
         columns = []
         for blank in blanks:
@@ -200,7 +201,7 @@ class _Model:
 def _predict(
     known: KnownSpecimen, frequency: float, values: Mapping[TesterEffect, float]
 ) -> tuple[complex, dict[TesterEffect, complex]]:
-    """Measured stiffness of something known, as `corrections` has it, and its derivatives by parameter."""
+    """Measured stiffness of a known piece by the model of `corrections`, and its derivatives by the parameters."""
     omega = 2 * math.pi * frequency
     compliance = values.get(TesterEffect.FRAME_COMPLIANCE, 0.0)
     turn = cmath.exp(1j * omega * values.get(TesterEffect.TRANSDUCER_LAG, 0.0))
@@ -219,7 +220,7 @@ def _predict(
 def _determined(
     model: _Model, effects: Sequence[TesterEffect], start: Mapping[TesterEffect, float]
 ) -> list[TesterEffect]:
-    """Those effects whose columns are neither zero nor sums of those before them."""
+    """The effects whose columns are neither zero nor sums of those before them."""
     kept: list[TesterEffect] = []
     for effect in effects:
         columns = model.slopes(start, [*kept, effect])

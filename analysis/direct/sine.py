@@ -4,12 +4,19 @@ The model of each signal, with t = 0 at its first sample and one angular frequen
 
     x(t) = drift(t) + Re( X_1 e^(i w t) + X_2 e^(2 i w t) + ... ),
 
-drift being a low polynomial. With w held this is linear (the standard's three-parameter fit); with w refined it is the
-four-parameter fit, done here by Gauss-Newton on w alone, everything linear being eliminated. Signals are weighted by
-their own residual, so their units do not matter.
+drift being a polynomial of low order. With w held this is linear (the standard's three-parameter fit). With w refined
+it is the four-parameter fit, here by Gauss-Newton steps in w alone, with all linear parameters eliminated. Signals are
+weighted by their own residual, so their units do not matter.
 
-A noisy machine does not make white noise, so besides the residual's standard error the record is cut into blocks of
-whole cycles and each is fitted again at the same w: what scatters between blocks is what a repeat would scatter.
+The noise of a machine is not white. So the record is also cut into blocks of whole cycles, and each block is fitted
+again at the same w: the scatter between blocks is that of repeats.
+
+Batch means (Schmeiser, Operations Research 30, 1982, 556-568) take blocks as independent. Blocks of a cycle or two are
+not, because an amplitude varies slowly: part of the deviation of one cycle remains in the next. In a process that
+forgets after one cycle the correlation of neighbours is 1/2 at most, as in a straight line from the value of one cycle
+to the next; the variance of the mean is then twice that of independent cycles. Ten cycles cannot distinguish this from
+no correlation. So 1/2 is assumed for slow variation, and more for longer blocks where more is measured. Only the part
+that follows the amplitude varies slowly. The rest, the noise of the sensors, scatters independently.
 """
 
 from __future__ import annotations
@@ -26,10 +33,12 @@ from analysis.frequency_response import Complex, Real
 
 FEWEST_CYCLES = 2.0
 MOST_BLOCKS = 30  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
-CONVERGED = 1e-5  # rad over the record; the step after it would be some 1e-10
+CONVERGED = 1e-5  # rad over the record; the next step would be about 1e-10
 MOST_STEPS = 20
-LARGEST_OVERLAP = 0.05  # of one block, shared out among all
+LARGEST_OVERLAP = 0.05  # of one block, divided among all
 SAMPLES_PER_UNKNOWN = 2  # of a block, so that its own fit is overdetermined
+LARGEST_CORRELATION = 0.5  # of neighbours in a series that forgets after one step
+FEWEST_TO_SPLIT = 5  # blocks; a regression on amplitude explains fewer completely
 
 
 @dataclass(frozen=True)
@@ -43,7 +52,7 @@ class SineFit:
         blocks: (blocks, signals, harmonics) complex X_1, X_2, ... of each block of whole cycles, same t = 0.
         cycles_per_block: whole cycles in each block.
         cycles: length of the record in cycles.
-        residual: (signals, samples) what drift and harmonics leave.
+        residual: (signals, samples) without drift and harmonics.
         residual_standard_error: (signals,) of the real part, and of the imaginary part, of X_1 if the residual
             were white noise.
     """
@@ -74,10 +83,10 @@ class SineFit:
 
     @property
     def distortion_deviation(self) -> Real:
-        """(blocks, signals) by how much each block moves `total_harmonic_distortion`, to first order."""
+        """(blocks, signals) change of `total_harmonic_distortion` by each block, to first order."""
         higher, first = self.harmonics[:, 1:], np.abs(self.first)
         size = np.linalg.norm(higher, axis=1)
-        # d |H| = Re(H* dH) / |H|: what is across H, as most of noise, moves its length in the second order only
+        # d |H| = Re(H* dH) / |H|: changes across H, such as most noise, change its length in second order only
         along = np.divide(higher.conj(), size[:, None], out=np.zeros_like(higher), where=size[:, None] > 0)
         of_higher = np.sum((along * (self.blocks[:, :, 1:] - higher)).real, axis=2)
         of_first = (self._relative_blocks - 1).real * size
@@ -113,8 +122,8 @@ def fit_sine(
     Args:
         signals: (samples,) or (signals, samples), any units.
         sample_rate: in Hz.
-        frequency: in Hz; where `refine`, a start within about a third of a cycle over the record.
-        harmonics: how many to model, the first included; those that would pass Nyquist are left out.
+        frequency: in Hz; if `refine`, a start value within about a third of a cycle over the record.
+        harmonics: how many to model, the first included; those above Nyquist are left out.
         drift_order: of the polynomial; 1 is a straight line.
         refine: refine the frequency (four-parameter fit) or hold it (three-parameter fit).
         names: of the signals, for errors.
@@ -178,7 +187,7 @@ class _Model:
         self.rows[: self.drift] = np.vander(self.time / self.time[-1], self.drift, increasing=True).T
 
     def fit(self, omega: float) -> None:
-        """Set the frequency, in rad/s, and solve for everything linear."""
+        """Set the frequency, in rad/s, and solve for all linear parameters."""
         # e^(i w (a + b)) = e^(i w a) e^(i w b): two short exponentials instead of one long
         stride = math.isqrt(self.time.size)
         coarse = np.exp(1j * omega * self.time[::stride])
@@ -231,7 +240,7 @@ def _checked(
 
 
 def _refine(model: _Model, omega: float) -> tuple[float, float]:
-    """Gauss-Newton on w: returns w, at which `model` is left fitted, and its variance."""
+    """Gauss-Newton steps in w: returns w, at which `model` is fitted, and its variance."""
     start = omega
     duration = model.time[-1] - model.time[0]
     floor = 1e-28 * np.mean(model.record**2, axis=1)  # a noiseless signal would have infinite weight
@@ -241,7 +250,7 @@ def _refine(model: _Model, omega: float) -> tuple[float, float]:
         coefficients = np.zeros_like(model.coefficients)
         coefficients[:, model.drift :: 2], coefficients[:, model.drift + 1 :: 2] = turned.real, turned.imag
         slope = (coefficients @ model.rows) * model.time
-        inside = model.rows @ slope.T  # the part of the slope that the linear unknowns can imitate
+        inside = model.rows @ slope.T  # the part of the slope that the linear parameters can imitate
         steepness = np.sum(slope**2, axis=1) - np.sum(inside * np.linalg.solve(model.gram, inside), axis=0)
         weight = 1 / (np.mean(model.residual**2, axis=1) + floor)
         information = float(weight @ steepness)
@@ -266,7 +275,7 @@ def _fit_blocks(model: _Model, cycles_per_block: int, period: float) -> Complex:
     """
     samples = model.time.size
     length = round(cycles_per_block * period)
-    # a record of just under whole cycles keeps its last block, at the price of a slight overlap
+    # a record of slightly less than whole cycles keeps its last block, with a slight overlap
     count = max(2, int(samples / (cycles_per_block * period) + LARGEST_OVERLAP))
     first = np.round(np.linspace(0, samples - length, count)).astype(int)
     level = model.record - model.coefficients[:, : model.drift] @ model.rows[: model.drift]
@@ -278,42 +287,38 @@ def _fit_blocks(model: _Model, cycles_per_block: int, period: float) -> Complex:
     return np.asarray(coefficients[:, 1::2] + 1j * coefficients[:, 2::2]).transpose(0, 2, 1)
 
 
-LARGEST_CORRELATION = 0.5  # of neighbours in a series that forgets after one step
-FEWEST_TO_SPLIT = 5  # blocks; with fewer a regression on amplitude explains everything
-
-
 def covariance_of_mean(deviation: Complex, amplitude: Real, cycles_per_block: int) -> Real:
     """(2, 2) covariance of the real and imaginary part of the mean of `deviation`.
 
     Args:
-        deviation: (blocks,) what each block deviates by, two blocks or more; any unit.
+        deviation: (blocks,) of each block, two blocks or more; any unit.
         amplitude: (blocks,) of the motion in each, any unit.
         cycles_per_block: whole cycles in a block.
     """
     count = len(deviation)
     left = np.stack([deviation.real, deviation.imag])
     left = left - np.mean(left, axis=1, keepdims=True)
-    wander = amplitude - np.mean(amplitude)
-    square = float(wander @ wander)
+    variation = amplitude - np.mean(amplitude)
+    square = float(variation @ variation)
     if count < FEWEST_TO_SPLIT or square == 0:
-        # taken as wander, all of it
+        # all of it is taken as slow variation
         return np.asarray(left @ left.T) * _inflation(LARGEST_CORRELATION / (2 * cycles_per_block - 1), count)
-    slope = left @ wander / square
-    left = left - np.outer(slope, wander)
+    slope = left @ variation / square
+    left = left - np.outer(slope, variation)
     shared = variance_of_mean(amplitude, cycles_per_block)
-    # of the slope's square, what its own error adds is taken off again: 1 / square of what is left
+    # the error of the slope, 1 / square of the rest, is in its square: subtract it
     independent = left @ left.T / (count - 2) * (1 / count - shared / square)
     return np.asarray(independent + np.outer(slope, slope) * shared)
 
 
 def variance_of_mean(series: Real, cycles_per_block: int) -> float:
-    """Variance of the mean of what wanders gradually, from its values (blocks,), two blocks or more."""
+    """Variance of the mean of a slowly varying quantity, from its values (blocks,), two blocks or more."""
     count = len(series)
     left = series - np.mean(series)
     square = float(left @ left)
     if square == 0:
         return 0.0
-    # neighbours of a short series are biased towards disagreeing by 1 / count
+    # the correlation of neighbours in a short series is biased by -1 / count
     measured = float(left[1:] @ left[:-1]) / square + 1 / count
     at_least = LARGEST_CORRELATION / (2 * cycles_per_block - 1)
     return square * _inflation(min(max(at_least, measured), LARGEST_CORRELATION), count)

@@ -1,6 +1,6 @@
-"""What cylinders of one kind differ by: mean, scatter between specimens, and what the next one may be.
+"""Scatter between cylinders of one kind: mean, standard deviation, and the range of the next specimen.
 
-Give specimens of one kind (one compound, one size); those of different joints that were made different belong apart.
+All specimens have to be of one kind (one compound, one size).
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, FREQUENCY_TOLERANCE, CylinderLaw, CylinderTerms
+from analysis.direct.cylinder_terms import CylinderLaw, CylinderTerms, nearest_point
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.weighting import own_covariance
+from analysis.direct.point_covariance import own_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate, combined_degrees_of_freedom
@@ -26,9 +26,9 @@ class Scatter:
     """One quantity over specimens, in its own unit.
 
     Attributes:
-        mean: of the specimens, as an estimate of all of their kind; with what their measurements share.
-        deviation: standard deviation between specimens, their measurements' own errors taken out.
-        next_specimen: what another one of the kind would measure.
+        mean: of the specimens, as an estimate for their kind, with the errors that their measurements share.
+        deviation: standard deviation between specimens, without the errors of their measurements.
+        next_specimen: prediction for another specimen of the kind.
     """
 
     mean: Estimate
@@ -42,7 +42,7 @@ class SpecimenScatter:
 
     Attributes:
         frequency: Hz.
-        amplitude_pp: mean of what was reached, m.
+        amplitude_pp: mean of the reached amplitudes, m.
         specimens: their names.
         shear, compression: k of a and of b, N/m.
         shear_damping, compression_damping: h of either, N/m.
@@ -67,14 +67,14 @@ def specimen_scatter(terms: Mapping[str, Sequence[CylinderTerms]]) -> tuple[Spec
         terms: of each specimen by its name.
 
     Raises:
-        AnalysisError: there are fewer than two specimens, or nothing at which all were measured.
+        AnalysisError: there are fewer than two specimens, or they have no frequency and amplitude in common.
     """
     if len(terms) < FEWEST_SPECIMENS:
         raise AnalysisError(f"{len(terms)} specimen shows no scatter; measure {FEWEST_SPECIMENS} at least")
     first, *others = terms.values()
     found = []
     for point in first:
-        same = [point, *(match for other in others if (match := _nearest(point, other)) is not None)]
+        same = [point, *(match for other in others if (match := _at_same_point(point, other)) is not None)]
         if len(same) == len(terms):
             found.append(_scatter(tuple(terms), same))
     if not found:
@@ -83,10 +83,10 @@ def specimen_scatter(terms: Mapping[str, Sequence[CylinderTerms]]) -> tuple[Spec
 
 
 def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, frequency: float) -> SpecimenScatter:
-    """Scatter at `amplitude_pp` m and `frequency` Hz, where nothing need have been measured.
+    """Scatter at any `amplitude_pp`, m, and `frequency`, Hz, measured or not.
 
-    Laws of specimens have one form and the same priors, so between and beyond the points they err alike, which does not
-    show in their scatter: all of a law's error counts as shared. `deviation` has nothing taken out then.
+    Laws of specimens have one form and the same priors. Between and outside the points their errors are alike and do
+    not show in the scatter, so the whole error of a law counts as shared. `deviation` then includes it.
 
     Args:
         laws: of each specimen by its name.
@@ -98,28 +98,23 @@ def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, freque
     """
     terms = {name: law.at(amplitude_pp, frequency) for name, law in laws.items()}
     alike = {
-        name: [replace(each, shear=_erring_alike(each.shear), compression=_erring_alike(each.compression))]
+        name: [replace(each, shear=_with_shared_error(each.shear), compression=_with_shared_error(each.compression))]
         for name, each in terms.items()
     }
     (found,) = specimen_scatter(alike)
     return found
 
 
-def _erring_alike(point: DynamicStiffness) -> DynamicStiffness:
-    """The point with its own error as one that others share."""
+def _with_shared_error(point: DynamicStiffness) -> DynamicStiffness:
+    """The point with its own error as one that it shares with other points."""
     moves = np.linalg.cholesky(own_covariance(point)).T
     own = {f"law {number}": complex(*move) for number, move in enumerate(moves, start=1)}
     return replace(point, shared_errors={**point.shared_errors, **own})
 
 
-def _nearest(point: CylinderTerms, series: Sequence[CylinderTerms]) -> CylinderTerms | None:
-    near = [
-        other
-        for other in series
-        if abs(other.shear.frequency / point.shear.frequency - 1) < FREQUENCY_TOLERANCE
-        and abs(other.shear.amplitude_pp / point.shear.amplitude_pp - 1) < AMPLITUDE_TOLERANCE
-    ]
-    return min(near, key=lambda other: abs(math.log(other.shear.amplitude_pp / point.shear.amplitude_pp)), default=None)
+def _at_same_point(point: CylinderTerms, series: Sequence[CylinderTerms]) -> CylinderTerms | None:
+    nearest = nearest_point(point.shear, [other.shear for other in series])
+    return next((other for other in series if other.shear is nearest), None)
 
 
 def _scatter(names: tuple[str, ...], same: Sequence[CylinderTerms]) -> SpecimenScatter:
@@ -164,11 +159,11 @@ def _over(points: Sequence[DynamicStiffness], estimates: Sequence[Estimate], slo
         )
         for source in sources
     }
-    # what is shared moves all specimens alike: it does not show in their scatter
+    # shared errors move all specimens alike and do not show in their scatter
     common = math.sqrt(sum(float(np.mean(move)) ** 2 for move in moves.values()))
     own = np.square([estimate.standard_error for estimate in estimates])
     own = own - sum((move**2 for move in moves.values()), start=np.zeros(count))
-    own = np.maximum(own, 0.0)  # where all of it is shared, but for rounding
+    own = np.maximum(own, 0.0)  # where the whole error is shared, except for rounding
     seen = float(np.var(values, ddof=1))
     mean = float(np.mean(values))
 

@@ -1,7 +1,7 @@
-"""Which standards a set of sine points can claim, in sentences for reports; `docs/standards.md` has the table.
+"""Standards that a set of sine points can claim, in sentences for reports; `docs/standards.md` has the table.
 
-A claim says what was checked here. What only the laboratory can know, such as conditioning or the adequacy of the
-frame, is in the table and stays with the laboratory.
+A claim states what was checked here. Requirements that only the laboratory can check, such as conditioning or an
+adequate frame, are in the table.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ ASTM_D5992_BAND = (0.01, 100.0)
 ISO_10846_2_LOWEST = 1.0
 """Hz, ISO 10846-2:2008, scope."""
 LINEARITY_INPUTS_DB, LINEARITY_LEVELS_DB = 10.0, 1.5
-"""ISO 10846-2:2008, 7.7: inputs so far apart have to give levels of stiffness within so much."""
+"""ISO 10846-2:2008, 7.7: inputs this far apart must give stiffness levels within the second number."""
 
 
 def claims(points: Sequence[DynamicStiffness]) -> tuple[str, ...]:
-    """What points of one specimen and configuration can claim, one sentence a standard; none without points."""
+    """Claims for points of one specimen and configuration, one sentence a standard; none without points."""
     if not points:
         return ()
     return (_astm_d5992(points), _iso_10846_2(points), _iso_4664_1(points), _iso_18437_4(points))

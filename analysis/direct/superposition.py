@@ -1,12 +1,11 @@
 """Whether superposition holds between the tester's configurations (Fig. 12).
 
-Angled cylinders should show what compression and shear say: a + b = (compression) + (shear) / 2. Failing to see a
-difference would prove nothing, so this is an equivalence test: two one-sided tests (D. J. Schuirmann, J. of
+Angled cylinders should have a + b = (compression) + (shear) / 2. That no difference is seen would prove nothing, so
+this is an equivalence test: two one-sided tests (D. J. Schuirmann, J. of
 Pharmacokinetics and Biopharmaceutics 15, 1987, 657-680) of the relative difference of |k_d| against a stated margin.
 
-Points are taken at the same displacement of the actuator, as in the paper. An angled cylinder then moves by only
-1/sqrt(2) of it along either of its axes, so a specimen whose shear and compression do not feel each other's amplitude
-would read high when angled.
+Points have the same displacement of the actuator, as in the paper. An angled cylinder then moves by only 1/sqrt(2) of
+it along each of its axes. So a specimen whose shear and compression soften independently reads too high when angled.
 """
 
 from __future__ import annotations
@@ -54,15 +53,15 @@ class SuperpositionPoint:
         """Relative difference of |k_d|, measured over computed less one."""
         measured, computed = self.measured.magnitude_estimate, self.computed.magnitude_estimate
         ratio = measured.value / computed.value
-        return _difference(
-            ratio - 1,
-            (measured, computed),
-            (1 / computed.value, ratio / computed.value),
-        )
+        slopes = (1 / computed.value, ratio / computed.value)
+        parts = (measured, computed)
+        variances = [(slope * part.standard_error) ** 2 for slope, part in zip(slopes, parts, strict=True)]
+        freedom = combined_degrees_of_freedom(variances, [part.degrees_of_freedom for part in parts])
+        return Estimate(ratio - 1, math.sqrt(sum(variances)), freedom)
 
     @property
     def p_value(self) -> float:
-        """Of the hypothesis that the difference is at or beyond the margin; small speaks for superposition."""
+        """Of the hypothesis that the difference is at or beyond the margin; a small value supports superposition."""
         return max(self.difference.probability_below(-self.margin), 1 - self.difference.probability_below(self.margin))
 
     @property
@@ -90,10 +89,10 @@ class SuperpositionPoint:
 
 @dataclass(frozen=True)
 class Superposition:
-    """Fig. 12 in numbers.
+    """The test of Fig. 12.
 
     Attributes:
-        points: where all three configurations were measured, in the order of the angled ones.
+        points: measured in all three configurations, in the order of the angled ones.
         unmatched: angled points without a partner in compression or shear.
     """
 
@@ -125,7 +124,7 @@ def superposition(
         compression: points of one cylinder, b.
         shear: points of a pair, 2a.
         angled: points of a pair, a + b.
-        margin: relative difference of |k_d| that still counts as equal; state it before looking.
+        margin: relative difference of |k_d| that still counts as equal; to be stated before the test.
 
     Raises:
         AnalysisError: the margin is not positive, or no point has a partner in both other configurations.
@@ -149,9 +148,3 @@ def _side_by_side(compression: DynamicStiffness, shear: DynamicStiffness) -> Dyn
             variances, (compression.degrees_of_freedom, shear.degrees_of_freedom)
         ),
     )
-
-
-def _difference(value: float, parts: tuple[Estimate, Estimate], slopes: tuple[float, float]) -> Estimate:
-    variances = [(slope * part.standard_error) ** 2 for slope, part in zip(slopes, parts, strict=True)]
-    dof = combined_degrees_of_freedom(variances, [part.degrees_of_freedom for part in parts])
-    return Estimate(value, math.sqrt(sum(variances)), dof)

@@ -4,9 +4,9 @@ Over a few kelvin both change in proportion, T being the specimen's temperature 
 
     k(T) = k(T_0) (1 + alpha (T - T_0)),      gamma(T) = gamma(T_0) (1 + beta (T - T_0)).
 
-It is the linear part of the shift of M. L. Williams, R. F. Landel and J. D. Ferry (J. Am. Chem. Soc. 77, 1955,
-3701-3707) for a rubber far above its glass transition. Coefficients belong to a compound: measure them, or
-state them with the error that not having measured them deserves. Nothing is scaled unless this is called.
+This is the linear part of the shift of M. L. Williams, R. F. Landel and J. D. Ferry (J. Am. Chem. Soc. 77, 1955,
+3701-3707) for a rubber far above its glass transition. Coefficients belong to a compound: measure them, or state them
+with a suitably large error.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class TemperatureCoefficients:
     Attributes:
         stiffness: alpha, relative change of k per kelvin, 1/K; negative where it softens.
         loss_factor: beta, relative change of gamma per kelvin, 1/K.
-        largest_difference: up to which the two hold, K.
-        source: where they are from; points scaled by one source share its error.
+        largest_difference: from the reference temperature, for which the two are valid, K.
+        source: of the two; points scaled by one source share its error.
     """
 
     stiffness: Estimate
@@ -48,7 +48,7 @@ def at_reference_temperature(
     coefficients: TemperatureCoefficients,
     thermometer_error: float = 0.0,
 ) -> tuple[DynamicStiffness, ...]:
-    """Points scaled to `reference`, with what the coefficients are not known to in their covariance.
+    """Points scaled to `reference`, with the error of the coefficients in their covariance.
 
     Args:
         points: as measured.
@@ -58,8 +58,8 @@ def at_reference_temperature(
         thermometer_error: standard error of the thermometer, the same at all points, K.
 
     Raises:
-        AnalysisError: there is not one temperature a point, or one is further from the reference than the coefficients
-            reach.
+        AnalysisError: the numbers of points and temperatures differ, or a temperature is outside the validity of the
+            coefficients.
     """
     if len(points) != len(temperatures):
         raise AnalysisError(f"{len(points)} points and {len(temperatures)} temperatures; give one a point")
@@ -104,13 +104,10 @@ def _scaled(
         AppliedCorrection(EFFECT, "alpha", alpha.value, alpha.standard_error, "1/K"),
         AppliedCorrection(EFFECT, "beta", beta.value, beta.standard_error, "1/K"),
     )
-    scaled = replace(
+    return replace(
         point,
         complex_stiffness=complex(k, h),
         covariance=covariance,
         corrections=point.corrections + records,
         shared_errors=shared,
-    )
-    if point.loop_energy is None or point.loop_energy_excess is None:
-        return scaled
-    return replace(scaled, loop_energy=scaled.first_harmonic_energy + point.loop_energy_excess.value)
+    ).with_loop_energy()

@@ -18,6 +18,7 @@ TOGETHER = 0.9  # correlation from which a weakly known term is said to go with 
 ALIKE = 0.1  # how far from one the weights of a sum may be that is written without them
 
 Reasons = NDArray[np.str_]
+LEADING = 0.3  # weights below this share of the largest are left out of the words
 
 
 def term_names(joint_names: Sequence[str]) -> list[str]:
@@ -86,9 +87,6 @@ def _too_wide(what: str, width: float) -> str:
 
 def _together(partners: Sequence[str]) -> str:
     return f"; it goes with {', '.join(partners)}" if partners else ""
-
-
-LEADING = 0.3  # weights below this share of the largest are left out of the words
 
 
 @dataclass(frozen=True, eq=False)

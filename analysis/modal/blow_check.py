@@ -28,6 +28,9 @@ _TOP = 10  # distinct values next to the extreme, whose spacing says how likely 
 _OUT_OF_NOISE = 8.0  # standard deviations; below them equal extremes are the converter's steps
 _FEWEST_QUIET_SAMPLES = 8
 _RESPONSE = 0.05  # s after the trigger in which an accelerometer has to respond
+_FEWEST = 3  # of two blows that disagree nobody knows which is wrong
+_LARGEST = 0.25  # difference of blows at one mark; neighbouring marks differ by 0.45 and more
+_OVER_THE_OTHERS = 4.0  # times the difference of the others among themselves
 
 
 class BlowFault(StrEnum):
@@ -275,11 +278,6 @@ def _dead_sensors(sensors: Real, quiet: int, trigger_index: int, sample_rate: fl
                 f"accelerometer {index + 1} did not respond: {np.sqrt(level):.3g} m/s^2 rms after the trigger, "
                 f"{np.sqrt(before):.3g} m/s^2 before; check its cable",
             )
-
-
-_FEWEST = 3  # of two blows that disagree nobody knows which is wrong
-_LARGEST = 0.25  # difference of blows at one mark; neighbouring marks differ by 0.45 and more
-_OVER_THE_OTHERS = 4.0  # times the difference of the others among themselves
 
 
 def check_point(

@@ -22,6 +22,9 @@ from analysis.structure.beam import RIGID_MODES, FreeBeam
 from analysis.structure.joints import Joint
 
 LOW_BAND = 3.0  # free modes up to so many times the highest frequency of interest stay as unknowns
+MARGIN = 1.1  # starting values are sought so far above the highest frequency asked for
+ITERATIONS = 30
+CONVERGED = 1e-12  # relative change of a pole
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +139,6 @@ class ReducedBeam:
 def _diagonal(values: Complex) -> Complex:
     """(..., n, n) matrices with `values` (..., n) on their diagonals."""
     return np.asarray(values[..., None] * np.eye(values.shape[-1]))
-
-
-MARGIN = 1.1  # starting values are sought so far above the highest frequency asked for
-ITERATIONS = 30
-CONVERGED = 1e-12  # relative change of a pole
 
 
 def eigensolution(

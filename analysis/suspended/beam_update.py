@@ -32,6 +32,9 @@ STIFFNESS_POWERS = {"youngs_modulus": 1.0, "height": 3.0, "width": 1.0, "length"
 """Exponents of the parameters in the bending stiffness E h^3 w / L^3."""
 MASS_POWERS = {"density": 1.0, "height": 1.0, "width": 1.0, "length": 1.0}
 """Exponents of the parameters in the mass rho L h w."""
+ITERATIONS = 30
+CONVERGED = 1e-6  # gain in chi-square: every parameter is within a thousandth of its standard deviation
+DISAGREE = 0.01  # p-value of chi-square
 
 
 def free_frequencies(
@@ -109,11 +112,6 @@ def _in_phi(
     slope = (4 * once - 3 * here - twice) / 2
     whole = here / (1 + phi) ** 2
     return whole, np.asarray(slope / (1 + phi) ** 2 - 2 * whole / (1 + phi))
-
-
-ITERATIONS = 30
-CONVERGED = 1e-6  # gain in chi-square: every parameter is within a thousandth of its standard deviation
-DISAGREE = 0.01  # p-value of chi-square
 
 
 @dataclass(frozen=True)

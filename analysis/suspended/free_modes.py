@@ -31,6 +31,9 @@ from analysis.structure.agreement import mac
 from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam
 
 SOFT = 0.1  # a suspension above this share of the first elastic frequency is stiff
+NEAR = 0.1  # largest difference in the logarithm of frequency between a measured mode and its prediction
+ALIKE = 0.8  # least modal assurance criterion between them
+_NO_PAIR = 1e3  # cost of a pair that does not match: more than all true pairs together
 
 
 @dataclass(frozen=True)
@@ -92,11 +95,6 @@ def participation(suspension: Suspension, free_beam: FreeBeam, places: Sequence[
         return Participation(mean, np.zeros_like(mean))
     anywhere = hanging * shape(np.linspace(positions[0], positions[-1], 10 * positions.size)) ** 2
     return Participation(np.mean(anywhere, axis=0), np.std(anywhere, axis=0))
-
-
-NEAR = 0.1  # largest difference in the logarithm of frequency between a measured mode and its prediction
-ALIKE = 0.8  # least modal assurance criterion between them
-_NO_PAIR = 1e3  # cost of a pair that does not match: more than all true pairs together
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import RigCorrections, TesterEffect, correct, joint_covariance
+from analysis.direct.corrections import RigCorrections, TesterEffect, correct
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
+from analysis.direct.point_covariance import joint_covariance
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
 from tests.analysis.direct.points import from_polar, measured_stiffness

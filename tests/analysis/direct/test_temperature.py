@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import joint_covariance
+from analysis.direct.point_covariance import joint_covariance
 from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate

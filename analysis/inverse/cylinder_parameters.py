@@ -1,13 +1,14 @@
-"""Joints described by the cylinders they are built of, Eqs. (8)-(11): fewer parameters, and a prior on each.
+"""Joints by the stiffnesses of their cylinders, Eqs. (8)-(11): fewer parameters than terms of the matrices.
 
-The matrix of a joint is linear in the cylinders' a, b, c, d and known in how they lean. Where terms of the matrices
-cannot be told apart, such as k11 of two joints on a beam that hardly stretches, this says how they hang together.
+The matrix of a joint is linear in a, b, c, d of its cylinders, and their inclinations are known. Where the data do not
+separate terms of the matrices, such as k11 of two joints on a beam that hardly stretches, the cylinders relate them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -20,40 +21,24 @@ from analysis.structure.joints import Joint
 CYLINDER_TERMS = ("a", "b", "c", "d")
 """Shear, compression, rotation, and coupling of rotation with shear of Eq. (8); N/m, N/m, N m, N."""
 COUNT = 2 * len(CYLINDER_TERMS)  # real and imaginary parts of a joint's four terms, followed by two inclinations
-UNKNOWN = (np.inf, np.inf, np.inf, 1e3)
-
-
-@dataclass(frozen=True)
-class CylinderPrior:
-    """What is known of a joint's cylinders beforehand: independent Gaussians for the parts of a, b, c, d.
-
-    Coupling d and rotation c of opposed cylinders act on k33 alike, so without a bound on d there is no c.
-
-    Attributes:
-        mean: (4,) of a, b, c, d.
-        deviation: (4,) standard deviation of their real and of their imaginary part; infinite where nothing is known.
-            By default d is zero within 1000 N, which leaves c uncertain by some 10 N m.
-    """
-
-    mean: tuple[complex, complex, complex, complex] = (0.0, 0.0, 0.0, 0.0)
-    deviation: tuple[float, float, float, float] = UNKNOWN
+PRIOR_DEVIATION = (np.inf, np.inf, np.inf, 1e3)
+"""Of the real and of the imaginary parts of a, b, c, d about zero. Coupling d and rotation c of opposed cylinders have
+the same effect on k33; d within 1000 N leaves c uncertain by about 10 N m, and without a bound c is undetermined."""
 
 
 @dataclass(frozen=True)
 class CylinderPair:
-    """How a joint is built: a lower and an upper cylinder of one kind.
+    """Construction of a joint: a lower and an upper cylinder of one kind.
 
     Attributes:
         name: of the joint.
         inclinations: (2,) theta of the lower and the upper cylinder as drawn, rad.
         eccentricity: of both, m; the lower counts as minus it.
-        prior: on the cylinders.
     """
 
     name: str
     inclinations: tuple[float, float]
     eccentricity: float
-    prior: CylinderPrior = CylinderPrior()
 
     def terms(self, leaning: Real) -> tuple[Real, Real]:
         """(6, 4) upper terms for a unit of a, b, c, d, with the cylinders `leaning` (2,) off the drawing, rad.
@@ -75,14 +60,13 @@ class CylinderParameters:
     """Complex a, b, c, d of each joint's cylinders, and how far each of them leans off the drawing.
 
     Attributes:
-        pairs: (joints,) how they are built, in the order of the joints.
+        pairs: (joints,) in the order of the joints.
         inclination: standard deviation of each inclination, rad; zero holds them as drawn.
-        seen_from_drawing: see `JointParameters`; cylinders are where the joint is.
     """
 
     pairs: tuple[CylinderPair, ...]
     inclination: float = 0.0
-    seen_from_drawing: bool = False
+    seen_from_drawing: ClassVar[bool] = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -98,13 +82,13 @@ class CylinderParameters:
 
     @property
     def prior_mean(self) -> Real:
-        """Of the cylinders' parts; leaning has none."""
-        return self._joined([(np.real(pair.prior.mean), np.imag(pair.prior.mean), 0.0) for pair in self.pairs])
+        """Zeros."""
+        return np.zeros(len(self.labels))
 
     @property
     def prior_deviation(self) -> Real:
         """Of the cylinders' parts, and the tolerance of their inclinations."""
-        return self._joined([(pair.prior.deviation, pair.prior.deviation, self.inclination) for pair in self.pairs])
+        return self._joined([(PRIOR_DEVIATION, PRIOR_DEVIATION, self.inclination) for _ in self.pairs])
 
     def start(self, joints: Sequence[Joint]) -> Real:
         """Least squares for a, b, c with d zero, cylinders as drawn, translations and rotation apart.
@@ -165,7 +149,7 @@ def _terms_of_cylinder(inclination: float, eccentricity: float) -> tuple[Real, R
     e = eccentricity
 
     def upper(k11: Real, k12: Real, k22: Real, d1: float, d2: float, c33: float) -> Real:
-        """Terms at the beam's axis of those where the cylinder takes hold."""
+        """Terms at the beam's axis from those at the end of the cylinder."""
         d = np.array([0, 0, 0, 1])
         k13, k23 = d1 * d - e * k11, d2 * d - e * k12
         k33 = c33 * np.array([0, 0, 1, 0]) - 2 * e * d1 * d + e**2 * k11

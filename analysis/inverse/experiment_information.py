@@ -1,7 +1,7 @@
-"""What an experiment tells, before it is made or after: standard deviations and weak directions.
+"""Information of an experiment, planned or made: standard deviations and weak directions.
 
 The Fisher information of accelerances needs the bench, the points and the noise, but no data. Sets with different
-accelerometers add up; what they have in common, such as E or where a blow fell, is one unknown for all.
+accelerometers add up; parameters that they share, such as E or the place of a blow, are one unknown for all.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, upper_terms
+from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, real_terms, upper_terms
 from analysis.inverse.observability import TermBound, bounded_inverse, term_bound, term_units
 from analysis.inverse.regression import TERMS
 from analysis.inverse.response_likelihood import Information, ResponseLikelihood
@@ -28,7 +28,7 @@ from analysis.structure.joints import Joint
 
 @dataclass(frozen=True, eq=False)
 class PlannedSet:
-    """One roving-hammer set, to be made or made.
+    """One roving-hammer set.
 
     Attributes:
         response: the accelerometer.
@@ -48,7 +48,7 @@ class PlannedSet:
 
 @dataclass(frozen=True)
 class LinearPrior:
-    """Something known of the joints beforehand: a combination of terms is zero within a standard deviation.
+    """Prior knowledge of the joints: a combination of terms is zero within a standard deviation.
 
     Attributes:
         weights: by term, such as {"k11(I)": 1, "k22(I)": -1}.
@@ -61,12 +61,12 @@ class LinearPrior:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A bench and what is to be done with it.
+    """A bench and the sets to measure on it.
 
     Attributes:
         free_beam: without joints.
-        joints: as expected; information depends on them little.
-        sets: to be made; one with each accelerometer.
+        joints: as expected; information depends little on them.
+        sets: one for each accelerometer.
         tolerances: of the bench.
         parameters: of the joints; all terms by default.
         priors: on the joints' terms; with parameters that are all terms only.
@@ -82,16 +82,16 @@ class Experiment:
 
 @dataclass(frozen=True, eq=False)
 class Expectation:
-    """What an experiment will tell.
+    """Expected result of an experiment.
 
     Attributes:
         labels: (parameters,) of the joints, then of the bench's deviations.
         deviation: (parameters,) standard deviations.
         terms_covariance: (12 joints, 12 joints) of the joints' terms.
-        stiffness_deviation, damping_deviation: by joint, (12,) halves of the former: (6,) standard deviations of
-            [k11, k12, k13, k22, k23, k33] and of h.
-        bound: of the terms with nothing assumed of the joints.
-        weak_directions: of the terms, with all that is assumed, the weakest first.
+        stiffness_deviation, damping_deviation: by joint, (6,) standard deviations of [k11, k12, k13, k22, k23, k33] and
+            of h.
+        bound: of the terms without prior knowledge of the joints.
+        weak_directions: of the terms with all priors, the weakest first.
     """
 
     labels: tuple[str, ...]
@@ -122,7 +122,8 @@ def expected(experiment: Experiment) -> Expectation:
     prior = np.concatenate([parameters.prior_deviation, np.sqrt(np.diag(tolerance))])
     known = block_diag(np.diag(1 / np.square(parameters.prior_deviation)), np.linalg.inv(tolerance))
     normal = np.real(chain.conj().T @ products @ chain) + known
-    terms_slope = _terms_slope(slope, len(tolerance))
+    terms = real_terms(slope)
+    terms_slope = np.hstack([terms, np.zeros((len(terms), len(tolerance)))])
     for each in experiment.priors:
         row = _weights(each, names) @ terms_slope / each.deviation
         normal += np.outer(row, row)
@@ -130,8 +131,7 @@ def expected(experiment: Experiment) -> Expectation:
     terms_covariance = terms_slope @ covariance @ terms_slope.T
 
     unit = term_units(experiment.free_beam, len(joints))
-    upper = upper_terms(joints).reshape(-1, 1, HALF)
-    terms = np.concatenate([upper.real, upper.imag], axis=1).ravel()
+    terms = real_terms(upper_terms(joints))
     nothing = np.zeros(len(products), dtype=complex)
     bound = term_bound(Information(products, nothing, 0.0), tolerance, unit)
     weak = weak_directions(terms_covariance, names, experiment.free_beam.beam.stiffness_unit, terms)
@@ -182,15 +182,8 @@ def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Comp
     return products, tuple(order), covariance
 
 
-def _terms_slope(slope: Complex, deviations: int) -> Real:
-    """(12 joints, parameters) derivative of the terms, where joints are described where they sit."""
-    by_joint = slope.reshape(-1, 1, HALF, slope.shape[1])
-    terms = np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, slope.shape[1])
-    return np.hstack([terms, np.zeros((len(terms), deviations))])
-
-
 def _sizes(parameters: JointParameters, values: Real, prior: Real) -> Real:
-    """(parameters,) of the order of each parameter, for a bound on what nothing determines."""
+    """(parameters,) order of magnitude of each parameter, to bound those that nothing determines."""
     reach = np.concatenate([parameters.reach(values), np.full(prior.size - values.size, np.inf)])
     return np.where(np.isfinite(prior), prior, np.where(np.isfinite(reach), reach, 1.0))
 

@@ -1,4 +1,4 @@
-"""What would mend the weakest direction of an experiment: priors, accelerometers, a wider band."""
+"""Remedies for the weakest direction of an experiment: priors, accelerometers, a wider band."""
 
 from __future__ import annotations
 
@@ -18,18 +18,23 @@ from analysis.inverse.regression import TERMS
 from analysis.inverse.tolerances import Tolerances
 from analysis.structure.beam import FreeBeam
 
-LINES = 300
-"""At most, of an experiment that was made: with its noise in proportion, fewer hold the same information."""
+MOST_LINES = 300
+"""Of an experiment that was made: with the noise in proportion, fewer lines hold the same information."""
+EQUALITY = 0.03
+"""Relative standard deviation of the prior k11 = k22. Half a degree on a 45-degree joint whose cylinders are seven
+times stiffer along than across makes 1.3 %."""
+WIDER = 3.0
+"""Factor of the wider band."""
 
 
 @dataclass(frozen=True, eq=False)
 class Remedy:
-    """Something that might mend an experiment's weakest direction.
+    """A change of an experiment that may improve its weakest direction.
 
     Attributes:
-        text: what, in words, with what the weakest direction comes to.
-        before, after: standard deviation of the weakest direction of the unmended experiment, in `stiffness_unit`.
-        expectation: of the mended experiment.
+        text: the change, and its effect on the weakest direction.
+        before, after: standard deviation of the weakest direction of the experiment as it is, in `stiffness_unit`.
+        expectation: of the changed experiment.
     """
 
     text: str
@@ -38,24 +43,19 @@ class Remedy:
     expectation: Expectation
 
 
-def remedies(
-    experiment: Experiment, pairs: Sequence[CylinderPair] = (), equality: float = 0.03, wider: float = 3.0
-) -> tuple[Remedy, ...]:
-    """What would mend the weakest direction: priors, accelerometers and a wider band, the best first.
+def remedies(experiment: Experiment, pairs: Sequence[CylinderPair] = ()) -> tuple[Remedy, ...]:
+    """Priors, accelerometers and a wider band that improve the weakest direction, the best first.
 
     Args:
         experiment: with all terms as parameters.
-        pairs: how the joints are built; without them the cylinders are not tried.
-        equality: relative standard deviation within which k11 = k22 may be taken; half a degree on a 45-degree joint
-            whose cylinders are seven times stiffer along than across makes 1.3 %.
-        wider: factor by which the band might be opened.
+        pairs: construction of the joints; without them the cylinders are not tried.
     """
     before = expected(experiment)
     direction = _weakest(before, experiment.free_beam)
     first = experiment.sets[0]
     ends = [Dof(node, Direction.X) for node in (1, len(experiment.free_beam.mesh.named))]
     step = float(first.frequency[1] - first.frequency[0])
-    trials = [(f"taking k11 = k22 in each joint within {100 * equality:g} %", _with_equality(experiment, equality))]
+    trials = [(f"taking k11 = k22 in each joint within {100 * EQUALITY:g} %", _with_equality(experiment))]
     if pairs:
         cylinders = CylinderParameters(tuple(pairs), experiment.tolerances.inclination)
         trials.append(("the cylinders as parameters", replace(experiment, parameters=cylinders)))
@@ -63,7 +63,7 @@ def remedies(
         another = replace(first, response=end)
         trials.append((f"a second accelerometer at {end}", replace(experiment, sets=(*experiment.sets, another))))
     if np.ndim(first.noise) == 0:
-        lines = np.arange(first.frequency[0], wider * first.frequency[-1], step)
+        lines = np.arange(first.frequency[0], WIDER * first.frequency[-1], step)
         sets = tuple(replace(each, frequency=lines) for each in experiment.sets)
         trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
 
@@ -77,32 +77,27 @@ def remedies(
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 
-def experiment_made(fit: JointFit, tolerances: Tolerances) -> Experiment:
-    """The experiment that a fit is of, with its noise, at the joints that were found.
-
-    Args:
-        fit: by maximum likelihood.
-        tolerances: that it was made with.
-    """
+def experiment_of_fit(fit: JointFit, tolerances: Tolerances) -> Experiment:
+    """The experiment behind a fit, with its noise and these `tolerances`, at the identified joints."""
     model = fit.likelihood.model
-    every = -(-model.frequency.size // LINES)
+    every = -(-model.frequency.size // MOST_LINES)
     noise = np.sqrt(fit.noise_scale / every) * fit.likelihood.deviation[:, ::every]
     made = PlannedSet(model.response, model.inputs, model.frequency[::every], noise, model.decay)
     return Experiment(model.free_beam, tuple(found.joint for found in fit.joints.values()), (made,), tolerances)
 
 
-def _with_equality(experiment: Experiment, relative: float) -> Experiment:
+def _with_equality(experiment: Experiment) -> Experiment:
     priors = []
     for joint in experiment.joints:
         z = joint.dynamic_stiffness[1, 1]
         for letter, size in (("k", abs(z.real)), ("h", abs(z.imag))):
             weights = {f"{letter}11({joint.name})": 1.0, f"{letter}22({joint.name})": -1.0}
-            priors.append(LinearPrior(weights, relative * max(size, 1e-3 * abs(z))))
+            priors.append(LinearPrior(weights, EQUALITY * max(size, 1e-3 * abs(z))))
     return replace(experiment, priors=(*experiment.priors, *priors))
 
 
 def _weakest(expectation: Expectation, free_beam: FreeBeam) -> Real:
-    """(12 joints,) combination of stiffnesses known least, its largest weight 1, in units of `stiffness_unit`."""
+    """(12 joints,) least known combination of stiffnesses, its largest weight 1, in units of `stiffness_unit`."""
     unit = term_units(free_beam, expectation.terms_covariance.shape[0] // len(TERMS))
     stiffness = (np.arange(unit.size) // HALF) % 2 == 0
     scaled = expectation.terms_covariance / np.outer(unit, unit) * np.outer(stiffness, stiffness)

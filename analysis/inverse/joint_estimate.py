@@ -1,4 +1,4 @@
-"""An identified joint: its matrices, their 95 % intervals, and which terms are more than an assumption."""
+"""An identified joint: its matrices, their 95 % intervals, and which terms are observable."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from analysis.frequency_response import Real
-from analysis.interval import CONFIDENCE
+from analysis.interval import quantile
 from analysis.inverse.regression import UPPER, Regression
 from analysis.inverse.undetermined_terms import Reasons
 from analysis.structure.joints import Joint
 
-ROUNDING = 1e-9  # a term so small beside its diagonal terms is zero, whatever its residual scatter
+ROUNDING = 1e-9  # a term below this share of its diagonal terms counts as zero
 HALF = len(UPPER)
+NORMAL = float(quantile(np.inf))
 
 Scalar = TypeVar("Scalar", np.float64, np.str_)
 NOT_REAL = "its 95 % interval includes zero"
@@ -25,7 +25,7 @@ NOT_REAL = "its 95 % interval includes zero"
 
 @dataclass(frozen=True, eq=False)
 class IdentifiedJoint:
-    """A joint as identified, by whatever method. Rows and columns: x, y, rotation; N/m, N, N m.
+    """A joint identified by any method. Rows and columns: x, y, rotation; N/m, N, N m.
 
     Attributes:
         name, node: of the joint.
@@ -34,8 +34,8 @@ class IdentifiedJoint:
         k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
         loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
         loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
-        why_not: (3, 3) of text, why the stiffness is not observable: it cannot be told from zero, or is not determined
-            on its own by the data with nothing assumed, see `term_reasons.undetermined`; empty where it is observable.
+        why_not: (3, 3) of text, why the stiffness is not observable: it cannot be told from zero, or the data alone do
+            not determine it, see `undetermined_terms.undetermined`; empty where it is observable.
     """
 
     name: str
@@ -51,12 +51,12 @@ class IdentifiedJoint:
 
     @property
     def observable(self) -> NDArray[np.bool_]:
-        """(3, 3) whether a term is more than an assumption."""
+        """(3, 3) whether the data determine a term."""
         return np.asarray(self.why_not == "")
 
     @property
     def not_observable(self) -> dict[str, str]:
-        """By name, such as "k12" and "k21", of every element that is not observable, why."""
+        """Reason by name, such as "k12" and "k21", for every element that is not observable."""
         return {f"k{p + 1}{q + 1}": str(why) for (p, q), why in np.ndenumerate(self.why_not) if why}
 
     @property
@@ -66,7 +66,7 @@ class IdentifiedJoint:
 
     @property
     def best_covariance(self) -> Real:
-        """(12, 12) the one to keep: of all that is known of the errors."""
+        """(12, 12) the one to store, with all known errors."""
         return self.covariance
 
 
@@ -74,12 +74,12 @@ class IdentifiedJoint:
 class JointEstimate(IdentifiedJoint):
     """A joint as identified from modes, Section 5.
 
-    `covariance` is that of the paper's regression, Section 7: residual scatter alone, every equation counted three
-    times, which makes it too small. Each interval is the wider of two: Student's from the residual scatter, every
+    `covariance` is that of the paper's regression, Section 7: residual scatter alone, with every equation counted
+    three times, which is too small. Each interval is the wider of two: Student's from the residual scatter, every
     equation counted once, and the normal one from `propagated_covariance`.
 
     Attributes:
-        propagated_covariance: (12, 12) what the covariance of the measured modes leads to; None where they have none.
+        propagated_covariance: (12, 12) from the covariance of the measured modes; None where they have none.
         regression: residuals of Fig. 5, s^2 and R^2.
     """
 
@@ -114,24 +114,23 @@ def joint_of(name: str, node: int, regression: Regression) -> Joint:
 def estimate(
     name: str, node: int, regression: Regression, propagated: Real | None, undetermined: Reasons
 ) -> JointEstimate:
-    """Matrices and intervals of one joint.
+    """Matrices and intervals of one joint from its regression.
 
     Args:
-        name: of the joint.
-        node: of the joint.
+        name, node: of the joint.
         regression: its solution.
         propagated: (12, 12) covariance from that of the modes, or None.
-        undetermined: (12,) why the modes do not determine a term whatever is assumed; empty where they do.
+        undetermined: (12,) why the modes alone do not determine a term; empty where they do.
     """
     count = len(regression.terms)
     covariances = [(regression.honest_covariance, quantile(np.full(count, regression.freedom)))]
     if propagated is not None:
         covariances.append((propagated, np.full(count, NORMAL)))
-    common = identified(name, node, regression.terms, regression.covariance, covariances, undetermined)
+    common = joint_from_terms(name, node, regression.terms, regression.covariance, covariances, undetermined)
     return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
 
 
-def identified(
+def joint_from_terms(
     name: str,
     node: int,
     terms: Real,
@@ -139,15 +138,14 @@ def identified(
     widths: Sequence[tuple[Real, Real]],
     undetermined: Reasons,
 ) -> IdentifiedJoint:
-    """Matrices and intervals of one joint.
+    """Matrices and intervals of one joint from its terms.
 
     Args:
-        name: of the joint.
-        node: of the joint.
-        terms: (12,) k's and h's upper triangle.
-        covariance: (12, 12) to state.
-        widths: covariances (12, 12) and quantiles (12,) that intervals are made of; the widest counts.
-        undetermined: (6,) or more: why the data do not determine a stiffness whatever is assumed; empty where they do.
+        name, node: of the joint.
+        terms: (12,) upper triangles of k and h.
+        covariance: (12, 12) of the terms, to store.
+        widths: covariances (12, 12) and quantiles (12,); the widest interval counts.
+        undetermined: (6,) or more: why the data alone do not determine a stiffness; empty where they do.
     """
     half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
     limits = np.stack([terms - half, terms + half], axis=-1)
@@ -172,21 +170,19 @@ def identified(
     )
 
 
-def ratio_interval(
-    numerator: float, denominator: float, covariance: Real, quantile: float
-) -> tuple[float, float] | None:
+def ratio_interval(numerator: float, denominator: float, covariance: Real, width: float) -> tuple[float, float] | None:
     """Interval of a ratio by Fieller's theorem (J. Roy. Stat. Soc. B 16, 1954, 175-185).
 
     Args:
         numerator: estimate.
         denominator: estimate.
         covariance: (2, 2) of numerator and denominator.
-        quantile: of Student's or the normal distribution.
+        width: quantile of Student's or the normal distribution.
 
     Returns:
         Lower and upper end, or None where the denominator cannot be told from zero.
     """
-    (v_n, v_nd), (_, v_d) = covariance * quantile**2
+    (v_n, v_nd), (_, v_d) = covariance * width**2
     free = denominator**2 - v_d
     if free <= 0:
         return None
@@ -209,11 +205,3 @@ def _loss_factors(terms: Real, covariances: Sequence[tuple[Real, Real]]) -> tupl
             ratio[place] = h / k
             limits[place] = min(low for low, _ in bounded), max(high for _, high in bounded)
     return ratio, limits
-
-
-def quantile(freedom: float | Real) -> Real:
-    """Of the two-sided interval, for Student's distribution or, at infinite freedom, the normal one."""
-    return np.asarray(stdtrit(freedom, (1 + CONFIDENCE) / 2))
-
-
-NORMAL = float(quantile(np.inf))

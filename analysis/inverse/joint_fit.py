@@ -10,9 +10,9 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real, blows_behind
-from analysis.interval import Estimate, combined_degrees_of_freedom
-from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, identified, quantile
-from analysis.inverse.joint_parameters import matrices
+from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
+from analysis.inverse.joint_estimate import HALF, IdentifiedJoint
+from analysis.inverse.joint_parameters import matrices, real_terms
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
 from analysis.inverse.observability import TermBound, term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
@@ -243,7 +243,7 @@ class JointFit:
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
 
-def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex | None = None) -> JointFit:
+def describe_fit(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex | None = None) -> JointFit:
     """What a minimum says.
 
     Args:
@@ -265,8 +265,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
         of_blows = information_from_scatter(likelihood, found.values, response, scatter) / scale
         covariance = curvature @ (np.sum(of_blows, axis=0) + weight) @ curvature
         freedom = degrees_of_freedom(slope, curvature @ of_blows @ curvature, covariance, scatter)
-    upper = likelihood.upper(found.values).reshape(len(names), HALF)
-    terms = np.hstack([upper.real, upper.imag])
+    terms = real_terms(likelihood.upper(found.values)).reshape(len(names), 2 * HALF)
     terms_covariance = slope @ covariance @ slope.T
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
@@ -277,7 +276,7 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
     for joint, name in enumerate(names):
         at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
         own = terms_covariance[at, at]
-        common = identified(
+        common = joint_from_terms(
             name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
         )
         check = passivity(common, float(np.min(freedom[at][HALF:])))
@@ -309,6 +308,4 @@ def described(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex |
 
 def _terms_slope(likelihood: ResponseLikelihood, values: Real) -> Real:
     """(12 joints, parameters) derivative of the terms of all joints in the parameters."""
-    chain = likelihood.chain(values)[: HALF * len(likelihood.parameters.names)]
-    by_joint = chain.reshape(-1, 1, HALF, chain.shape[1])
-    return np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, chain.shape[1])
+    return real_terms(likelihood.chain(values)[: HALF * len(likelihood.parameters.names)])

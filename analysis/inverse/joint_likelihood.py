@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
-from analysis.inverse.joint_fit import JointFit, described
+from analysis.inverse.joint_fit import JointFit, describe_fit
 from analysis.inverse.joint_parameters import JointParameters, SymmetricTerms
 from analysis.inverse.levenberg_marquardt import Linearised, Minimum, Trial, minimise
 from analysis.inverse.response_likelihood import ResponseLikelihood
@@ -89,13 +89,15 @@ def identify_from_responses(
         parameters=described_by,
         tolerance=tolerances.covariance(lines.response, lines.inputs, len(start)),
     )
-    found = _search(target, [described_by.start(joints) for joints in (start, turning_modestly(start, free_beam))])
+    found = _search(
+        target, [described_by.start(joints) for joints in (start, with_small_rotation_terms(start, free_beam))]
+    )
     if lines.variance is None:
         for _ in range(2):
             fitted = target.response(found.values).accelerance
             target = replace(target, deviation=np.sqrt(variance_from_residual(lines.accelerance, fitted)))
             found = minimise(target, found.values, FINALLY, MOST_STEPS)
-    return described(target, found, lines.scatter)
+    return describe_fit(target, found, lines.scatter)
 
 
 def _search(target: ResponseLikelihood, starts: Sequence[Real]) -> Minimum:
@@ -129,7 +131,7 @@ def _approached(target: ResponseLikelihood, start: Real, approach: Sequence[tupl
     return found
 
 
-def turning_modestly(joints: Sequence[Joint], free_beam: FreeBeam) -> list[Joint]:
+def with_small_rotation_terms(joints: Sequence[Joint], free_beam: FreeBeam) -> list[Joint]:
     """The joints with what turns them as small as joints are beside a beam; modes alone often give it far too large."""
     lever = free_beam.beam.height / 4
     found = []

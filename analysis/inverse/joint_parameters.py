@@ -1,13 +1,13 @@
-"""What joints are described by in a fit: real parameters, mapped to the dynamic stiffness z = k + i h of all joints.
+"""Real parameters of the joints in a fit, mapped to the dynamic stiffness z = k + i h of all joints.
 
-Here they are the terms of the matrices themselves; `cylinder_parameters` has those of the cylinders.
+Here the parameters are the terms of the matrices; `cylinder_parameters` has those of the cylinders.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -17,8 +17,8 @@ from analysis.inverse.regression import TERMS, UPPER
 from analysis.structure.joints import Joint
 
 HALF = len(UPPER)
-REACH = 0.3  # a start is taken to be off by so much of the size of a term
-SHORT_LEVER = 0.01  # m; a rotational stiffness is at least of the size of a translational one at this lever
+REACH = 0.3  # assumed error of a start value, relative to the size of the term
+SHORT_LEVER = 0.01  # m; least size of a rotational stiffness: that of a translational one at this lever
 
 
 class JointParameters(Protocol):
@@ -30,7 +30,7 @@ class JointParameters(Protocol):
 
     @property
     def seen_from_drawing(self) -> bool:
-        """Whether z is that at the drawing's node, through a rigid lever, and not where the joint really sits."""
+        """Whether z is referred to the drawing's node, by a rigid lever, and not to the true position of the joint."""
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -42,13 +42,13 @@ class JointParameters(Protocol):
 
     @property
     def prior_deviation(self) -> Real:
-        """(parameters,) standard deviations; infinite where nothing is known beforehand."""
+        """(parameters,) standard deviations; infinite without prior knowledge."""
 
     def start(self, joints: Sequence[Joint]) -> Real:
         """(parameters,) nearest to `joints`."""
 
     def reach(self, values: Real) -> Real:
-        """(parameters,) how far off a start `values` is taken to be; infinite where nothing is taken."""
+        """(parameters,) assumed error of start `values`; infinite where none is assumed."""
 
     def upper(self, values: Real) -> Complex:
         """(6 joints,) upper terms of z of all joints, joint by joint."""
@@ -72,17 +72,22 @@ def upper_terms(joints: Sequence[Joint]) -> Complex:
     return np.array([part[place] for part in parts for place in UPPER], dtype=complex)
 
 
+def real_terms(upper: Complex) -> Real:
+    """(12 joints, ...) real parts k, then imaginary parts h, joint by joint, of upper terms (6 joints, ...)."""
+    by_joint = upper.reshape(-1, 1, HALF, *upper.shape[1:])
+    return np.concatenate([by_joint.real, by_joint.imag], axis=1).reshape(-1, *upper.shape[1:])
+
+
 @dataclass(frozen=True)
 class SymmetricTerms:
-    """All twelve terms of each joint, k11 ... k33 and h11 ... h33, with nothing known beforehand.
+    """All twelve terms of each joint, k11 ... k33 and h11 ... h33, without prior knowledge.
 
     Attributes:
         names: (joints,).
-        seen_from_drawing: see `JointParameters`.
     """
 
     names: tuple[str, ...]
-    seen_from_drawing: bool = True
+    seen_from_drawing: ClassVar[bool] = True
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -101,8 +106,7 @@ class SymmetricTerms:
 
     def start(self, joints: Sequence[Joint]) -> Real:
         """The terms of `joints`."""
-        terms = upper_terms(joints).reshape(-1, 1, HALF)
-        return np.concatenate([terms.real, terms.imag], axis=1).ravel()
+        return real_terms(upper_terms(joints))
 
     def reach(self, values: Real) -> Real:
         """A share of the diagonal terms in their row and column."""
@@ -123,7 +127,7 @@ class SymmetricTerms:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeldTerms(SymmetricTerms):
-    """The same with a Gaussian about a value for each term: a ridge under those that accelerances leave open.
+    """The same with a Gaussian prior for each term: a ridge for those that accelerances do not determine.
 
     Attributes:
         mean: (12 joints,).

@@ -15,15 +15,15 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 FIRST_DAMPING = 1e-3
-PUSH = 8.0  # and twice that at each further refusal of a step: damping that is far too small is soon enough
-RELIEF = 0.1  # directions a million times weaker than others need the damping gone before they move
+PUSH = 8.0  # factor of the damping after a rejected step, doubled at each further rejection
+RELIEF = 0.1  # factor after a good step; directions a million times weaker than others move only without damping
 LEAST_DAMPING = 1e-14
 MOST_DAMPING = 1e8
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """A sum of squares about a point: half of its gradient, negative, and half of its second derivative.
+    """A sum of squares about a point, with minus half of its gradient and half of its second derivative.
 
     Attributes:
         cost: the sum of squares.
@@ -38,7 +38,7 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A sum of squares at a point that may be refused: its derivatives are asked for only where it is not.
+    """A sum of squares at a point that may be rejected; derivatives are computed only where it is accepted.
 
     Attributes:
         cost: the sum of squares.
@@ -49,12 +49,12 @@ class Trial:
     linearised: Callable[[], Linearised]
 
 
-def _begun_nowhere() -> Linearised:
-    raise AnalysisError("a search has begun where there is nothing to be minimised; start it from what can be")
+def _infeasible() -> Linearised:
+    raise AnalysisError("the search starts at a point without a sum of squares; choose another start")
 
 
-NOWHERE = Trial(float("inf"), _begun_nowhere)
-"""Where there is no sum of squares."""
+NOWHERE = Trial(float("inf"), _infeasible)
+"""A point without a sum of squares."""
 
 
 class SumOfSquares(Protocol):
@@ -70,14 +70,14 @@ class SumOfSquares(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Where the search ended.
+    """End of a search.
 
     Attributes:
         values: (parameters,).
         at: the normal equations there.
-        expected: by how much one more step would lower the sum of squares, to first order.
-        steps: how many were taken.
-        converged: whether `expected` is below what was asked for.
+        expected: decrease of the sum of squares by one more step, to first order.
+        steps: number of steps.
+        converged: whether `expected` is below the tolerance.
     """
 
     values: Real
@@ -91,7 +91,7 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
     """Lower a sum of squares until a step would gain less than `tolerance`, times what a square is on average.
 
     For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation. Where the
-    model does not hold, squares exceed one and so do the variances that the misfit stands for.
+    model does not fit, squares exceed one, and the variances are larger in proportion.
     """
     values, damping = start, FIRST_DAMPING
     at = target.at(values).linearised()
@@ -120,8 +120,8 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
 def inverse(normal: Real) -> Real:
     """Inverse of a symmetric positive matrix, its columns scaled to one first.
 
-    In SI units a normal matrix of joint terms has a condition number of 1e15, scaled of 1e9. What lies below rounding
-    counts as rounding: a direction that nothing determines has a large variance and not a negative one.
+    In SI units a normal matrix of joint terms has a condition number of 1e15, scaled of 1e9. Eigenvalues below rounding
+    are raised to it, so an undetermined direction has a large variance and not a negative one.
     """
     scale = 1 / np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
@@ -130,7 +130,7 @@ def inverse(normal: Real) -> Real:
 
 
 def _step(at: Linearised, damping: float) -> tuple[Real, float]:
-    """The step for this damping, and by how much it lowers the linearised sum of squares."""
+    """The step for this damping, and its decrease of the linearised sum of squares."""
     scale = 1 / np.sqrt(np.diag(at.normal))
     scaled = at.normal * np.outer(scale, scale)
     step = scale * np.linalg.solve(scaled + damping * np.eye(scale.size), scale * at.descent)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.interval import CONFIDENCE, Estimate
+from analysis.interval import quantile
 
 
 @dataclass(frozen=True, eq=False)
 class ResponseBand:
-    """Accelerances and how far the model behind them is uncertain, to first order; noise of a measurement is not in it.
+    """Accelerances with the uncertainty of their model to first order, without the noise of a measurement.
 
     Attributes:
         responses: the prediction, (m/s^2)/N.
@@ -41,7 +41,7 @@ class ResponseBand:
 
 
 def propagated_band(responses: FrequencyResponses, columns: Complex, covariance: Real) -> ResponseBand:
-    """The band that a covariance leads to.
+    """The band that follows from a covariance of the parameters.
 
     Args:
         responses: the prediction.
@@ -62,5 +62,5 @@ def propagated_band(responses: FrequencyResponses, columns: Complex, covariance:
 
 
 def _interval(value: Real, deviation: Real) -> Real:
-    half = Estimate(0.0, 1.0).half_width(CONFIDENCE) * deviation
+    half = float(quantile(np.inf)) * deviation
     return np.stack([value - half, value + half], axis=-1)

@@ -1,4 +1,4 @@
-"""What a result has to pass before it is shown as one: physics, fit and convergence. A check that fails is shown."""
+"""Checks of a fit: passivity of the joints, goodness of fit, convergence. Reports show those that fail."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import Real
-from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, quantile
+from analysis.interval import quantile
+from analysis.inverse.joint_estimate import HALF, IdentifiedJoint
 from analysis.inverse.regression import UPPER
 from analysis.structure.joints import least_loss
 
-MISFIT = 1.5  # chi-square per datum above which stated noise does not explain what is left
+MISFIT = 1.5  # chi-square per datum above which the stated noise does not explain the residual
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class ValidityCheck:
 
     Attributes:
         name: such as ``passivity of joint I``.
-        passed: whether it holds, within what is uncertain.
+        passed: whether it holds within the uncertainty.
         text: a sentence with figures.
     """
 
@@ -31,7 +32,7 @@ class ValidityCheck:
 
 
 def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityCheck:
-    """Whether no motion draws energy from the joint: h has no eigenvalue that is negative beyond its uncertainty.
+    """Whether no motion draws energy from the joint: no eigenvalue of h is negative beyond its uncertainty.
 
     Args:
         joint: as identified.
@@ -48,7 +49,7 @@ def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityChec
 
 
 def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> ValidityCheck:
-    """Whether the stated noise explains what the model leaves over.
+    """Whether the stated noise explains the residual of the model.
 
     Args:
         per_line: (lines,) chi-square per datum.
@@ -71,7 +72,7 @@ def convergence(converged: bool, expected: float) -> ValidityCheck:
     """Whether the search ended at a minimum.
 
     Args:
-        converged: whether it says so.
-        expected: by how much another step would lower chi-square.
+        converged: as the search reports.
+        expected: decrease of chi-square by another step.
     """
     return ValidityCheck("convergence", converged, f"another step would lower chi-square by {expected:.1g}")

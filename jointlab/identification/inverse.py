@@ -13,12 +13,12 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
-from analysis.inverse.experiment_remedies import Remedy, experiment_made, remedies
+from analysis.inverse.experiment_remedies import Remedy, experiment_of_fit, remedies
 from analysis.inverse.frequency_dependent_joints import accelerance_on, modes_on
 from analysis.inverse.identification import PAPER_DOFS, identify_joints, weakest_directions
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate, square
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
-from analysis.inverse.joint_likelihood import identify_from_responses, turning_modestly
+from analysis.inverse.joint_likelihood import identify_from_responses, with_small_rotation_terms
 from analysis.inverse.joint_parameters import HALF, held_terms
 from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
 from analysis.inverse.undetermined_terms import WeakDirection
@@ -143,7 +143,7 @@ def inverse_of(
     else:
         # modes hardly determine how joints turn, so coupling and rotation are held about those of a joint that is half
         # as deep as the beam
-        held = held_terms(turning_modestly(start, beam), options.regularise)
+        held = held_terms(with_small_rotation_terms(start, beam), options.regularise)
         fit = identify_from_responses(beam, measured, start, parameters=held, tolerances=tolerances)
     weak = weakest_directions(beam, modal.modes, by_modes, components)
     return Inverse(
@@ -180,7 +180,7 @@ def _remedies(article: Article, fit: JointFit, tolerances: Tolerances) -> tuple[
     """Changes of the experiment that would determine the weakest direction of this fit."""
     if not (fit.passed and fit.weak_directions):
         return ()
-    return remedies(experiment_made(fit, tolerances), cylinder_parameters_of(article).pairs)
+    return remedies(experiment_of_fit(fit, tolerances), cylinder_parameters_of(article).pairs)
 
 
 def cylinder_parameters_of(article: Article) -> CylinderParameters:

@@ -11,7 +11,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.cylinder_parameters import CylinderPair
 from analysis.inverse.experiment_information import Experiment, LinearPrior, PlannedSet, expected
-from analysis.inverse.experiment_remedies import experiment_made, remedies
+from analysis.inverse.experiment_remedies import experiment_of_fit, remedies
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
@@ -106,7 +106,7 @@ def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: Experim
         variance=np.full(clean.shape, 0.003**2),
     )
     fit = identify_from_responses(experiment.free_beam, measured, experiment.joints, tolerances=STATED)
-    made = experiment_made(fit, STATED)
+    made = experiment_of_fit(fit, STATED)
     assert made.sets[0].frequency.size < lines.size
     told = np.sqrt(np.diag(expected(made).terms_covariance))
     np.testing.assert_allclose(told, np.sqrt(np.diag(fit.terms_covariance)), rtol=0.05)

@@ -11,7 +11,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real, blows_behind
 from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
-from analysis.inverse.joint_estimate import HALF, IdentifiedJoint
+from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
 from analysis.inverse.joint_parameters import matrices, real_terms
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
 from analysis.inverse.observability import TermBound, term_bound, term_units

@@ -1,4 +1,13 @@
-"""The result of a maximum likelihood fit: joints, deviations of the bench, what is weak, predictions and checks."""
+"""Result of a maximum likelihood fit: joints, deviations of the bench, weak directions, predictions and checks.
+
+The likelihood takes the errors of lines as independent. A blow that is harder than the others or beside its mark
+changes all lines together, and two thousand lines do not average it out. So the share of every blow in the average is
+followed through the fit, to first order, and the squares of its effects are added up, as `analysis.modal.modal_scatter`
+does for modes (H. White, Econometrica 48, 1980, with the blows for clusters). Ten blows give their scatter to a quarter
+only, and some terms depend on the blows of one or two points. So each term has the degrees of freedom of the blows
+behind its variance, and Student's interval (R. M. Bell, D. F. McCaffrey, Survey Methodology 28, 2002, with
+Satterthwaite's approximation).
+"""
 
 from __future__ import annotations
 
@@ -26,13 +35,12 @@ from analysis.inverse.validity_checks import ValidityCheck, convergence, goodnes
 
 @dataclass(frozen=True, eq=False)
 class PriorEffect:
-    """Of the terms of all joints, (12 joints,), in the order of `regression.TERMS`.
+    """Effect of a prior on the terms of all joints, (12 joints,), in the order of `regression.TERMS`.
 
     Attributes:
-        bias: to first order, for joints that are as they were found. Where the prior decides alone this is zero, as the
-            term then is where the prior has it.
-        share: of the variance, 0 to 1. It is what remains where joints are as far from the prior's mean as it says,
-            while the rest comes from noise: 0 where the data decide, 1 where the prior does.
+        bias: to first order, for the identified joints. It is zero where the prior alone determines the term.
+        share: of the variance that comes from the prior, 0 to 1; the rest comes from noise. 0 where the data determine
+            the term, 1 where the prior does.
     """
 
     bias: Real
@@ -42,15 +50,15 @@ class PriorEffect:
 def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
     """Bias and share of a Gaussian prior.
 
-    With F the information of the data and R that of the prior the estimate is off by -(F + R)^-1 R (theta - theta0),
-    and its covariance is C F C + C R C with C = (F + R)^-1 (A. E. Hoerl, R. W. Kennard, Technometrics 12, 1970, for R
-    alike in all directions); where lines err together, what they say takes the place of the middle F.
+    With F the information of the data and R that of the prior, the estimate has the bias -(F + R)^-1 R (theta - theta0)
+    and the covariance C F C + C R C with C = (F + R)^-1 (A. E. Hoerl, R. W. Kennard, Technometrics 12, 1970, for R
+    equal in all directions). Where errors of lines are correlated, their covariance replaces the middle F.
 
     Args:
         slope: (terms, parameters) derivative of the terms.
         curvature: (parameters, parameters) C.
         covariance: (parameters, parameters) of the estimate; C itself where the data's errors are those of F.
-        weight: (parameters, parameters) R; zero for what the prior in question is not about.
+        weight: (parameters, parameters) R; zero for parameters without this prior.
         off: (parameters,) theta - theta0.
     """
     reach = slope @ curvature
@@ -98,12 +106,12 @@ def degrees_of_freedom(slope: Real, of_rows: Real, covariance: Real, scatter: Co
 
 @dataclass(frozen=True, eq=False)
 class LikelihoodEstimate(IdentifiedJoint):
-    """A joint as identified from accelerances; `covariance` has noise, tolerances and misfit in it.
+    """A joint as identified from accelerances; `covariance` includes noise, tolerances and misfit.
 
     Attributes:
         degrees_of_freedom: (12,) behind the variance of each term, as in `covariance`; infinite where no single blows
             were known.
-        checks: passivity. Symmetry is no check: the parameters cannot break it.
+        checks: passivity. The parameters cannot break symmetry.
     """
 
     degrees_of_freedom: Real
@@ -112,20 +120,20 @@ class LikelihoodEstimate(IdentifiedJoint):
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """All that a fit to accelerances says.
+    """Result of a fit to accelerances.
 
     Attributes:
         joints: by name.
         labels: (parameters,) of the joints, then of the bench's deviations.
         values: (parameters,) most likely.
-        covariance: (parameters, parameters) with noise multiplied by `noise_scale`, and with what lines have in common
-            where single blows say it.
-        curvature: (parameters, parameters) the inverse of chi-square's, the covariance were lines independent.
+        covariance: (parameters, parameters) with noise multiplied by `noise_scale`, and with the correlation of lines
+            where single blows are known.
+        curvature: (parameters, parameters) inverse of that of chi-square: the covariance for independent lines.
         deviations: of the bench, as estimated.
         chi_square_per_line, chi_square_per_row: (lines,), (rows,) per datum; 1 is noise alone.
-        noise_scale: what the noise's variance was multiplied by: chi-square per degree of freedom where that exceeds
-            one, so that a model which does not quite fit gets wider intervals.
-        bound: what the data determine of the terms with nothing assumed about the joints.
+        noise_scale: factor on the noise's variance: chi-square per degree of freedom where above one, so that a model
+            which does not quite fit gets wider intervals.
+        bound: of the terms without prior knowledge of the joints.
         weak_directions: combinations of terms that the data hardly determine, the weakest first.
         checks: fit and convergence; the joints have their own.
         likelihood: that was maximised.
@@ -157,13 +165,13 @@ class JointFit:
 
     @cached_property
     def terms_covariance(self) -> Real:
-        """(12 joints, 12 joints) of the terms of all joints, with what they have in common."""
+        """(12 joints, 12 joints) of the terms of all joints, with their correlations."""
         slope = _terms_slope(self.likelihood, self.values)
         return np.asarray(slope @ self.covariance @ slope.T)
 
     @cached_property
     def prior_effect(self) -> PriorEffect:
-        """What the prior on the joints does to their terms; the tolerances of the bench are no part of it."""
+        """Effect of the prior on the joints, without that of the tolerances of the bench."""
         count = len(self.likelihood.parameters.labels)
         mean, whole = self.likelihood.prior
         weight = np.zeros_like(whole)
@@ -173,19 +181,19 @@ class JointFit:
 
     @property
     def exponents(self) -> dict[str, Estimate]:
-        """By joint, of the power of frequency that it follows; empty where joints were taken to be constant."""
+        """Exponent of the power law by joint; empty where joints are constant."""
         return self._estimates({name: f"exponent of joint {name}" for name in self.joints})
 
     @property
     def leans(self) -> dict[str, Estimate]:
-        """By point, of its blows on average, rad: towards x of those across the beam, towards y of those along it.
+        """Mean lean of the blows by point, rad: towards x for blows across the beam, towards y for blows along it.
 
-        Empty where blows were taken to be straight.
+        Empty where blows are straight.
         """
         return self._estimates({str(point): f"lean of the blows at {point}" for point in self.likelihood.model.inputs})
 
     def _estimates(self, labels: Mapping[str, str]) -> dict[str, Estimate]:
-        """Of the parameters that have these labels, by name; those that are none are left out."""
+        """Estimates of the parameters with these labels, by name; unknown labels are left out."""
         deviation = np.sqrt(np.diag(self.covariance))
         places = {name: self.labels.index(label) for name, label in labels.items() if label in self.labels}
         return {name: Estimate(float(self.values[at]), float(deviation[at])) for name, at in places.items()}
@@ -202,7 +210,7 @@ class JointFit:
 
     @cached_property
     def predicted(self) -> ResponseBand:
-        """Accelerances at the lines that were fitted, with blows where they are estimated to have fallen."""
+        """Accelerances at the fitted lines, with blows at their estimated places."""
         likelihood = self.likelihood
         response = likelihood.response(self.values)
         columns = np.concatenate([term_columns(response), deviation_columns(response, likelihood.active)])
@@ -214,10 +222,9 @@ class JointFit:
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
     def predict(self, response: Dof, inputs: Sequence[Dof], frequency: Real) -> ResponseBand:
-        """Accelerances that were not measured, or not in this way, for blows on the drawing's nodes.
+        """Accelerances for any points and lines, for blows exactly on the nodes and without a window.
 
-        Those of the accelerometer of the fit are as it reads them, with its gain and where it sits; of another one, as
-        they would be without fault. No window is in them.
+        The accelerometer of the fit has its estimated gain and position; another one is without error.
 
         Args:
             response: where acceleration is wanted.
@@ -244,7 +251,7 @@ class JointFit:
 
 
 def describe_fit(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex | None = None) -> JointFit:
-    """What a minimum says.
+    """The result at a minimum.
 
     Args:
         likelihood: that was maximised.

@@ -1,9 +1,9 @@
-"""What the measured modes can tell about the joints, whatever the procedure, and what they cannot.
+"""Least covariance of joint terms from modes and from accelerances, without prior knowledge of the joints.
 
-`modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information that poles and shape
-components hold about the terms of all joints, with the scale of each shape unknown. Nothing is assumed
-about the longitudinal motion. On the paper's bench it shows that only k11(I) + k11(II) is determined,
-for the beam hardly stretches; `weak_directions` says so in words.
+`modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information of poles and shape components about the
+terms of all joints, with the scale of each shape unknown and no assumption about the longitudinal motion. On the
+paper's bench only k11(I) + k11(II) is determined, because the beam hardly stretches; `undetermined_terms` says so in
+words.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ def modal_bound(
     Args:
         free_beam: the beam without joints.
         joints: at which the bound is taken.
-        modes: those of `free_beam` on `joints`, from `forward.eigensolution`. Measured ones do not solve
-            the model exactly, and every inconsistency would count as information.
-        measured: components of the shapes that count.
-        uncertainty: of the modes' data; that of the shapes holds for their scale.
+        modes: those of `free_beam` on `joints`, from `forward.eigensolution`. Measured modes do not solve the model
+            exactly, and every inconsistency would count as information.
+        measured: components of the shapes that are used.
+        uncertainty: of the modes' data, for the scale of these shapes.
 
     Raises:
         AnalysisError: the components do not determine the motion of the joints.
@@ -73,14 +73,14 @@ def modal_bound(
 
 
 def term_units(free_beam: FreeBeam, joints: int) -> Real:
-    """(12 joints,) what the terms of all joints are divided by: EI/L^3, EI/L^2 and EI/L."""
+    """(12 joints,) units of the terms of all joints: EI/L^3, EI/L^2 and EI/L."""
     return np.tile([free_beam.beam.stiffness_unit[place] for place in UPPER], 2 * joints)
 
 
 def bounded_inverse(information: Real, unit: Real) -> Real:
-    """Inverse of a Fisher information (terms, terms); what nothing determines is known to `UNKNOWN` units (terms,).
+    """Inverse of a Fisher information (terms, terms); undetermined terms are known to `UNKNOWN` units (terms,).
 
-    Its eigenvalues are positive: what rounding leaves below that is taken for the smallest number that rounding leaves.
+    Eigenvalues below rounding are raised to it, so all are positive.
     """
     scaled = information * np.outer(unit, unit) + np.eye(unit.size) / UNKNOWN**2
     balance = 1 / np.sqrt(np.diag(scaled))
@@ -161,8 +161,8 @@ class TermBound:
     def undetermined(self, values: Real, names: Sequence[str]) -> Reasons:
         """(12 joints,) why the data do not determine a term on its own, to a quarter of its value; empty where they do.
 
-        A common factor, which gain, E and rho leave open, ties all terms together without making any a sum of others:
-        so what is known in a sum only is judged with the bench as drawn.
+        The common factor of gain, E and rho correlates all terms without making any a sum of others. So terms that are
+        known in a sum only are judged with the bench as drawn.
 
         Args:
             values: (12 joints,) of the terms.

@@ -1,8 +1,8 @@
-"""Exact derivatives of accelerances in everything that is not known exactly.
+"""Exact derivatives of accelerances in the terms of the joints and in the deviations of the bench.
 
 All follow from dH = -u_a^T dZ u_s, with u_a and u_s the motion under unit forces at the accelerometer and at a blow.
-Only u_a is needed as a whole field; the rows then cost a product each. A finite difference will not do: in Young's
-modulus it breaks the degeneracy by which k, E, rho and the gain together scale out, and so makes up information.
+Only u_a is needed as a whole field; each row then costs one product. Finite differences are not enough: in Young's
+modulus they break the exact degeneracy of a common factor on k, E, rho and the gain, and so create information.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def deviation_columns(response: SupportedResponse, active: NDArray[np.bool_]) ->
 
     Args:
         response: at the deviations of its condensed beam.
-        active: (4 + 2 joints + 2 rows,) which of them are asked for, in the order of `tolerances.Deviations`.
+        active: (4 + 2 joints + 2 rows,) which of them are wanted, in the order of `tolerances.Deviations`.
     """
     if not np.any(active):
         return np.empty((0, *response.accelerance.shape), dtype=complex)
@@ -97,6 +97,6 @@ def _along(response: SupportedResponse, load: Complex) -> Complex:
 
 
 def _to_accelerance(response: SupportedResponse) -> Complex:
-    """(lines,) what turns a receptance into what is read."""
+    """(lines,) factor from a receptance to the reading of the accelerometer."""
     beam = response.condensed
     return np.asarray(beam.model.poles**2 * (1 + beam.deviations.gain))

@@ -1,7 +1,7 @@
-"""How likely measured accelerances are, for joints and a bench that deviates from its drawing.
+"""Likelihood of measured accelerances for given joints and deviations of the bench from its drawing.
 
-Errors are Gaussian, independent from line to line and of known variance, per real and imaginary part. Chi-square is
--2 log likelihood, with the priors of the parameters in it.
+Errors are Gaussian, independent between lines and of known variance, per real and imaginary part. Chi-square is
+-2 log likelihood and includes the priors of the parameters.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from analysis.inverse.tolerances import COMMON, Deviations
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """What accelerances say of upper terms of z and of deviations, both as if complex.
+    """Normal equations of accelerances in upper terms of z and in deviations, both as if complex.
 
     Attributes:
         products: (columns, columns) J^H W J over the columns of z's upper terms, then of the active deviations.
@@ -50,7 +50,8 @@ class ResponseLikelihood:
         measured: (rows, lines) accelerances, (m/s^2)/N.
         deviation: (rows, lines) their standard deviation, per real and imaginary part.
         parameters: of the joints.
-        tolerance: (4 + 2 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds one at zero.
+        tolerance: (4 + 2 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds a deviation
+            at zero.
     """
 
     model: ResponseModel
@@ -90,7 +91,7 @@ class ResponseLikelihood:
 
     @cached_property
     def as_drawn(self) -> CondensedBeam:
-        """The free beam of a bench that does not deviate."""
+        """The free beam of a bench exactly as drawn."""
         return self.model.condensed(Deviations.none(len(self.model.joint_nodes), len(self.model.inputs)))
 
     def within(self, highest: float, inflation: float) -> ResponseLikelihood:
@@ -99,7 +100,7 @@ class ResponseLikelihood:
         return replace(part, deviation=np.hypot(part.deviation, inflation * np.abs(part.measured)))
 
     def thinned(self, most: int) -> ResponseLikelihood:
-        """The same on every n-th line, the first that leaves no more than `most` of them."""
+        """The same on every n-th line, with the least n that leaves no more than `most` lines."""
         lines = np.arange(self.model.frequency.size)
         return self._at_lines(lines % -(-lines.size // most) == 0)
 
@@ -123,12 +124,12 @@ class ResponseLikelihood:
         return free.evaluate_on(matrices(self.upper(values)))
 
     def upper(self, values: Real) -> Complex:
-        """(6 joints,) upper terms of z of all joints where they really sit, at 100 Hz where they follow frequency."""
+        """(6 joints,) upper terms of z of all joints at their true positions; at 100 Hz if they depend on frequency."""
         own = self.parameters.upper(values[: len(self.parameters.labels)])
         return np.asarray(self._moved(self.deviations(values))[0] @ own)
 
     def at(self, values: Real) -> Trial:
-        """Chi-square with priors at parameters (parameters,); nowhere for a bench that cannot be."""
+        """Chi-square with priors at parameters (parameters,); `NOWHERE` for an impossible bench."""
         deviations = self.deviations(values)
         if min(deviations.gain, deviations.youngs_modulus, deviations.density) <= -1:
             return NOWHERE
@@ -162,10 +163,10 @@ class ResponseLikelihood:
         return found
 
     def _moved(self, deviations: Deviations) -> tuple[Real, Real]:
-        """Upper terms where the joints really sit, from those that the parameters give: (6 joints, 6 joints).
+        """Map from the parameters' upper terms to those at the true positions of the joints: (6 joints, 6 joints).
 
-        Terms of matrices are parameters as seen from the drawing's node, through a rigid lever: a joint's place and its
-        k23 then have hardly anything to do with each other, where otherwise they would trade along a curve.
+        Terms of matrices as parameters refer to the drawing's node, by a rigid lever: the position of a joint and its
+        k23 are then nearly independent, and otherwise strongly correlated along a curve.
 
         Returns:
             The map, and (joints, 6 joints, 6 joints) its derivatives in the joints' positions.

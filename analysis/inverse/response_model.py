@@ -1,11 +1,11 @@
 """Accelerances of the beam on joints, fast where only the joints change.
 
-The free beam is condensed once to its receptance R between the few freedoms that matter: joints, accelerometer,
-blows. On joints z a unit force at s then moves the joints by g_s = (1 + R_JJ z)^-1 R_Js, which costs one solution of
-3 equations a joint and line, for all s together. All free modes are in R; nothing is truncated or approximated.
+The free beam is condensed once to its receptance R between joints, accelerometer and blows. On joints z a unit force at
+s moves the joints by g_s = (1 + R_JJ z)^-1 R_Js: one solution of 3 equations for each joint and line, for all s
+together. All free modes are in R; nothing is truncated or approximated.
 
-E and rho scale the free beam's stiffness and mass exactly: with e = E/E0 and r = rho/rho0 and modal damping ratios
-kept, a free mode answers with 1 / (r lambda^2 + sqrt(e r) lambda c + e w^2) on the drawing's shapes.
+E and rho scale the free beam's stiffness and mass exactly: with e = E/E0, r = rho/rho0 and constant modal damping
+ratios, a free mode has the receptance 1 / (r lambda^2 + sqrt(e r) lambda c + e w^2) on the drawing's shapes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from analysis.structure.beam_motion import modes_near, modes_under_blow
 
 @dataclass(frozen=True, eq=False)
 class ResponseModel:
-    """A roving-hammer experiment: what is struck, where it is listened to, at which lines.
+    """A roving-hammer experiment: the points struck, the accelerometer and the lines.
 
     Attributes:
         free_beam: the beam without joints, as drawn.
@@ -36,7 +36,7 @@ class ResponseModel:
         decay: of the exponential window that the records carry, 1/s.
 
     Raises:
-        AnalysisError: joints share a node or are none, a node is unknown, or a line is not above 0 Hz.
+        AnalysisError: there is no joint, joints share a node, a node is unknown, or a line is not above 0 Hz.
     """
 
     free_beam: FreeBeam
@@ -57,7 +57,7 @@ class ResponseModel:
 
     @property
     def poles(self) -> Complex:
-        """(lines,) lambda = i w, rad/s, and to the right of it by what a window decays."""
+        """(lines,) lambda = decay + i w, rad/s."""
         return np.asarray(self.decay + 2j * np.pi * self.frequency)
 
     def condensed(self, deviations: Deviations) -> CondensedBeam:
@@ -89,10 +89,10 @@ class ResponseModel:
         )
 
     def kinks(self, deviations: Deviations) -> Real:
-        """(1 + rows,) m/N that shear takes off the motion at the accelerometer, for a blow beside it but at its node.
+        """(1 + rows,) m/N by which shear lowers the motion at the accelerometer, for a blow beside it but at its node.
 
-        Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node, smooth as
-        it is here, is that of the accelerometer right under the blow, and off it falls by half of that a metre.
+        Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node is smooth
+        here and belongs to an accelerometer right under the blow; beside it the motion falls by half of that a metre.
         """
         return -self.kink_slope(deviations) * np.abs(self._beside(deviations))
 
@@ -121,7 +121,7 @@ class ResponseModel:
 
 @dataclass(frozen=True, eq=False)
 class CondensedBeam:
-    """The free beam of one bench, reduced to its joints and ends; ends are the accelerometer, then the blows.
+    """The free beam of one bench, condensed to its joints and ends; ends are the accelerometer, then the blows.
 
     Attributes:
         model: the experiment.
@@ -152,11 +152,11 @@ class CondensedBeam:
 
     @property
     def growth(self) -> Complex:
-        """(3 joints, lines) what frequency makes of the stiffness at each freedom of the joints."""
+        """(3 joints, lines) factor of frequency on the stiffness at each freedom of the joints."""
         return np.asarray(np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency)))
 
     def evaluate_on(self, dynamic_stiffness: Complex) -> SupportedResponse:
-        """Put it on joints of `dynamic_stiffness` (joints, 3, 3), where they follow frequency that at 100 Hz.
+        """Motion on joints of `dynamic_stiffness` (joints, 3, 3), at 100 Hz if they depend on frequency.
 
         Raises:
             AnalysisError: a line lies exactly on a resonance without damping.
@@ -183,8 +183,8 @@ class SupportedResponse:
     Attributes:
         condensed: the free beam.
         displacement: (3 joints, 1 + rows, lines) at the joints, m/N.
-        force: the same shape, z times it: what the joints push back with, N/N.
-        accelerance: (rows, lines) as the accelerometer reads it, (m/s^2)/N.
+        force: the same shape, z times it: reaction of the joints, N/N.
+        accelerance: (rows, lines) as read by the accelerometer, (m/s^2)/N.
     """
 
     condensed: CondensedBeam

@@ -1,10 +1,10 @@
-"""How far the bench may be from the drawing: the tolerances stated, and the deviations that they allow.
+"""Tolerances of the bench, and the deviations from the drawing that they allow.
 
-A tolerance is one standard deviation of a Gaussian prior with mean zero; one of zero says that the drawing is exact,
-and the deviation is then no parameter at all.
+A tolerance is one standard deviation of a Gaussian prior with mean zero. Zero means that the drawing is exact; the
+deviation is then no parameter.
 
-How joints follow frequency is such a deviation too: k + i h = (k + i h at 100 Hz) (f / 100 Hz)^beta. That is the
-spring-pot (i w / w0)^beta, the power law of rubber far from its glass (R. L. Bagley, P. J. Torvik, J. Rheology 27,
+The dependence of joints on frequency is such a deviation too: k + i h = (k + i h at 100 Hz) (f / 100 Hz)^beta. That is
+the spring-pot (i w / w0)^beta, the power law of rubber far from its glass (R. L. Bagley, P. J. Torvik, J. Rheology 27,
 1983), whose constant loss angle is in the terms at 100 Hz. The drawing's joint has beta = 0.
 """
 
@@ -24,14 +24,14 @@ COMMON = ("gain", "Young's modulus", "density", "sensor position")
 follow."""
 MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
 FREEHAND_LEAN = np.radians(2.0)
-"""How far the blows at a point may lean on average where a hammer is held in the hand, rad. A wide guess:
-accelerances tell the lean to some 0.2 degrees, and with a guess of 0.3 degrees intervals are the same."""
+"""Tolerance of the mean lean of the blows at a point for a hand-held hammer, rad. Accelerances determine the lean to
+about 0.2 degrees; with a tolerance of 0.3 degrees intervals are the same."""
 REFERENCE_FREQUENCY = 100.0  # Hz, at which the terms of joints that follow frequency are stated
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Standard deviations of what the laboratory admits not to know.
+    """Standard deviations of the stated bench.
 
     Attributes:
         sensor_gain: relative, of hammer and accelerometer together.
@@ -42,9 +42,8 @@ class Tolerances:
         blow_position: of each row's blows, m: along the beam, on an end face above or below its middle.
         blow_lean: of each row's blows, rad: how far they point along the beam, on an end face across it.
         inclination: of each cylinder, rad; used by the cylinder parameters only.
-        joint_exponent: of the power of frequency that each joint follows; rubber has 0.02 to 0.2. Zero says that joints
-            are constant.
-        material_correlation: between the deviations of Young's modulus and density, as a suspended test leaves it.
+        joint_exponent: of the power law of each joint; rubber has 0.02 to 0.2. Zero means that joints are constant.
+        material_correlation: between the deviations of Young's modulus and density, from a test of the suspended beam.
     """
 
     sensor_gain: float = 0.0
@@ -89,7 +88,7 @@ class Tolerances:
 
 
 EXACT = Tolerances()
-"""A bench that is as drawn."""
+"""A bench exactly as drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,7 @@ class Deviations:
 
     @property
     def gain(self) -> float:
-        """What hammer and accelerometer read over what they should, less one."""
+        """Reading of hammer and accelerometer over the true value, less one."""
         return float(self.values[0])
 
     @property

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from analysis.frequency_response import Real
 from analysis.inverse.regression import TERMS, UPPER
 
-ENOUGH = 0.25  # half-width of the 95 % interval, as a share of the term
+ENOUGH = 0.25  # half-width of the 95 % interval of a determined term, as a share of the term
 HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
 SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
-TOGETHER = 0.9  # correlation from which a weakly known term is said to go with another one
-ALIKE = 0.1  # how far from one the weights of a sum may be that is written without them
+TOGETHER = 0.9  # least correlation of a weakly known term with another one that is named
+ALIKE = 0.1  # largest deviation from one of the weights of a sum that is written without them
 
 Reasons = NDArray[np.str_]
-LEADING = 0.3  # weights below this share of the largest are left out of the words
+LEADING = 0.3  # weights below this share of the largest are left out of the text
+WEAK = 0.1  # least standard deviation of a weak direction, as a share of the largest stiffness or damping
 
 
 def term_names(joint_names: Sequence[str]) -> list[str]:
@@ -27,10 +28,10 @@ def term_names(joint_names: Sequence[str]) -> list[str]:
 
 
 def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
-    """(terms,) why each term is not known on its own, to a quarter of its value; empty where it is.
+    """(terms,) why each term is not known on its own to a quarter of its value; empty where it is.
 
-    A term is known in a sum only where its correlation with another one leaves the two of them undetermined in one
-    direction and forty times better known in the other. Better data do not change that, only another experiment does.
+    A term is known in a sum only if its correlation with another one makes one direction forty times better known than
+    the other. Only another experiment changes that, not better data.
 
     Args:
         bound: (terms, terms) least covariance, the inverse of the Fisher information, as from `modal_bound`.
@@ -54,12 +55,12 @@ def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
 
 
 def too_wide(covariance: Real, values: Real, what: str) -> Reasons:
-    """(terms,) that `what` leaves more than a quarter of the value open; empty where it does not.
+    """(terms,) text where `what` leaves an interval wider than a quarter of the value; empty elsewhere.
 
     Args:
         covariance: (terms, terms).
         values: (terms,).
-        what: leaves it open, such as "the bench's tolerances leave".
+        what: the cause, such as "the bench's tolerances leave".
     """
     wide = widths(covariance, values)
     return np.array([_too_wide(what, width) if width >= ENOUGH else "" for width in wide], dtype=np.str_)
@@ -96,7 +97,7 @@ class WeakDirection:
     Attributes:
         text: such as "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.04";
             where coupling or rotation is in it, terms count in EI/L^2 and EI/L.
-        terms: names and weights of what it is made of, the largest weight 1.
+        terms: names and weights, the largest weight 1.
         standard_deviation: of that combination, in units of EI/L^3 (EI/L^2, EI/L for coupling, rotation).
     """
 
@@ -106,19 +107,18 @@ class WeakDirection:
 
 
 def weak_directions(
-    covariance: Real, joint_names: Sequence[str], unit: Real, values: Real, share: float = 0.1
+    covariance: Real, joint_names: Sequence[str], unit: Real, values: Real
 ) -> tuple[WeakDirection, ...]:
     """Combinations of terms that the data hardly determine, the weakest first.
 
     They are eigenvectors of the covariance of all stiffnesses, and of that of all dampings, scaled by `unit`: those
-    uncertain by more than `share` of the largest term, and those that two terms share which are known in a sum only.
+    uncertain by more than a tenth of the largest term, and those of two terms that are known in a sum only.
 
     Args:
         covariance: (12 joints, 12 joints) of the terms of all joints.
         joint_names: (joints,).
-        unit: (3, 3) what terms are divided by, such as `Beam.stiffness_unit`.
+        unit: (3, 3) of the terms, such as `Beam.stiffness_unit`.
         values: (12 joints,) the terms themselves.
-        share: of the largest stiffness or damping.
     """
     found = []
     half = len(UPPER)
@@ -128,7 +128,7 @@ def weak_directions(
     for kind in range(2):
         chosen = np.flatnonzero((np.arange(scale.size) // half) % 2 == kind)
         block = scaled[np.ix_(chosen, chosen)]
-        limit = share * np.max(np.abs(values[chosen]))
+        limit = WEAK * np.max(np.abs(values[chosen]))
         variances, vectors = np.linalg.eigh(block)
         for variance, vector in zip(variances, vectors.T, strict=True):
             leading = np.flatnonzero(np.abs(vector) > LEADING * np.max(np.abs(vector)))
@@ -139,7 +139,7 @@ def weak_directions(
 
 
 def scale_direction(tolerance: Real, bound: Real, values: Real) -> WeakDirection | None:
-    """The common factor of all terms, which accelerances leave open: k, E, rho and the gain may grow together.
+    """The common factor of all terms, which accelerances do not determine: k, E, rho and the gain scale together.
 
     Args:
         tolerance: (3, 3) relative covariance of gain, E and rho; with one of them exact, so is the factor.

@@ -37,7 +37,7 @@ from analysis.modal.mode_selection import (
     resolved,
     without_idle_modes,
 )
-from analysis.modal.response_variance import variance_from_neighbours, variance_from_residual
+from analysis.modal.response_variance import standard_deviation, variance_from_residual
 from analysis.modal.stabilisation import Stabilisation, read_chart
 from analysis.modes import Modes, frequency_and_loss_factor_slope
 
@@ -126,7 +126,7 @@ def estimate_modes(
         raise AnalysisError(
             f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {highest_order}"
         )
-    data = ModalData(lines.frequency, lines.accelerance, _deviation(lines), damping, lines.decay)
+    data = ModalData(lines.frequency, lines.accelerance, standard_deviation(lines), damping, lines.decay)
     fit = resolved(data, chart.candidates, _FIRST_TERMS)
     if lines.variance is None:
         for _ in range(3):
@@ -136,14 +136,6 @@ def estimate_modes(
     fit = grown(data, without_idle_modes(data, fit), most_poles=poles_to_add)
     fit = without_idle_modes(data, fit)
     return _estimate(lines, data, fit, chart)
-
-
-def _deviation(lines: FrequencyResponses) -> Real:
-    """Standard deviation of each line, with a floor where the stated variance is zero."""
-    known = lines.variance
-    variance = variance_from_neighbours(lines.accelerance) if known is None else known
-    floor = 1e-9 * np.max(np.abs(lines.accelerance), axis=1, keepdims=True)
-    return np.asarray(np.maximum(np.sqrt(variance), floor))
 
 
 def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: Stabilisation) -> ModalEstimate:

@@ -1,4 +1,4 @@
-"""Variance of averaged accelerances, from what is known about them.
+"""Variance of averaged accelerances from the available data.
 
 Always per real and per imaginary part, in the square of the accelerance's unit.
 """
@@ -9,18 +9,20 @@ import numpy as np
 from scipy.ndimage import convolve1d, median_filter
 
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Complex, Real
+from analysis.frequency_response import Complex, FrequencyResponses, Real
 
-# of the difference over five neighbouring lines with weights 1, -4, 6, -4, 1: blind to cubic polynomials
+# weights of the fourth difference over five neighbouring lines; cubic polynomials have none
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 _MEDIAN_OF_EXPONENTIAL = np.log(2.0)
+_NEIGHBOURS = 31  # lines
+_ROUNDS = 100  # of multiplicative updates
 
 
 def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
-    """How far each blow moves H1, (blows, lines): what it leaves unexplained, by its weight in the average.
+    """Change of H1 by each blow, (blows, lines): the residual of the blow by its weight in the average.
 
-    The outer products of F_b* (A_b - H F_b) / sum |F_b|^2 add up to the covariance of the weighted mean, whether the
-    scatter comes from noise or from blows that differ; sqrt(n/(n - 1)) is for the mean that was subtracted.
+    The outer products of F_b* (A_b - H F_b) / sum |F_b|^2 add up to the covariance of the weighted mean, for scatter
+    from noise and from differing blows alike; sqrt(n / (n - 1)) accounts for the subtracted mean.
 
     Args:
         force: (blows, lines) spectra of the force.
@@ -36,12 +38,12 @@ def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) ->
 
 
 def h2_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
-    """How far each blow moves H2, (blows, lines): as `blow_scatter` of its inverse, with the channels exchanged.
+    """Change of H2 by each blow, (blows, lines): as `blow_scatter` of its inverse, with the channels exchanged.
 
     Args:
         force: (blows, lines) spectra of the force.
         acceleration: (blows, lines) spectra of the acceleration.
-        accelerance: (lines,) H2; zero where nothing was heard.
+        accelerance: (lines,) H2; zero without acceleration.
     """
     blows = force.shape[0]
     heard = np.maximum(np.sum(np.abs(acceleration) ** 2, axis=0), np.finfo(float).tiny)
@@ -57,8 +59,8 @@ def variance_from_scatter(scatter: Complex) -> Real:
 def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int) -> Real:
     """Variance, in the shape of `accelerance`, from the coherence of `averages` blows.
 
-    (1 - g^2) / (2 n g^2) |H|^2 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Section 9.2), with n - 1 for n as
-    the coherence of n blows is itself estimated, which makes it without bias at ten.
+    (1 - g^2) / (2 n g^2) |H|^2 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Section 9.2), with n - 1
+    in place of n because the coherence of n blows is itself an estimate; without bias at ten blows.
     """
     if averages < 2:
         raise AnalysisError(f"the coherence of {averages} blow says nothing about noise; give two averages or more")
@@ -69,25 +71,25 @@ def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int
     return np.asarray((1 - known) / (2 * (averages - 1) * known) * np.abs(accelerance) ** 2)
 
 
-def variance_from_neighbours(accelerance: Complex, lines: int = 31) -> Real:
-    """Variance (rows, lines) where nothing is known: from how neighbouring lines differ.
+def variance_from_neighbours(accelerance: Complex) -> Real:
+    """Variance (rows, lines) from the differences of neighbouring lines, as a start without other data.
 
-    The fourth difference over five lines cancels all that is smooth; its median over `lines` lines passes over
-    resonances narrower than half of them. An estimate to start from, to be replaced by the scatter about a fit.
+    The fourth difference over five lines cancels smooth parts. Its median over 31 lines ignores resonances narrower
+    than half of that. The scatter about a fit replaces this estimate later.
     """
     difference = np.apply_along_axis(np.convolve, 1, accelerance, _DIFFERENCE, mode="valid")
     square = np.abs(difference) ** 2 / (2 * np.sum(_DIFFERENCE**2))
-    typical = median_filter(square, size=(1, lines), mode="nearest") / _MEDIAN_OF_EXPONENTIAL
+    typical = median_filter(square, size=(1, _NEIGHBOURS), mode="nearest") / _MEDIAN_OF_EXPONENTIAL
     return np.asarray(np.pad(typical, ((0, 0), (2, 2)), mode="edge"))
 
 
-def variance_from_residual(accelerance: Complex, fitted: Complex, rounds: int = 100) -> Real:
+def variance_from_residual(accelerance: Complex, fitted: Complex) -> Real:
     """Variance (rows, lines) by the scatter of `accelerance` about `fitted`: a floor and a part proportional to |H|^2.
 
-    Each row has its floor; all share the proportion, or rows that agree by chance would get all the weight. The most
-    likely parts for Gaussian errors, by multiplicative updates that never lower the
-    likelihood (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence).
-    A row that fits exactly keeps a floor of 1e-9 of its largest value.
+    Each row has its own floor; all share the proportion, otherwise rows that agree by chance would get all the weight.
+    The parts are the most likely ones for Gaussian errors, by multiplicative updates that never lower the likelihood
+    (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence). A row that
+    fits exactly keeps a floor of 1e-9 of its largest value.
     """
     square = np.abs(accelerance - fitted) ** 2 / 2
     power = np.abs(fitted) ** 2
@@ -97,7 +99,7 @@ def variance_from_residual(accelerance: Complex, fitted: Complex, rounds: int = 
     half = np.mean(square, axis=1) / 2
     parts = np.stack([half, np.full_like(half, np.mean(half) / np.mean(power))])[:, :, None]
     variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         explained = np.sum(shapes / variance, axis=2, keepdims=True)
         found = np.sum(shapes * square / variance**2, axis=2, keepdims=True)
         explained[1], found[1] = np.sum(explained[1]), np.sum(found[1])
@@ -106,11 +108,19 @@ def variance_from_residual(accelerance: Complex, fitted: Complex, rounds: int = 
     return np.asarray(variance)
 
 
+def standard_deviation(responses: FrequencyResponses) -> Real:
+    """(rows, lines) from the stated variance or else from neighbouring lines; at least 1e-9 of the largest value."""
+    stated = responses.variance
+    variance = variance_from_neighbours(responses.accelerance) if stated is None else stated
+    floor = 1e-9 * np.max(np.abs(responses.accelerance), axis=1, keepdims=True)
+    return np.asarray(np.maximum(np.sqrt(variance), floor))
+
+
 def smoothed_variance(variance: Real, lines: int = 5) -> Real:
     """Mean of `variance` (rows, lines) over `lines` neighbouring lines.
 
-    The scatter of ten blows knows a line's variance to 30 % only. Used as a weight as it is, it would follow the
-    noise: chi-square would come out 1/7 too high, and every estimate 10 % less certain than it could be.
+    The scatter of ten blows gives the variance of a line to 30 % only. As a weight it would follow the noise:
+    chi-square would be 1/7 too high, and every estimate 10 % less certain than possible.
     """
-    # no running sum: beside lines a million times as large it would leave less than nothing
+    # no running sum: rounding beside lines a million times as large would make it negative
     return np.asarray(convolve1d(variance, np.full(lines, 1 / lines), axis=-1, mode="nearest"))

@@ -95,7 +95,7 @@ def test_derivatives_are_asked_for_only_where_a_step_was_taken() -> None:
 
 
 def test_a_search_cannot_begin_where_there_is_nothing() -> None:
-    with pytest.raises(AnalysisError, match="start it from what can be"):
+    with pytest.raises(AnalysisError, match="choose another start"):
         minimise(Fenced(), np.array([-1.0, 0.0]))
 
 

@@ -1,7 +1,5 @@
 """Has a wheel and a source distribution carry the commit that they are made from; `pyproject.toml` has the rest."""
 
-from __future__ import annotations
-
 import runpy
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Student's intervals, and the degrees of freedom of a combination."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Modes, estimated or predicted: complex poles and shapes. They assume no kind of damping."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The result gives the bands, the difference of each resonance in frequency and he
 differs more. It names no cause: that takes a simulation whose parts can be changed (see `analysis.gap`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

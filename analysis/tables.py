@@ -1,7 +1,5 @@
 """The paper's Tables 2 to 4 for any bench, as plain rows for a report. Table 1: `suspended.characterisation`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest

@@ -3,8 +3,6 @@
 All modules of commands together take seconds to import, so each is imported when it is asked for.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 from typing import Annotated, Any

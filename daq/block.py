@@ -1,7 +1,5 @@
 """A block: raw counts of the converters, and the scaling that turns them into SI units."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 

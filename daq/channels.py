@@ -1,7 +1,5 @@
 """The channel table: sensors, their inputs and their sensitivities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

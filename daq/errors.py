@@ -1,7 +1,5 @@
 """Errors of acquisition, one class for each remedy."""
 
-from __future__ import annotations
-
 
 class DaqError(Exception):
     """Acquisition failed; the message says what failed, where, and what to do.

@@ -1,7 +1,5 @@
 """The connection to an NI gRPC device server: every call on it ends, even when the server hangs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

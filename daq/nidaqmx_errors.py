@@ -1,7 +1,5 @@
 """Errors of nidaqmx and gRPC, translated into errors of acquisition with advice."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

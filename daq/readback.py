@@ -3,8 +3,6 @@
 An NI gRPC device server sends no checksum of its own, so a bit that changes on the way would be taken for a value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 

@@ -4,8 +4,6 @@ When a client dies, the server keeps its task and the reserved modules. So tasks
 modules: the next process of this computer clears a task that was left over, and no other computer's.
 """
 
-from __future__ import annotations
-
 import re
 import socket
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Tasks: set up once, they acquire any number of blocks."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

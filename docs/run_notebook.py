@@ -1,7 +1,5 @@
 """Run a notebook's cells in one namespace, without a kernel, and give what they show as Markdown."""
 
-from __future__ import annotations
-
 import ast
 import base64
 import io

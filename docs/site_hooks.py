@@ -1,7 +1,5 @@
 """What the documentation site needs beyond MkDocs: notebooks that are run, equations without a script, no network."""
 
-from __future__ import annotations
-
 import html
 import re
 import sys

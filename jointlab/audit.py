@@ -5,8 +5,6 @@ noted, too. Refused actions cannot fill the disk: a caller without a valid key i
 only a limited number of refusals is noted in an hour.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

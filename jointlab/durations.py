@@ -1,7 +1,5 @@
 """Lengths of time in words; terminal and page say the same."""
 
-from __future__ import annotations
-
 
 def duration(seconds: float, space: str = " ") -> str:
     """A length of time as people say it, with `space` between a number and its unit."""

@@ -1,7 +1,5 @@
 """Errors that a user of the command line or the API sees, and their exit codes."""
 
-from __future__ import annotations
-
 from analysis.errors import AnalysisError
 from daq.errors import ChannelError, DaqError
 from rig.errors import RequestError, RigError

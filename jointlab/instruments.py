@@ -1,7 +1,5 @@
 """The instruments that the configuration names."""
 
-from __future__ import annotations
-
 from daq.channels import Channel, ChannelKind
 from jointlab.errors import JointlabError
 from jointlab.settings import Settings

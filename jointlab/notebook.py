@@ -1,7 +1,5 @@
 """The functions of the public Python API; `jointlab` exports them."""
 
-from __future__ import annotations
-
 import html
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Configuration: one TOML file and the environment, which wins. Shown by `jointlab config`."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from datetime import date

@@ -4,8 +4,6 @@ Whether the actuator has settled follows from successive cycles of the tester, n
 known after a few cycles, a noisy one needs more.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The points that a run has completed, read from the store before it is resumed, so that none is measured twice."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Pause, resume and stop a run from outside it: from a page, a signal or another thread."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The base of the errors of the rig, their description for people, and cleaning up after them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 

@@ -3,8 +3,6 @@
 The command line shows events as progress, the page shows them live, a test collects them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, dataclass_transform

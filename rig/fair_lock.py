@@ -4,8 +4,6 @@ A lock of the operating system goes to the quickest thread, and that is often th
 thread that polls would keep a heartbeat or a stop waiting for as long as it polls.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque

@@ -1,7 +1,5 @@
 """The hammer session: blow after blow at each point until enough of them count."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The instruments of one laboratory: their addresses, how they are opened, and the limits in force."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace

@@ -5,8 +5,6 @@ a refusal by the device, or a reply that makes no sense. A write is sent once an
 whose reply was lost has been done; a caller that repeats it has to make that harmless.
 """
 
-from __future__ import annotations
-
 import logging
 import math
 import select

@@ -1,7 +1,5 @@
 """The operator: the person at the rig, or a program in their place, who strikes the beam and mounts specimens."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from analysis.dof import Dof

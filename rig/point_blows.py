@@ -1,7 +1,5 @@
 """Comparing the blows of one point: with three or more, a blow at another point shows as inconsistent."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Self

@@ -1,7 +1,5 @@
 """Storing the measurements of a sequence: every blow and every sine point is stored before the next one begins."""
 
-from __future__ import annotations
-
 import time
 from datetime import UTC, datetime
 

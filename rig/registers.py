@@ -14,8 +14,6 @@ never half applied. All quantities are in SI units; 32-bit values are big-endian
 Limits, watchdog time and detectors are set at the instrument. The network may tighten a detector, never loosen it.
 """
 
-from __future__ import annotations
-
 import struct
 from binascii import crc_hqx
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A run that was stopped, failed or lost its process can be resumed with the rest 
 measurement is in the store, and the store tells the rest.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from contextlib import ExitStack

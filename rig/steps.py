@@ -1,7 +1,5 @@
 """Plans and channels of the steps of a sequence, and their checks before anything moves."""
 
-from __future__ import annotations
-
 from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.detectors import check_tighter

@@ -6,8 +6,6 @@ passed to a sink with both amplitudes and the temperature. A sweep can be paused
 From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial

@@ -4,8 +4,6 @@ A sequential order confounds conditioning (Mullins effect, warming, drift) with 
 random one turns it into scatter. Mounting a specimen costs a person's time, so every mounting is made once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The rig's own limits for the tester, on commands and on measured values; the instrument has its own, too."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

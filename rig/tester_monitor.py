@@ -5,8 +5,6 @@ actuator has pressure all the while. Polling does not disturb a record: the acqu
 itself, and the tester has a line of its own.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Identity and status of the tester, and the errors with which it can refuse."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ whole call. A command keeps its sequence number over all attempts, so that the i
 values in force are read back afterwards.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

@@ -1,7 +1,5 @@
 """Steps that only wait: for a time, or until the temperature is steady. Both can be paused and stopped."""
 
-from __future__ import annotations
-
 import time
 from functools import partial
 

@@ -1,7 +1,5 @@
 """`python -m simlab`: the laboratory in a process of its own, until its standard input closes."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

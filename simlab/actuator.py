@@ -8,8 +8,6 @@ Every command starts a segment; signals at any time follow in closed form from t
 asking twice gives the same samples.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The test article as it was built: the beam, its two joints of two cylinders each, and the accelerometer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

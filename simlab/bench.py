@@ -3,8 +3,6 @@
 A bench is that of a case: of one drawn with its effects, or of the ordinary case, which has none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Bench time: the one clock of the simulated laboratory, which may run faster than the one on the wall."""
 
-from __future__ import annotations
-
 import time
 
 

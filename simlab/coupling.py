@@ -4,8 +4,6 @@ H = R_ol - R_oj (1 + Z R_jj)^-1 Z R_jl, with R the receptance of the free beam b
 where something of dynamic stiffness Z is attached. Each frequency line takes one solve of the size of Z.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

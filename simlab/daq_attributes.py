@@ -1,7 +1,5 @@
 """What the simulated NI-DAQmx says about itself: system, device, task, channel, read and timing attributes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """From a request to create a channel to a virtual channel: the checks that NI-DAQmx makes, and its units."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Errors of the simulated acquisition: NI-DAQmx status codes with their meaning, and faults that tests set by name."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """The simulated C Series modules, the sensors wired to them, and the way from SI to counts."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field

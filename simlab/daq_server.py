@@ -4,8 +4,6 @@ Clients of NI-DAQmx talk to it over the wire as they would to NI's. A call that 
 status code in the trailing metadata ``ni-error``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent import futures
 from typing import Any

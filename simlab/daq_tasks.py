@@ -1,7 +1,5 @@
 """A task of the simulated NI-DAQmx: its channels, timing and trigger, and the samples it has acquired."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

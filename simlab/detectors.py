@@ -1,7 +1,5 @@
 """The tester's limit detectors: what each watches, and how it may be set."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ and 1.5 times in shear, and half the loss factor in both. Frequency matters belo
 flat to 0.1 %.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar
 

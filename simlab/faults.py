@@ -1,7 +1,5 @@
 """Faults: a test sets them, and the simulated instrument asks for them where they would show."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The operator with the hammer: blows as they come, with scatter in place, angle, force and width."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import StrEnum
 

@@ -4,8 +4,6 @@ It runs in this process (`Laboratory`) or, as a real laboratory would, outside i
 but wires connects it to the program that measures.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ A real laboratory has a person in this place. Requests and answers are JSON, one
 address: ``{"do": "strike", "node": 3, "direction": "y"}`` is answered by ``{"ok": null}`` or ``{"error": "..."}``.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import socketserver

@@ -3,8 +3,6 @@
 What a laboratory does not know better than its tolerances is drawn by seed: half a tolerance is one standard deviation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ one inverse transform; nothing is interpolated. The converter's anti-alias filte
 without delay, acts on both channels alike.
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Motion runs on bench time. The watchdog runs on wall-clock time, because it guar
 lives on wall-clock time, however fast the bench runs.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time

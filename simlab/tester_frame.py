@@ -1,7 +1,5 @@
 """The tester's own compliance, mass and delay, and the known pieces that show them when mounted in its jaws."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

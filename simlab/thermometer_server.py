@@ -1,7 +1,5 @@
 """The simulated thermometer, on a TCP port (for ``socket://``) or on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import os
 import select
 import socket

@@ -1,7 +1,5 @@
 """The truth about a bench, in the shape of the results that identification should find."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ A shaker stays and the accelerometer roves. Such a file is read and written with
 that of a roving hammer with the accelerometer at the place of the shaker.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

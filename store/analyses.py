@@ -1,7 +1,5 @@
 """Analyses: one row for each computation, to which its results point; it points to its runs and parents."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,7 +1,5 @@
 """The audit log: who asked for which action, and its outcome. Rows are never changed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any

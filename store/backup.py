@@ -9,8 +9,6 @@ read transactions.
 A backup is restored into an empty place only: checksums first, and a check of the whole afterwards.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import sqlite3

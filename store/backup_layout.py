@@ -5,8 +5,6 @@ catalogue.sqlite | catalogue.dump the SQLite file, or the output of pg_dump (cus
 waveforms/<file>                  one for each run with records
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

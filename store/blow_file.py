@@ -1,7 +1,5 @@
 """A single blow in one UFF file: force and acceleration on one clock."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Points of a hammer run and their blows, accepted or refused."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 

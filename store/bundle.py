@@ -1,7 +1,5 @@
 """Reading of a measurement bundle, a folder or a zip: all of it is checked first."""
 
-from __future__ import annotations
-
 import hashlib
 import lzma
 import zipfile

@@ -1,7 +1,5 @@
 """Import of bundles into the catalogue, and export."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -1,7 +1,5 @@
 """setup.json of a bundle, checked: the test article and its measurements."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from itertools import pairwise

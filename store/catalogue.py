@@ -7,8 +7,6 @@ Functions of `store.runs`, `store.blows`, `store.modes`, ... take the session; a
 whole or not at all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

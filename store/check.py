@@ -3,8 +3,6 @@
 It only reads, also while a run is on.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

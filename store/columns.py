@@ -4,8 +4,6 @@ NaN in an array is NULL in a column of numbers. An array in a binary column is n
 behind them; any client reads it with ``numpy.load(io.BytesIO(column))``, which ignores the four bytes at the end.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import struct

@@ -1,7 +1,5 @@
 """Comparisons of the two experiments, element by element."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Connections to the database: its address, settings that keep data safe, and errors with advice."""
 
-from __future__ import annotations
-
 import sqlite3
 import time
 from collections.abc import Iterator

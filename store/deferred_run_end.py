@@ -1,7 +1,5 @@
 """Ends of runs that the database could not take: written to a file beside the waveforms, and stored later."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime

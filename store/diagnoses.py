@@ -1,7 +1,5 @@
 """Diagnoses of the gap between measurement and simulation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any

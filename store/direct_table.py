@@ -1,7 +1,5 @@
 """direct.csv of a bundle: one row for each steady-state sine point of the elastomer tester."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

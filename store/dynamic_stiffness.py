@@ -1,7 +1,5 @@
 """Dynamic stiffness points of the direct method, measured here or imported as given."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields

@@ -1,7 +1,5 @@
 """Errors of the store; each message names the fault, its place and a remedy."""
 
-from __future__ import annotations
-
 
 class StoreError(Exception):
     """The store cannot do this; nothing was stored."""

@@ -1,7 +1,5 @@
 """Accelerances of a set, by a roving hammer or a shaker, measured or imported, with coherence and variance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The waveforms of a run as one HDF5 file, for other programs."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Instruments, their calibrations, and the channels of a run; a new calibration is a new row."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import date, datetime

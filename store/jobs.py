@@ -6,8 +6,6 @@ there is exactly one result. The service measures the silence by its own clock (
 the times stored here are those of the worker's computer, whose clock may be wrong.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any

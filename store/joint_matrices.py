@@ -1,7 +1,5 @@
 """Identified joint matrices k and h with their intervals and covariance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

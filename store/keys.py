@@ -1,7 +1,5 @@
 """API keys with scopes and an expiry; a secret is shown once, and only its hash is stored."""
 
-from __future__ import annotations
-
 import hashlib
 import secrets
 from collections.abc import Iterable

@@ -4,8 +4,6 @@ A lock is that of an empty SQLite file beside the waveforms, which every program
 process that holds it dies, the operating system releases it: after kill -9 or a power cut it is free.
 """
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager

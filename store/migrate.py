@@ -1,7 +1,5 @@
 """Update of a database to this version's schema with Alembic; the revisions are in `store/migrations`."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

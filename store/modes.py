@@ -1,7 +1,5 @@
 """Modes of an analysis: frequencies, loss factors and shapes with their intervals."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

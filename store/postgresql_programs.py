@@ -1,7 +1,5 @@
 """PostgreSQL's own programs for copying a database: pg_dump and pg_restore."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Progress of longer work: `with progress("files", 12) as advance:` ... `advance(1)`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 

@@ -1,7 +1,5 @@
 """Where a stored row comes from: a hash of its configuration, and who stored it."""
 
-from __future__ import annotations
-
 import getpass
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Fields of documents that hold a quantity: the schema has the unit, for people and for programs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Requests by idempotency key: a request that is sent again gets the first answer, and nothing is done twice."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sqlalchemy import delete, select

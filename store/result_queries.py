@@ -1,7 +1,5 @@
 """Results of an article over all its runs, in pages; an index makes each page fast, however many results there are."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from sqlalchemy import ScalarSelect, Select, func, select

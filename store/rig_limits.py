@@ -1,7 +1,5 @@
 """The limits of each rig; the newest row is in force, and older ones stay with the names of those who set them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sqlalchemy import select

@@ -1,7 +1,5 @@
 """Runs: measurements and imports, with their setup, their times, and how they ended."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Named sequences, to be run again and again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any

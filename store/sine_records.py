@@ -1,7 +1,5 @@
 """Steady-state sine records of the elastomer tester."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 

@@ -1,7 +1,5 @@
 """Specimens: the cylinders of one joint of a test article, known over the years."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sqlalchemy import select

@@ -1,7 +1,5 @@
 """Enumerations of the catalogue that programs without a database need, too. This module imports nothing heavy."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Universal File Format, dataset 58 and 58b: functions at nodal degrees of freedom. Only this module uses pyuff."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ distribution by `setup.py`. In a checkout the file holds git's placeholder, and 
 library only, because `setup.py` runs this file before anything is installed.
 """
 
-from __future__ import annotations
-
 import subprocess
 import tomllib
 from functools import cache

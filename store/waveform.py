@@ -1,7 +1,5 @@
 """A waveform: raw samples of simultaneous channels, and their scaling to physical values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any

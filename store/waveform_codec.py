@@ -4,8 +4,6 @@ Neighbouring samples of a band-limited signal differ little: counts are stored a
 are then sorted by significance, so that zlib sees long runs of nearly equal bytes.
 """
 
-from __future__ import annotations
-
 import json
 import zlib
 from dataclasses import asdict

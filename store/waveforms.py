@@ -3,8 +3,6 @@
 Why SQLite files beside the catalogue: docs/decisions/0002-waveforms-beside-the-catalogue.md.
 """
 
-from __future__ import annotations
-
 import sqlite3
 import threading
 from collections.abc import Iterator, Sequence

@@ -4,8 +4,6 @@ It knows nothing of what it carries, so it stands in front of Modbus TCP as well
 from its seed and from what passes.
 """
 
-from __future__ import annotations
-
 import asyncio
 import random
 import socket

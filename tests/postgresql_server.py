@@ -1,7 +1,5 @@
 """A real PostgreSQL server on a Unix socket in a temporary folder, for tests and benchmarks."""
 
-from __future__ import annotations
-
 import os
 import pwd
 import shutil

@@ -1,7 +1,5 @@
 """Recorded data and examples beside the project, which tests ask for by file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The rules that hold for the whole tree: which package may import which, and what its files may name."""
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The bad line: what it does to the bytes that pass, against a server that echoes them."""
 
-from __future__ import annotations
-
 import socket
 import socketserver
 import threading

@@ -14,8 +14,6 @@ the product (k' + i k'') z / |z_ref|. Every parameter is positive, and its logar
 amplitude and rises with frequency, as for every filled rubber.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np

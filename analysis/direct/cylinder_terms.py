@@ -7,8 +7,6 @@ widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-2
 amplitude and frequency.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

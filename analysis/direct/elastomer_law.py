@@ -5,8 +5,6 @@ A prediction is their sum. Its covariance has the errors of the parameters, of t
 measured points share.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 Every point has [k, h] with errors of its own and errors that it shares with other points, such as that of a correction.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

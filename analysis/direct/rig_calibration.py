@@ -5,8 +5,6 @@ inertia of the fixture. Each shows the lag. All runs are fitted together by weig
 `corrections`, and chi-square tests whether they agree.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping, Sequence

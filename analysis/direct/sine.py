@@ -19,8 +19,6 @@ no correlation. So 1/2 is assumed for slow variation, and more for longer blocks
 that follows the amplitude varies slowly. The rest, the noise of the sensors, scatters independently.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

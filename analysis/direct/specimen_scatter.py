@@ -3,8 +3,6 @@
 All specimens have to be of one kind (one compound, one size).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A claim states what was checked here. Requirements that only the laboratory can 
 adequate frame, are in the table.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

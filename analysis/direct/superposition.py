@@ -8,8 +8,6 @@ Points have the same displacement of the actuator, as in the paper. An angled cy
 it along each of its axes. So a specimen whose shear and compression soften independently reads too high when angled.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

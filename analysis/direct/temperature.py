@@ -9,8 +9,6 @@ This is the linear part of the shift of M. L. Williams, R. F. Landel and J. D. F
 with a suitably large error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ A Timoshenko beam on lumped joints of two cylinders each, Eqs. (8)-(11), whose s
 on neither amplitude nor frequency. Its unknowns are the cylinders, and all that is stated within a tolerance only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

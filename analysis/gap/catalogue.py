@@ -1,7 +1,5 @@
 """The catalogue: every effect found in the files of `analysis.gap.effects`, with its rival laws."""
 
-from __future__ import annotations
-
 import pkgutil
 from functools import cache
 from importlib import import_module

@@ -1,7 +1,5 @@
 """The diagnosis of one measurement: where the gap lies, which effects cause it, how far it shrinks."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

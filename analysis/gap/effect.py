@@ -1,7 +1,5 @@
 """The definition of an effect: parameters with their priors, and the changes that they make to the bench."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self

@@ -6,8 +6,6 @@ and many times noise. So chi-square is tempered, divided by T: as much as the mi
 more than a law that is roughly right would leave of the gap.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Faults of a measurement itself: found before any effect is looked for, named, and taken out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

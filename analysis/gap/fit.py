@@ -4,8 +4,6 @@ All unknowns are scores with a standard normal prior: the shared parameters of b
 and the offset of the blows of each row from their node.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial

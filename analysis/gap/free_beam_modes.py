@@ -1,7 +1,5 @@
 """The free beam: its mode shapes at any position, and modal stiffness for any modulus, density and damping."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """How far each explanation lowers the gap on held-out data, and the floor: the difference to expect of a repetition."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -6,8 +6,6 @@ of the linearised fit: the normal equations of the row are subtracted. Where it 
 wrong, and the remaining rows are fitted again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

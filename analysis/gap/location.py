@@ -4,8 +4,6 @@ A map shows where a model fails, not why: a mass at the accelerometer shows in e
 like errors of joints. It is evidence for people, and no cause is derived from it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

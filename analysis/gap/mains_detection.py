@@ -10,8 +10,6 @@ line, in lines (F. J. Harris, Proc. IEEE 66, 1978, for the rectangular window). 
 smooth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

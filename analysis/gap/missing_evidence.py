@@ -1,7 +1,5 @@
 """Questions that a diagnosis cannot answer because something was not measured."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

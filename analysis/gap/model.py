@@ -1,7 +1,5 @@
 """One fitted model, and the best of many."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ constrained by the first measurement. The residual, in standard deviations, is t
 the simulation does not contain, such as a ruler, measures the size of an effect instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum

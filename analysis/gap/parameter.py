@@ -1,7 +1,5 @@
 """What is not known: parameters with Gaussian priors, and their estimates with intervals."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, inf
 

@@ -4,8 +4,6 @@ Noise differs from line to line; a misfit does not. The products of neighbouring
 the energy of the misfit alone, and to nothing where the model holds (G. M. Ljung, G. E. P. Box, Biometrika 65, 1978).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 The paper's model with the tester's cylinders is good enough to recognise a row: its shape over frequency, not its size.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

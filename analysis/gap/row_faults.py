@@ -6,8 +6,6 @@ is believed only if a fit to the exchanged rows confirms it. Two rows along the 
 the paper's model: for these, only a majority of three or more sets decides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

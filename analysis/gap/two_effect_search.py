@@ -4,8 +4,6 @@ A single effect is fitted as if it were the only one. Where a wrong effect hides
 second effect is fitted alone, from its values in the pair, and others are then added to it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ prior, so that a trace that every bench has explains nothing. All compete with t
 can take any smooth shape, explains all misfit beyond noise, and pays for that freedom.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

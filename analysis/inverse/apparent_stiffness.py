@@ -13,8 +13,6 @@ Each is asked for within what is uncertain, the last over half an octave. Refere
 Properties of Polymers, 3rd ed., Chapter 1; ISO 10846-1 for the frequency up to which a mount is a spring.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import groupby
 

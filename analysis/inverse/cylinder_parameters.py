@@ -4,8 +4,6 @@ The matrix of a joint is linear in a, b, c, d of its cylinders, and their inclin
 separate terms of the matrices, such as k11 of two joints on a beam that hardly stretches, the cylinders relate them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar

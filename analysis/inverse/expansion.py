@@ -7,8 +7,6 @@ in the least squares sense. It needs a few rows of Z^-1 instead of an inverse of
 gives the forces that the joints exert, which the identification wants, together with the motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The Fisher information of accelerances needs the bench, the points and the noise
 accelerometers add up; parameters that they share, such as E or the place of a blow, are one unknown for all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

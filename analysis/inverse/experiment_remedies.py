@@ -1,7 +1,5 @@
 """Remedies for the weakest direction of an experiment: priors, accelerometers, a wider band."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What a beam does on joints that follow a power of frequency: its modes and its accelerances."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

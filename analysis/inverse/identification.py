@@ -4,8 +4,6 @@ Averaging of the longitudinal components, expansion to the joints, weighted regr
 intervals. What the numbers rest on is judged apart, by the information in the modes themselves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

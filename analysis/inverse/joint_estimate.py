@@ -1,7 +1,5 @@
 """An identified joint: its matrices, their 95 % intervals, and which terms are observable."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar

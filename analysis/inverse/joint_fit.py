@@ -9,8 +9,6 @@ behind its variance, and Student's interval (R. M. Bell, D. F. McCaffrey, Survey
 Satterthwaite's approximation).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

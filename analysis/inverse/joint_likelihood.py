@@ -6,8 +6,6 @@ known to `joint_parameters.REACH`. Deviations of the bench are parameters from t
 benches, joints that had to compensate for them ended in a wrong minimum. All lines take part at the end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 Here the parameters are the terms of the matrices; `cylinder_parameters` has those of the cylinders.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol

@@ -3,8 +3,6 @@
 D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431-441, with the columns scaled to one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol

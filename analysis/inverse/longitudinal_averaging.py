@@ -6,8 +6,6 @@ elastic strain, which carries the difference of the two joints' axial forces: th
 the paper's bench 8 % in k12 of joint I.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ paper's bench only k11(I) + k11(II) is determined, because the beam hardly stret
 words.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A joint matrix has 18 unknowns [k11, k12, ... k33, h11, ... h33]; symmetry leaves the 12 of `TERMS`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 

@@ -1,7 +1,5 @@
 """Predicted accelerances with their uncertainty."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ Only u_a is needed as a whole field; each row then costs one product. Finite dif
 modulus they break the exact degeneracy of a common factor on k, E, rho and the gain, and so create information.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Joint terms that the data do not determine on their own, and why: each term by itself, and combinations of terms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Checks of a fit: passivity of the joints, goodness of fit, convergence. Reports show those that fail."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ out of it so far that noise alone does it in less than one blow in a million, an
 bounce at the limit is found although noise takes from it. A blow too weak for both is refused as weak.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum

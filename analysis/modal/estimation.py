@@ -16,8 +16,6 @@ leakage does, so a standard deviation is at least what the disagreement of the r
 intervals are Student's, with the degrees of freedom of those that a mode hangs on.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

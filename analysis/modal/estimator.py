@@ -1,7 +1,5 @@
 """Estimators of a frequency response from several blows."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

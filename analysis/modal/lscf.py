@@ -11,8 +11,6 @@ Linear least squares weighs the equation and not the measurement, so its damping
 The poles are for choosing a model (`stabilisation`) and for starting `modal_refinement`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

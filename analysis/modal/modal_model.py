@@ -14,8 +14,6 @@ are Chebyshev polynomials in w^2, lowest first: T_0 is the mass line of modes be
 of modes above it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

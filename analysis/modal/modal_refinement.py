@@ -6,8 +6,6 @@ over the poles alone. For independent Gaussian noise of known variance the sum o
 log-likelihood, and the inverse of the full normal matrix is the covariance, equal to the Cramer-Rao bound.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -13,8 +13,6 @@ the degrees of freedom of the blows that their variance comes from, for Student'
 What all blows of a point share, a mark that is painted beside its place, no blow can tell.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

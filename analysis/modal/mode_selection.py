@@ -13,8 +13,6 @@ with temperature or load: one of them is dropped, and what it explained stays in
 to no noise such a pair has no best fit, as the two close in on each other: it is merged.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

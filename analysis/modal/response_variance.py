@@ -3,8 +3,6 @@
 Always per real and per imaginary part, in the square of the accelerance's unit.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import convolve1d, median_filter
 

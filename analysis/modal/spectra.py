@@ -5,8 +5,6 @@ rectangular unless asked for: a blow and its response start and end within the r
 add damping.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

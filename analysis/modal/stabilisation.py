@@ -6,8 +6,6 @@ poles link up to columns. A column that is long enough and reaches the top of th
 likelihood decides about candidates afterwards (`estimation`); here nothing needs an order chosen by hand.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

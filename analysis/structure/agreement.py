@@ -1,7 +1,5 @@
 """Measured modes and accelerances against predicted ones: modal assurance criterion, pairs of modes, FRAC."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

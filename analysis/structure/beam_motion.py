@@ -6,8 +6,6 @@ smooth in the distance. One element alone would turn sharply at the node, where 
 strain jump, and a fit would be caught there.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.dof import Direction, Dof

@@ -4,8 +4,6 @@
 together, Eq. (16); the paper's two supports lean inward by theta.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ Only the lower modes can be followed from mesh to mesh. Those above act by their
 modes together follows the same law: what the others leave of it is what they are given.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise

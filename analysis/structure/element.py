@@ -4,8 +4,6 @@ All functions take the element length in m and phi, the ratio of bending to shea
 Eq. (4), and return (2, 2) or (4, 4) matrices in SI units. phi = 0 is a beam that is rigid in shear.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.frequency_response import Real

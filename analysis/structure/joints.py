@@ -5,8 +5,6 @@ are those of Eq. (10), the lower cylinder lies at -e and the upper at +e. Leanin
 they give k12 > 0, as at joint I of Table 2; leaning 45 and -135 degrees, k12 < 0, as at joint II.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

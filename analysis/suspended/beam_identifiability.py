@@ -1,7 +1,5 @@
 """Which parameters of a beam its free frequencies do not determine, in plain sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations

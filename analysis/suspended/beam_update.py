@@ -9,8 +9,6 @@ keeps parameters positive and equals a Gaussian in p for tolerances of a few per
 chi^2 is distributed as chi-square with one degree of freedom for each datum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

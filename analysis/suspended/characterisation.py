@@ -4,8 +4,6 @@ The identification of joints uses the beam's `damping_ratios`, which make the pr
 `free_beam` is the updated beam itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

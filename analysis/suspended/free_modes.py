@@ -11,8 +11,6 @@ error of f_r is below 8 (f_s / f_r)^4 of it, from springs at the ends that coupl
 springs of 5 Hz under the first mode of a beam of 160 Hz, which couples to the bounce only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

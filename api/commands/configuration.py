@@ -1,7 +1,5 @@
 """`jointlab config`: the configuration and its sources."""
 
-from __future__ import annotations
-
 import os
 
 import typer

@@ -1,7 +1,5 @@
 """`jointlab demo`: the whole job on simulated instruments, from the first blow to the report."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """`jointlab import` and `jointlab export`: bundles into the catalogue and out of it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`jointlab gap`: where simulation and measurement differ, which effect causes it, how far the gap then shrinks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The options of an identification on the command line, made from their one declaration."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Keys while a run is on: Ctrl-C stops it, Ctrl-Z (Ctrl-Break on Windows) pauses it, the actuator at rest with both."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

@@ -1,7 +1,5 @@
 """`jointlab key`: make, list and revoke the keys by which the service knows people and programs."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`jointlab plan`: which intervals a hammer test will leave, before it is made."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

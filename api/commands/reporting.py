@@ -1,7 +1,5 @@
 """`jointlab report`: one self-contained HTML file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

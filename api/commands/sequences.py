@@ -1,7 +1,5 @@
 """`jointlab run` and `jointlab resume`: a sequence, on the configured instruments."""
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`jointlab serve`: the REST service, in front of the configured instruments or simulated ones."""
 
-from __future__ import annotations
-
 import ipaddress
 import socket
 import sys

@@ -1,7 +1,5 @@
 """`jointlab simulate`: the three simulated instruments, for a person or a program to connect to."""
 
-from __future__ import annotations
-
 import json
 import time
 from dataclasses import asdict

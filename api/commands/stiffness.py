@@ -1,7 +1,5 @@
 """`jointlab stiffness`: the fitted law at an amplitude and a frequency."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`jointlab store`: check, back up and restore the catalogue and its waveforms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated

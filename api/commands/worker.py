@@ -1,7 +1,5 @@
 """`jointlab worker`: do jobs of the service on this computer, for a dask scheduler."""
 
-from __future__ import annotations
-
 import asyncio
 from importlib import import_module
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Actions of the page on rig and store, by the key that is logged in, and noted in the audit log."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar

@@ -1,7 +1,5 @@
 """Buttons, lists and charts for every view."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from html import escape
 

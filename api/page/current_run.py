@@ -1,7 +1,5 @@
 """The run that a view shows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from api.service.context import Services

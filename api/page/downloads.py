@@ -1,7 +1,5 @@
 """Downloads: tables of a run as CSV, and the files of exports."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,5 @@
 """Texts of the page: quantities with their units, interlocks, durations and times."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 
 from jointlab import durations

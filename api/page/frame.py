@@ -1,7 +1,5 @@
 """The frame of every view: state of the rig, STOP, links to the other views, and a place for messages."""
 
-from __future__ import annotations
-
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from html import escape

@@ -1,7 +1,5 @@
 """Curves of a diagnosis: a row of the beam or a series of the tester, measured, before and after."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Logging in to the page by a key, which the browser keeps in a cookie that no script can read."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from importlib import resources
 from typing import Annotated

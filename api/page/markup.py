@@ -1,7 +1,5 @@
 """Small pieces of HTML with everything escaped: tables, lists of terms, links and filter forms."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape

@@ -1,7 +1,5 @@
 """Repeating a point of a hammer session: within its run as long as that is not finished, else in a new run."""
 
-from __future__ import annotations
-
 from nicegui import ui
 
 from api.page.controls import button, choice

@@ -1,7 +1,5 @@
 """Routes of the page: each view under /page, on the same rig and catalogue as the service."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import nicegui

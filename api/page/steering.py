@@ -1,7 +1,5 @@
 """The row that drives a run: the operator's prompt, hold, go on, and resume after the run has ended."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from html import escape

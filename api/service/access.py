@@ -3,8 +3,6 @@
 As long as no key was ever made, a service on the loopback address is open to everybody at its computer.
 """
 
-from __future__ import annotations
-
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass

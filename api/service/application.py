@@ -1,7 +1,5 @@
 """The application: every resource under /api, problems for errors, and documentation without an outside network."""
 
-from __future__ import annotations
-
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial

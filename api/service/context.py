@@ -3,8 +3,6 @@
 The dependencies of STOP are coroutines, because these wait for no thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime

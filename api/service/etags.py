@@ -1,7 +1,5 @@
 """Entity tags: a known document is not sent again, and nobody overwrites a change that they have not seen."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any

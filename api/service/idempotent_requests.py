@@ -7,8 +7,6 @@ A route declares its action by a dependency: `idempotent` asks for a scope, `dri
 refused action has the same name in the log as one that is done.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Links in the schema: requests that can follow on what a request has made or found."""
 
-from __future__ import annotations
-
 from typing import Any
 
 Links = dict[int | str, dict[str, Any]]

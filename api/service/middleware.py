@@ -2,8 +2,6 @@
 the interface load nothing from another origin.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 

@@ -4,8 +4,6 @@ A key that has ended stays ended. Where the computer's clock was ahead and is co
 latest time. After a restart of the service it begins with the computer's clock.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Long lists come in pages; each says where the next one begins."""
 
-from __future__ import annotations
-
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from binascii import Error as Base64Error
 from collections.abc import Sequence

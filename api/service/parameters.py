@@ -1,7 +1,5 @@
 """What routes have in common: parameters of requests, and documents of stored rows."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, TypeVar
 
 from fastapi import Header, Path, Query

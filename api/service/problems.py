@@ -1,7 +1,5 @@
 """Errors by RFC 9457: one problem document for every error, and its declaration in the schema."""
 
-from __future__ import annotations
-
 import logging
 from http import HTTPStatus
 from typing import Any

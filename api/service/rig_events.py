@@ -1,7 +1,5 @@
 """The events of the rig in the schema: the data that each kind of server-sent event has."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from datetime import datetime
 from inspect import getdoc

@@ -7,8 +7,6 @@ A sequence document may be named, and another service: ``--sequence FILE --addre
 strikes and mounts, add ``--no-automatic`` and answer the prompts on the page.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The client: the rig, the laboratory, runs, results and jobs of one service."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager

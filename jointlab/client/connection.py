@@ -1,7 +1,5 @@
 """The connection to the service: repeated requests, pages, events, and problems as exceptions."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Driving the rig: the control lease, held while a context lasts, and the requests that need it."""
 
-from __future__ import annotations
-
 import logging
 import threading
 

@@ -1,7 +1,5 @@
 """The catalogue of effects for tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache

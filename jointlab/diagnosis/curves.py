@@ -1,7 +1,5 @@
 """Curves for pictures: the rows of the reference set and the tester's series, as measured, before and after."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

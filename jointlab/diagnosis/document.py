@@ -1,7 +1,5 @@
 """A diagnosis as the JSON document `jointlab-diagnosis/1`, which other programs read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any

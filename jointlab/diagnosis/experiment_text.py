@@ -1,7 +1,5 @@
 """The next experiment of a diagnosis: in sentences for people, and as it is stored in a document."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The subject of a diagnosis, from a bundle or a run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

@@ -4,8 +4,6 @@ Work that a sequence cannot do, such as weighing a cap or turning a sensor, beco
 step that needs it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from itertools import pairwise

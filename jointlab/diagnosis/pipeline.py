@@ -1,7 +1,5 @@
 """From a bundle or a run to its diagnosis, the document of it, and the store."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Accelerances that were asked for, as UFF58: without the effects in the model (before), and with them (after)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

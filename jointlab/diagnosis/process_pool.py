@@ -1,7 +1,5 @@
 """A pool of processes for the fits of a diagnosis."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence

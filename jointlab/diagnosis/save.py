@@ -1,7 +1,5 @@
 """Diagnoses in the store."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sqlalchemy.orm import Session

@@ -1,7 +1,5 @@
 """Results of sealed trials of this catalogue: the score that is shown with each verdict."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A diagnosis in sentences for technicians; terminal, report and page use the same."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

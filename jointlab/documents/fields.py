@@ -1,7 +1,5 @@
 """Types of fields that several documents have."""
 
-from __future__ import annotations
-
 import json
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Documents on jobs, and what each kind of job is asked for with."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """Documents on the laboratory: its service, instruments, channels and specimens."""
 
-from __future__ import annotations
-
 from datetime import date, datetime
 from typing import Annotated, Any
 

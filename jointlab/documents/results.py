@@ -1,7 +1,5 @@
 """Documents on results: analyses, accelerances, modes, joints, sine points, comparisons and diagnoses."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Documents on sequences and runs, and on the blows and sines that a run recorded."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Documents on the dynamic stiffness that fitted laws give at one amplitude and frequency."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field

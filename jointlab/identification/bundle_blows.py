@@ -3,8 +3,6 @@
 A file does not name the set of its blow, so blows are used only where a bundle has a single set.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 

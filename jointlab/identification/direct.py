@@ -1,7 +1,5 @@
 """The direct method: sine points to cylinders, joints, the superposition check and a law."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence

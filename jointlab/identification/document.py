@@ -1,7 +1,5 @@
 """An identification as the JSON document `jointlab-identification/1`, which other programs read."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Correction of faults in hammer sets that an identification would take for physics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

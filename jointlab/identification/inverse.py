@@ -1,7 +1,5 @@
 """The inverse method: accelerances to modes, to joints by both methods, and to the prediction of the beam on them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ The value of one cylinder comes from its own law. The interval for another cylin
 the specimens at that point.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache

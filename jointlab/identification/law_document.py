@@ -1,7 +1,5 @@
 """The document of a dynamic stiffness that fitted laws give, for the service and for `jointlab stiffness --json`."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness

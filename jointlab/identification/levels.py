@@ -3,8 +3,6 @@
 The amplitude follows from the force records of a set's blows, from their mean peak, or from the force of its sine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Loading of a measurement: from a bundle, an imported run, or the raw records of a run measured here."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

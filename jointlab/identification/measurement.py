@@ -1,7 +1,5 @@
 """The input of an identification: the article, its accelerances and its sine points, from whichever source."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

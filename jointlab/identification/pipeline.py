@@ -1,7 +1,5 @@
 """The whole identification: joints by the hammer, cylinders in the tester, and their comparison."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

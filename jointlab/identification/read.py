@@ -1,7 +1,5 @@
 """Stored results of a run's identification, as analysis has them, and what the stored joints do on its beam."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

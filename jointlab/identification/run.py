@@ -1,7 +1,5 @@
 """Identification of a run: load, identify and save it, or compute again what was saved."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from jointlab.identification.inverse import LIKELIHOOD

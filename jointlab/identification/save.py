@@ -1,7 +1,5 @@
 """Saving an identification: each result is a row of its own, beside older ones, with what it was made from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any

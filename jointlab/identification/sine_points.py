@@ -1,7 +1,5 @@
 """Sine points as analysis has them, and as the catalogue keeps them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

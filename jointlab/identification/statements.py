@@ -1,7 +1,5 @@
 """Statements about a fit to accelerances, in sentences: exponents, leaning blows, the effect of a prior."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The article as analysis has it: its beam, bare or with the masses that are mounted on it."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 

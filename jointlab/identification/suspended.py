@@ -1,7 +1,5 @@
 """The beam free of its joints, in soft cords: its modes, its damping and its material (Table 1)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from analysis.modal.estimation import ModalEstimate, estimate_modes

@@ -3,8 +3,6 @@
 Each correction can be switched off by name. Those that were applied are stored with the points and the analysis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Executors of jobs: processes of this computer, or a dask.distributed cluster."""
 
-from __future__ import annotations
-
 import multiprocessing
 from dataclasses import dataclass
 from importlib import import_module

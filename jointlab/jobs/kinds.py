@@ -4,8 +4,6 @@ The work returns a function that stores its result: it is called in the transact
 done exactly if there is a result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module

@@ -1,7 +1,5 @@
 """The queue of jobs: gives queued jobs to an executor, and queues those again that their workers lost."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

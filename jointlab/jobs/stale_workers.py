@@ -4,8 +4,6 @@ The time without a sign is measured here, by a monotonic clock. A time of the wo
 the one before: that clock may be wrong, and be set between two heartbeats.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 

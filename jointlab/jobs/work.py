@@ -1,7 +1,5 @@
 """One job in the process of a worker: its work, its heartbeat, and its result in one transaction."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Pictures of a plan: Figs. 3 and 4 for the bench at hand, and the half-widths to expect. Each is an inline SVG."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 

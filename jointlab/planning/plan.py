@@ -1,7 +1,5 @@
 """Expectations before a hammer test: expected intervals, remedies, design quantities, studies of Figs. 3 and 4."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A plan as sections of a page, and as a document for other programs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figs. 7 to 9 and 12 to 14 as data; page and report each draw them in their own way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The report's sections on the tester, and on both methods together: Figs. 11 to 14."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """The paper's Figs. 5 to 9 and 11 to 14, drawn for this bench. Each returns an inline SVG element."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

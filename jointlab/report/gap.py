@@ -1,7 +1,5 @@
 """The gap diagnosis as one page, and as sections of a run's report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Pictures of a gap diagnosis: maps that are read at a glance, and bars before and after. Each is an inline SVG."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tables of a diagnosis: terminal, report and page show the same ones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The report's sections on the hammer experiment: Tables 2 to 4, Figs. 5 to 9, and levels of excitation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

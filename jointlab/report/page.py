@@ -1,7 +1,5 @@
 """The report of an identification, and any sections, as one HTML file that loads nothing from outside."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path

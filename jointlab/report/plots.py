@@ -1,7 +1,5 @@
 """How the report's pictures look: one style, colours that colour-blind people can tell apart, inline SVG."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Sequence

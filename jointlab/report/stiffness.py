@@ -1,7 +1,5 @@
 """The fitted law at one amplitude and frequency, as a section: each specimen, and where another of its kind lies."""
 
-from __future__ import annotations
-
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate
 from jointlab.identification.law import StiffnessAt

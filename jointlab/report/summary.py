@@ -1,7 +1,5 @@
 """Sections without pictures: all that the terminal shows of an identification, and parts of the report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from analysis.interval import Estimate

@@ -1,7 +1,5 @@
 """Tables of stored results: terminal, report and page show the same ones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of a trial: claimed against true probability of verdicts, and named against true effects."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

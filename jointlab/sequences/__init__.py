@@ -1,7 +1,5 @@
 """Sequences by name: the built-in ones of the paper and of the suspended beam, and those in the store."""
 
-from __future__ import annotations
-
 from importlib import resources
 
 from sqlalchemy.orm import Session

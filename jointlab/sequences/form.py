@@ -1,7 +1,5 @@
 """A sequence as the texts of a form, and back: the points, blows and sines that a technician may change."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

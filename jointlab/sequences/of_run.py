@@ -1,7 +1,5 @@
 """The sequence that measures a run again: its own one, or the paper's steps on the article of an imported run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sqlalchemy.orm import Session

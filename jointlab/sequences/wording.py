@@ -1,7 +1,5 @@
 """The steps of a sequence in words; terminal and page say the same."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from jointlab.durations import duration

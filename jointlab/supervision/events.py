@@ -1,7 +1,5 @@
 """Events of the supervision, beside those that a sequence reports of itself."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 from rig.events import Event

@@ -1,7 +1,5 @@
 """Progress of a hammer session, read from the store: it is the same for every reader, and after every restart."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The journal of the rig: the latest events, numbered, for observers in any thread or event loop."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from collections import deque

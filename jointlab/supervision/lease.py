@@ -4,8 +4,6 @@ It is in the memory of the one process that drives, and measured by a monotonic 
 the run that it carried out.
 """
 
-from __future__ import annotations
-
 import secrets
 import threading
 import time

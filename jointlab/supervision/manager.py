@@ -4,8 +4,6 @@ The heartbeat that allows the tester to move is in this process: when the proces
 `resume` continues the run when the process is back.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from dataclasses import dataclass, field

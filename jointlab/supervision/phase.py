@@ -1,7 +1,5 @@
 """Phases of the rig."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -1,7 +1,5 @@
 """The operator behind the page or a program: asked by a prompt, and waited for until the prompt is answered."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass
 from typing import Protocol

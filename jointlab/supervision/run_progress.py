@@ -1,7 +1,5 @@
 """Progress of any run: when its points were taken, how long the rest takes, and whether it was cut off."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from datetime import datetime
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The state of the rig: a snapshot, and how each event changes it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent

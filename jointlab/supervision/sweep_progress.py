@@ -1,7 +1,5 @@
 """Progress of a sweep, and the sine points of one mounting before any correction of the tester, read from the store."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """One sealed bench, for the demo: measured over the wires, diagnosed, and only then opened."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ and gains, positions and materials within their tolerances. The root of what chi
 bench without the effect is d: below five or so, nobody could have told.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

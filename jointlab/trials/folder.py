@@ -1,7 +1,5 @@
 """The files of a trial: commitments, seals, answers, judgements. A trial that was killed continues from them."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

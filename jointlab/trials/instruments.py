@@ -1,7 +1,5 @@
 """A case measured as a laboratory would: blows over NI-DAQmx, sweeps over Modbus, kept in a catalogue of its own."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Which cases a trial has: singles over every effect, pairs, none, and effects outside the catalogue."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

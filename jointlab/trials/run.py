@@ -1,7 +1,5 @@
 """A whole trial: seal, diagnose, open, judge, score. A trial that was killed continues where it was."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The scores of a trial."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A simulated laboratory as configuration and as operator: in place of cables and a technician."""
 
-from __future__ import annotations
-
 from datetime import date
 from typing import Any
 

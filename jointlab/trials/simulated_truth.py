@@ -1,7 +1,5 @@
 """Identified values beside the truth about the simulated bench, which is asked for after identification only."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

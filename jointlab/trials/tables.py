@@ -1,7 +1,5 @@
 """A trial's scores as Markdown, for people and for the project's documents."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The work of a trial's process: read the measurement, diagnose, answer. It knows a path, and no truth."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Blows and sine fits as a laboratory gets them: single blows, their records, H1 of ten of them, and all scatter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

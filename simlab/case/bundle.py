@@ -1,7 +1,5 @@
 """The folder that a laboratory would deliver of a case, and the truth about it."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

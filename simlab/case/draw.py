@@ -1,7 +1,5 @@
 """Draw a case: everything about it from one seed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

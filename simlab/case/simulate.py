@@ -1,7 +1,5 @@
 """Readings of both rigs without noise: accelerances and dynamic stiffnesses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import reduce
 

@@ -3,8 +3,6 @@
 After the published layout of SDRC's dataset 58: eleven header lines, then the values as they are in memory.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Common to all tables: names of constraints, column types, columns of provenance."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 from operator import index
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables of measurements, instruments and specimens: rows are written once and never changed."""
 
-from __future__ import annotations
-
 from datetime import date, datetime
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Any
 

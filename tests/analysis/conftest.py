@@ -1,7 +1,5 @@
 """The paper's beam, and a bench of it on two joints, for the tests of everything that needs a beam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two curves and where they differ."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The command line in an empty folder, a simulated laboratory for it, and one demo that every test may look at."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

@@ -1,7 +1,5 @@
 """The command `jointlab`: help that helps, exit codes, and no traceback."""
 
-from __future__ import annotations
-
 import pkgutil
 import re
 import subprocess

@@ -7,8 +7,6 @@ A benchmark is a module ``bench_*.py`` here with a function ``main()``. None of 
 these machines are noisy, and some figures take minutes.
 """
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys

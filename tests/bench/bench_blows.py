@@ -5,8 +5,6 @@ converter and clipped at its range. The device's own report of an overload is wi
 levels change with the seed.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 

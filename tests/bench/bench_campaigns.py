@@ -3,8 +3,6 @@
 For each seed the whole campaign through the wires; printed are the errors against what the bench really is.
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from dataclasses import dataclass

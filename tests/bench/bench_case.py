@@ -1,7 +1,5 @@
 """How long a sealed case takes to draw, write and tell, kind by kind."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter

@@ -3,8 +3,6 @@
 The simulated joints are about those of the paper's Table 2, so intervals stand beside the paper's own.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

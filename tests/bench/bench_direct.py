@@ -4,8 +4,6 @@ No wires: the simulated actuator and elastomer in process, settled by the rig's 
 another machine and other noise, and one of the six mountings with the paper's 120 points of it.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from itertools import product

@@ -7,8 +7,6 @@ Structures have one to eight modes with loss factors from 3e-4 to 0.2; of some t
 within an average, so that no modal model holds, and of some the noise is next to none or not stated.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 After each: the error is in words, the actuator is at rest, no task holds the instrument, and the next run succeeds.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator

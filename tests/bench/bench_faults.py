@@ -4,8 +4,6 @@ After each fault: no call took longer than its timeouts allow, nothing wrong was
 applied twice, the actuator was at rest once the watchdog time had passed, and the line worked again when it was mended.
 """
 
-from __future__ import annotations
-
 import random
 import time
 from collections import Counter

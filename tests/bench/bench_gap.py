@@ -4,8 +4,6 @@ JOINTLAB_TRIAL_CASES says how many cases (16), JOINTLAB_TRIAL_SEED which (1), JO
 a trial that was interrupted goes on there.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -8,8 +8,6 @@ mesh with the model and is exact to a five-hundredth of the noise of a line. It 
 whose truth is known exactly. Noise is 0.003 (m/s^2)/N a line, and every fit starts 20 % off.
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Mapping

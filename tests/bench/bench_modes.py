@@ -9,8 +9,6 @@ Y. Nakatsukasa, O. Sete, L. N. Trefethen, SIAM J. Sci. Comput. 40, 2018). The be
 stiffness held at each natural frequency; where the joints still creep, below 100 Hz, the response itself has others.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How fast the page is in the browser: first paint, and interactions with 720 sine points and 11 accelerances."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 import time

@@ -7,8 +7,6 @@ or from 20 Hz, whichever serves them better. Loss factors are of the complex pol
 them. In the last column they even get the order that happens to suit each mode best.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -7,8 +7,6 @@ blow falls elsewhere between two samples, interrupted or not. So each k + ih is 
 amplitude that was reached, and both experiments against those of a run that nobody interrupted.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import random

@@ -4,8 +4,6 @@ python -m tests.bench bench_scale             # the figures
 PLANS=1 python -m tests.bench bench_scale     # and how each database finds the rows
 """
 
-from __future__ import annotations
-
 import os
 import re
 import statistics

@@ -5,8 +5,6 @@ by a tenth harder or softer; each mark itself is painted half a millimetre off, 
 those of exact accelerances at the drawing's points, at the mean temperature, for the mean force; true joints likewise.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 python -m tests.bench bench_schema
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from pathlib import Path

@@ -4,8 +4,6 @@ The rig is simulated, in real time and in a process of its own; the service is a
 How late this machine wakes somebody who sleeps is measured beside it, because no answer can be sooner than that.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import tempfile
 import threading

@@ -1,7 +1,5 @@
 """How long the fit of one sine point takes, beside plain least squares on the same records in the same run."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

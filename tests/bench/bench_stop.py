@@ -4,8 +4,6 @@ What is measured is an upper bound: the call returns once the instrument has con
 is its exponential stop from the amplitude it cycled with to the amplitude that it calls rest.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """What keeping one record costs on SQLite: its waveform and its row, each with a full-sync commit of its own."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """How long forward studies take: sixty stiffness ratios of Fig. 4 on ten elements, and the FRFs of one test."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The paper's 720 sine points through every wire, as fast as the simulated bench lets it, and where the time goes."""
 
-from __future__ import annotations
-
 import cProfile
 import pstats
 import tempfile

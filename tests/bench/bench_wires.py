@@ -1,7 +1,5 @@
 """What one transaction on each wire costs, real packages on both ends, the simulated laboratory in its own process."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

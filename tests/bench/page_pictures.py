@@ -5,8 +5,6 @@
 CAMPAIGN is the folder that `jointlab demo` wrote. Pictures go to FOLDER.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile

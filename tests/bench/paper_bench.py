@@ -1,7 +1,5 @@
 """The paper's bench as its tables have it, and what the unmodelled effects do to its nine frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """A plant of known signals behind a real NI-DAQmx server on loopback, and the channel tables that fit it."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """A block: raw counts and their scaling."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Connecting, and checking the channel table, against a server on loopback."""
 
-from __future__ import annotations
-
 import socket
 import threading
 import time

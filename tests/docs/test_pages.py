@@ -1,7 +1,5 @@
 """What the documentation names exists: links, paths, modules, commands and options."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from importlib import import_module

@@ -1,7 +1,5 @@
 """The notebooks and the short examples run, and show what they promise."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

@@ -1,7 +1,5 @@
 """The public Python API, as a person in a notebook uses it."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import subprocess

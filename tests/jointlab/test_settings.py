@@ -1,7 +1,5 @@
 """Configuration: the environment over the file over defaults, and every mistake in it named."""
 
-from __future__ import annotations
-
 import tomllib
 from datetime import date
 from pathlib import Path

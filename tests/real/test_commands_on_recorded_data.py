@@ -1,7 +1,5 @@
 """The commands on data that others recorded."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

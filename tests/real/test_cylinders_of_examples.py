@@ -1,7 +1,5 @@
 """The fit over cylinders, from the fit over matrices: it tells the two k11 apart, where joints are built as stated."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Every example bundle goes in, is identified both from the bundle and from the run, and comes out equal."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ Each record is two cycles of ramp up, three steady cycles and two of ramp down, 
 The steady cycles are what is compared.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -3,8 +3,6 @@
 About 40 s of one core; the other bundles are for trials by hand.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

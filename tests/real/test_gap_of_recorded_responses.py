@@ -1,7 +1,5 @@
 """Real responses beside simulations of them: the map says where they differ, and the resonances by how much."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyuff
 

@@ -1,7 +1,5 @@
 """Joints of labelled bundles, from their accelerances alone; the benches are off the drawing by what they state."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Any

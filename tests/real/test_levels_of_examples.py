@@ -1,7 +1,5 @@
 """Joints against amplitude, from a bundle of two hammer levels on joints that soften."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

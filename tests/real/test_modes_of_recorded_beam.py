@@ -1,7 +1,5 @@
 """Modes of accelerances that others recorded, and of a bundle of hammer measurements."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -4,8 +4,6 @@ The data were digitised from a plot to 3.5 Hz, 8 % and 0.05 rad. The mount is a 
 0.4 kg, takes off half of its stiffness; below 40 Hz the inversion gives noise, above 125 Hz a negative stiffness.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A whole simulated laboratory, an empty catalogue, and a small sequence for them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from datetime import date

@@ -1,7 +1,5 @@
 """Whoever strikes and mounts in the tests of whole sequences."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from analysis.dof import Dof

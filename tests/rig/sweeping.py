@@ -1,7 +1,5 @@
 """A sweep on simulated instruments in a thread of its own, for tests that interfere while it is on."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager

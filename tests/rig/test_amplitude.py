@@ -1,7 +1,5 @@
 """Reaching an amplitude: settled is judged from cycles, and the target is approached from below."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import pytest

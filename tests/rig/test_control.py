@@ -1,7 +1,5 @@
 """Pausing, resuming and stopping a sweep and a hammer session while they run, from another thread."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

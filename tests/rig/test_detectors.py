@@ -1,7 +1,5 @@
 """Detectors that a step sets tighter: in force while it lasts, never looser than the others, restored afterwards."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

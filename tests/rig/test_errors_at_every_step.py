@@ -3,8 +3,6 @@
 Each error meets some of the steps here, and each step some of the errors; `make bench` lets each meet all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

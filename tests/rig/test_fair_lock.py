@@ -1,7 +1,5 @@
 """FairLock: one thread at a time, in the order in which they asked, and none waits longer than its timeout."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest

@@ -1,7 +1,5 @@
 """Seeded faults of the network on both wires: no hang, no wrong value, no command twice, the actuator safe."""
 
-from __future__ import annotations
-
 from tests.bench.bench_faults import DaqFaults, ModbusFaults
 
 

@@ -1,7 +1,5 @@
 """The hammer session, on the simulated bench over NI's wire: which blows count, and what happens when they do not."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Where the instruments are, and which channels a step gets."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import date
 

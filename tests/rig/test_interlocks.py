@@ -1,7 +1,5 @@
 """Limit detectors and their actions: set in the instrument, tightened from the rig, reported, and reset on request."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The client is gone, whichever way: the actuator comes to rest within the watchdog time and one tick."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A task is asked of the operator in its place among the steps, and the sequence waits until it is done."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """What a sequence records is in the store to the last count before it goes on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime

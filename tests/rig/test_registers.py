@@ -1,7 +1,5 @@
 """The wire contract: what goes in comes out, a changed bit is noticed, and the table says where everything is."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

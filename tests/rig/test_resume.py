@@ -1,7 +1,5 @@
 """Runs that go on: what is there is not measured again, what is not is, and one process does it."""
 
-from __future__ import annotations
-
 import random
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A sequence on all its wires: what is kept, how the run ends, and that the next one succeeds."""
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Callable
 from dataclasses import replace

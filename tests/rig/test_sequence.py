@@ -1,7 +1,5 @@
 """Sequence documents: what is wrong is said with its place, whatever was done to the document."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """A sweep through all its wires: tester over Modbus, displacement and force over NI-DAQmx, thermometer over serial."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The order of a sweep: whatever is shuffled, every point is measured once, and the seed says in which order."""
 
-from __future__ import annotations
-
 from itertools import groupby, product
 
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The tester's driver against the simulated tester on real wires: Modbus TCP and Modbus RTU."""
 
-from __future__ import annotations
-
 import socket
 import threading
 import time

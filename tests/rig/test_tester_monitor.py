@@ -1,7 +1,5 @@
 """The tester is monitored while a run drives it, and polled by a process that does not drive it."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

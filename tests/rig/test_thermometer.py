@@ -1,7 +1,5 @@
 """The thermometer's driver against the simulated thermometer on a socket and on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import gc
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Waiting for a time and for the temperature; both end when a stop is asked for."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The simulated NI-DAQmx server on a bench that tells the time, and tasks of NI's own client."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import grpc

@@ -1,7 +1,5 @@
 """A bench whose signals tell their time, and short words for NI's own client."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import nidaqmx

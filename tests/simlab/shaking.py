@@ -1,7 +1,5 @@
 """A shaker on the article: steady sines of one force, joints at each line as soft as their own motion makes them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The dynamic stiffness of a specimen in the tester, as the bench has it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """The tester's plant: bandwidth, droop, noise of an absolute size, and a truth that its signals agree with."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The coupled beam: the same as the whole modal problem where that can say, and reciprocal where it cannot."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

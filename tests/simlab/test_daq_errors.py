@@ -1,7 +1,5 @@
 """What can be wrong with the simulated NI-DAQmx server: overloads, open cables, overruns, lost devices."""
 
-from __future__ import annotations
-
 import threading
 import time
 

@@ -1,7 +1,5 @@
 """Modules: rates that they have, counts that they make, inputs without a signal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Records of the simulated NI-DAQmx server: what is in them, in what form, and when they come."""
 
-from __future__ import annotations
-
 import threading
 import time
 

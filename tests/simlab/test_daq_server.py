@@ -1,7 +1,5 @@
 """The simulated NI-DAQmx server, spoken to by NI's own client over loopback: devices, channels, tasks, sessions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import grpc

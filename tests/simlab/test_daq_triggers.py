@@ -1,7 +1,5 @@
 """Triggers of the simulated NI-DAQmx server: where a record lies around an edge, and what no bench can trigger on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from nidaqmx.constants import (

@@ -1,7 +1,5 @@
 """The whole simulated laboratory, in this process and in one of its own."""
 
-from __future__ import annotations
-
 import json
 import socket
 import subprocess

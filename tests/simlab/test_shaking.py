@@ -1,7 +1,5 @@
 """The simulated shaker: linear while it is faint, and in balance with the joints that it softens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What the tester adds: the machine finds the specimen in series with the frame, with the fixture's mass, and late."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

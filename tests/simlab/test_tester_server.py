@@ -1,7 +1,5 @@
 """The simulated tester as its wire shows it, without our driver: its own limits, interlocks and watchdog hold."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from typing import TypeAlias

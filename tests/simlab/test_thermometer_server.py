@@ -1,7 +1,5 @@
 """The simulated thermometer as its line shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """Another process that runs until the test ends it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """An empty catalogue on SQLite and on a real PostgreSQL server that the tests start and stop."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Accelerances of one set in a file: complete, in (m/s^2)/N, along positive directions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

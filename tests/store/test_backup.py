@@ -1,7 +1,5 @@
 """Backup and restore: complete while a run is on and after it was killed, and nothing half done."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import signal

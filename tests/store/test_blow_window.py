@@ -1,7 +1,5 @@
 """A stated window is read and written again, or refused if it cannot be corrected for."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Reading a bundle: a fault is refused with its file, key or line."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -1,7 +1,5 @@
 """Bundles go into the catalogue and come out equal, value by value, or not at all."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """setup.json: every value comes back, an unknown key gives a warning, a wrong value is refused by key."""
 
-from __future__ import annotations
-
 import copy
 import json
 from typing import Any

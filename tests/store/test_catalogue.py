@@ -1,7 +1,5 @@
 """Opening a catalogue: what it creates, what it refuses, and how it says so."""
 
-from __future__ import annotations
-
 import sqlite3
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The check reports damaged and missing records, each with a remedy, and nothing else."""
 
-from __future__ import annotations
-
 import shutil
 import sqlite3
 from collections import Counter

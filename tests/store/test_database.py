@@ -1,7 +1,5 @@
 """Addresses and errors of databases: full disk, lock, read-only folder, clock set back; nothing is half stored."""
 
-from __future__ import annotations
-
 import sqlite3
 import subprocess
 import sys

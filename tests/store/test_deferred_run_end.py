@@ -1,7 +1,5 @@
 """A deferred end of a run is stored once, when the database answers again."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

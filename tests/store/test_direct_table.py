@@ -1,7 +1,5 @@
 """direct.csv: every value back, and a wrong one refused by line and column."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The waveforms of a run as HDF5: raw samples with their scaling."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

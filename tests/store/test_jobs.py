@@ -1,7 +1,5 @@
 """Jobs: taken once, leased by heartbeats, queued again when a worker is lost, with exactly one result."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """API keys are found by their secret only; the secret is not stored."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

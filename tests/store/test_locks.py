@@ -1,7 +1,5 @@
 """One process at a time drives a rig; `test_run_events` tests the locks of runs."""
 
-from __future__ import annotations
-
 import pytest
 
 from store.catalogue import Catalogue

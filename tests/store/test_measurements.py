@@ -1,7 +1,5 @@
 """Runs, points, blows and sine records come back as they were stored, and raw rows never change."""
 
-from __future__ import annotations
-
 from datetime import UTC, date, datetime, timedelta, timezone
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """The schema: migrations create the tables of the models, work with data in both directions, and are packaged."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The query cookbook: every query runs on both databases and finds something; the documented columns are there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Results: every array and interval comes back, recomputed beside the old ones, and damage is found."""
 
-from __future__ import annotations
-
 from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Limits of a rig: the newest are in force, older ones stay."""
 
-from __future__ import annotations
-
 import pytest
 from sqlalchemy import text
 

@@ -1,7 +1,5 @@
 """The history of a run, and that one process at a time carries it out."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 from pathlib import Path
 

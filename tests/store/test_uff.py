@@ -1,7 +1,5 @@
 """UFF58: files of other programs are read, theirs read ours, and a damaged file is refused by name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

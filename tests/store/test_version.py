@@ -1,7 +1,5 @@
 """The version names release and commit: in a checkout, a source archive, a wheel and a source distribution."""
 
-from __future__ import annotations
-
 import io
 import os
 import runpy

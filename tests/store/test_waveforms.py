@@ -1,7 +1,5 @@
 """Waveforms: every bit back, damage found and named, nothing acknowledged is lost."""
 
-from __future__ import annotations
-
 import signal
 import sqlite3
 import subprocess

@@ -1,7 +1,5 @@
 """What is fixed to the joints, and what the joints stand on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """The beam, its mesh, and the accelerometer on it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """How the hammer strikes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

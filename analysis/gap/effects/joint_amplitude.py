@@ -1,7 +1,5 @@
 """Joints whose stiffness and loss follow how far they move."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """Joints whose stiffness and loss follow frequency."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

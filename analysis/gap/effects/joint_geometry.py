@@ -1,7 +1,5 @@
 """Where and how the joints hold the beam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

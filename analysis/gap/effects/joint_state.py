@@ -1,7 +1,5 @@
 """Joints that differ with temperature, preset and history."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, Self
 

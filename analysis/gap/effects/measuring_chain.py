@@ -1,7 +1,5 @@
 """Sensors, cables and windows of the beam rig."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The elastomer tester itself."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -3,8 +3,6 @@
 Keys that begin with a colon are evaluated in the browser, where page.js has `thin`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

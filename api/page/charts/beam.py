@@ -1,7 +1,5 @@
 """The beam as it stands on its joints, with the points that are struck: done, next and still to do."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from html import escape
 

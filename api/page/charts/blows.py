@@ -1,7 +1,5 @@
 """Charts of a blow, and of the average of the blows at a point so far."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from api.page.charts.axes import Options, Real, axis, frequency_axis, line, plot, thinned

@@ -1,7 +1,5 @@
 """The gap between measurement and simulation: where it lies, and how far an explanation closes it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

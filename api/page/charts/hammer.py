@@ -1,7 +1,5 @@
 """Accelerances, the stabilisation chart, mode shapes that move, and Figs. 5 and 7 to 9."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sine points: signals, amplitudes reached, k and gamma over frequency, and intervals of both experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """Jobs on a run and the files that came of them: identify, diagnose, report, bundle, HDF5; tables as CSV."""
 
-from __future__ import annotations
-
 from collections.abc import Awaitable, Callable
 from functools import partial
 

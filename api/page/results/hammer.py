@@ -1,7 +1,5 @@
 """Results of the hammer session: modes, accelerances and joint matrices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One part of the view of results, and where its numbers come from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar

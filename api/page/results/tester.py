@@ -1,7 +1,5 @@
 """Results of the tester, and both experiments against each other."""
 
-from __future__ import annotations
-
 from nicegui import ui
 
 from api.page.charts import sines

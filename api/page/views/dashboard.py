@@ -1,7 +1,5 @@
 """The dashboard: state of the rig, interlocks, temperature, progress and time left, and the latest runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,7 +1,5 @@
 """The gap between measurement and simulation: where it is, which effect explains it, and the next experiment."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from html import escape
 from typing import Any

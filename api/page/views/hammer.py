@@ -1,7 +1,5 @@
 """The hammer session: the next point, each blow with its verdict, and the accelerance so far."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from html import escape
 

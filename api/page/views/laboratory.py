@@ -1,7 +1,5 @@
 """The laboratory: instruments with their calibrations, limits in force, keys, and the audit log."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from datetime import UTC, date, datetime, timedelta

@@ -1,7 +1,5 @@
 """Start a run: a sequence, the part of it to measure, and changes to it. The address can give all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from html import escape
 

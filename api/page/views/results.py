@@ -1,7 +1,5 @@
 """Results of a run: modes, accelerances, joints, tester, comparison of both experiments, files and origin."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

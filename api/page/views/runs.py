@@ -1,7 +1,5 @@
 """Runs and specimens, with filters that stay in the address."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from api.page.formatting import moment, run_state

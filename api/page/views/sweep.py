@@ -1,7 +1,5 @@
 """The sweep: live displacement and force, amplitude reached against asked, k and gamma growing point by point."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

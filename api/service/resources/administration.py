@@ -1,7 +1,5 @@
 """Routes for administrators: keys of the service, and the audit log."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Routes of jobs: queueing identifications, trials and exports; progress, results and cancelling of all."""
 
-from __future__ import annotations
-
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Routes of the laboratory: health of the service, instruments with calibrations, channel tables, and specimens."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response

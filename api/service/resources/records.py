@@ -1,7 +1,5 @@
 """Routes of records: points and blows of the hammer, sine records of the tester, and the waveform of each."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Annotated
 

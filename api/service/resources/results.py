@@ -1,7 +1,5 @@
 """Routes of results: of one run, the newest or those of one analysis, and of a test article over all its runs."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

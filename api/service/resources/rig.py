@@ -1,7 +1,5 @@
 """Routes of the rig: its state, control lease, limits and events as they happen, and STOP."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import AsyncIterator
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Routes of runs: planning and listing them, and driving the one that is carried out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

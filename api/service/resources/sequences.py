@@ -1,7 +1,5 @@
 """Routes of sequences that are stored by name; `paper` and `suspended` are always there."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Response

@@ -1,7 +1,5 @@
 """The effects a case can have: those of the catalogue by family, and novelties that no catalogue foresees."""
 
-from __future__ import annotations
-
 from types import ModuleType
 
 from simlab.case.effects import chain, elastomer, novel, record, structure, tester

@@ -1,7 +1,5 @@
 """The form of every effect: a name, a law with its values, and the few places where it can touch a case."""
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

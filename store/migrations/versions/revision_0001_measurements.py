@@ -1,7 +1,5 @@
 """Tables of measurements, instruments and specimens."""
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

@@ -1,7 +1,5 @@
 """Tables of results."""
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

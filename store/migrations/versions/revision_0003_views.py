@@ -3,8 +3,6 @@
 The text is the same on SQLite and PostgreSQL. `docs/queries.md` documents the views.
 """
 
-from __future__ import annotations
-
 from alembic import op
 
 revision = "0003"

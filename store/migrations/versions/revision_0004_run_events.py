@@ -1,7 +1,5 @@
 """The history of every run: since runs can be resumed, one row of `runs` no longer tells how they ended before."""
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

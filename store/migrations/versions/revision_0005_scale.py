@@ -5,8 +5,6 @@ SQLite keeps the order of a CROSS JOIN, and without statistics it would choose t
 of a kind for each row; PostgreSQL chooses for itself.
 """
 
-from __future__ import annotations
-
 from alembic import op
 
 from store.migrations.versions import revision_0003_views as before

@@ -1,7 +1,5 @@
 """What the service keeps: keys, audit log, requests that act, sequences, jobs, diagnoses, and blows taken back."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import sqlalchemy as sa

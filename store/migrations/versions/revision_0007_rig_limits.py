@@ -1,7 +1,5 @@
 """The limits of a rig: each row has a time and the name of the person who set them."""
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

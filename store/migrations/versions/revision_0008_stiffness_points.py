@@ -3,8 +3,6 @@
 Points that were computed before have none of it; identify the run again, and new ones stand beside them.
 """
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

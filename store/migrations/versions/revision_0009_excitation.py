@@ -1,7 +1,5 @@
 """What excited a set of accelerances: a hammer, or the sine of a shaker."""
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 from alembic import op
 

@@ -1,7 +1,5 @@
 """Points of the tester for tests, from magnitude and loss angle, and what a tester with faults makes of them."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping

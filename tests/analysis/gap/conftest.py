@@ -1,7 +1,5 @@
 """A small bench whose measurement follows the diagnosis's own model: for the solver, not for its verdicts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import replace
 

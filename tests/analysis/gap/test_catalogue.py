@@ -1,7 +1,5 @@
 """The catalogue knows every effect, and offers those that could show."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from analysis.gap.catalogue import candidates, effect_ids, laws, shows

@@ -1,7 +1,5 @@
 """What a diagnosis says of a model beside its name."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Effects of joints, beam, measuring chain and blows by their laws, in numbers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

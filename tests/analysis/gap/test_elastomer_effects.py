@@ -1,7 +1,5 @@
 """Effects of the elastomer by their laws: what each makes of the cylinders, in the tester and under blows."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given as examples

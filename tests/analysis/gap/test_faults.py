@@ -1,7 +1,5 @@
 """Faults of a measurement are found, named and taken out before any effect is looked for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Fits in stages: what they share, and where they end."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

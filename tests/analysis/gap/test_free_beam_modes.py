@@ -1,7 +1,5 @@
 """The free beam between its nodes, and how its modes follow E, density, damping and mesh."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

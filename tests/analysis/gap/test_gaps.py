@@ -1,7 +1,5 @@
 """Gaps of explanations on held-out data, and their floor."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

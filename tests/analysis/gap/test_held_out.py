@@ -1,7 +1,5 @@
 """Gaps on data that a fit did not see."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Misfit is found where it was put, and nowhere else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

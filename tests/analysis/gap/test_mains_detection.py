@@ -1,7 +1,5 @@
 """Mains hum is found in the silence after blows and in coherence, and its lines are left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What was not measured is said."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cheapest further measurement is the first that is expected to settle the matter."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

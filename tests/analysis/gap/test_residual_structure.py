@@ -1,7 +1,5 @@
 """Misfit is told from noise without having to know how large the noise is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """What the search finds on benches that follow its own model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One simulation of both rigs, with derivatives that can be trusted."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

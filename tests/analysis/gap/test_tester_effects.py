@@ -1,7 +1,5 @@
 """Effects of the tester by their laws: what each makes of the stiffness that it reads."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Pairs of effects on benches that follow the search's own model."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.gap.effects.attachment import FoundationCompliance, JointMass

@@ -1,7 +1,5 @@
 """Which explanation wins, and which cannot be told apart, from models whose evidence is known."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import cast

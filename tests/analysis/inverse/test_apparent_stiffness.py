@@ -1,7 +1,5 @@
 """Which lines of an apparent stiffness can be a joint's: elastomers can, inertia, resonances and noise cannot."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Model and derivatives together: every derivative against differences of the model, the model against another one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

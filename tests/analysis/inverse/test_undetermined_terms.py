@@ -1,7 +1,5 @@
 """Which terms are known on their own, and of the others why not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given

@@ -1,7 +1,5 @@
 """Blows are judged on synthetic records behind anti-alias filters, which ring after every short pulse."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Modal estimation against exact structurally damped accelerances of a beam on elastomers, made here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Poles by linear least squares, from responses of known poles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 """Covariances from the scatter of single blows: equal to those of noise where there is only noise, and wider where
 blows land beside their mark."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

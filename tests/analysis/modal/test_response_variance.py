@@ -1,7 +1,5 @@
 """Variances of accelerances from scatter, coherence, neighbouring lines and residuals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Accelerances averaged from synthetic blows on a system of one mode, whose response is known in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

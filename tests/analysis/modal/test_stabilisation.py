@@ -1,7 +1,5 @@
 """The stabilisation chart, read from poles that are laid out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

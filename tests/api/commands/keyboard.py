@@ -1,7 +1,5 @@
 """Keys that a person presses at the terminal."""
 
-from __future__ import annotations
-
 import os
 import signal
 

@@ -1,7 +1,5 @@
 """Bad input: one line that names what is wrong, the exit code for it, and nothing stored."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sqlite3

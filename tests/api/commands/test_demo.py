@@ -1,7 +1,5 @@
 """The demo: the whole job through the wires, and how near to the truth it comes."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import os

@@ -1,7 +1,5 @@
 """`jointlab gap` on a bundle and a run, and what it says of wrong input."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

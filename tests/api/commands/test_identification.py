@@ -1,7 +1,5 @@
 """What `identify` lets one choose by hand: the mesh, joints that follow frequency, and a prior under their terms."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

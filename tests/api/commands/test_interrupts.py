@@ -1,7 +1,5 @@
 """Keys at the terminal while a run is on: Ctrl-Z pauses it and lets it go on, Ctrl-C stops it."""
 
-from __future__ import annotations
-
 import os
 import pty
 import select

@@ -1,7 +1,5 @@
 """`jointlab plan`: what the paper's test will tell, as text, as numbers and as pictures."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

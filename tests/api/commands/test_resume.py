@@ -1,7 +1,5 @@
 """`jointlab run` and `jointlab resume` as a person uses them: Ctrl-C, on again, and the results are there."""
 
-from __future__ import annotations
-
 import json
 import signal
 from pathlib import Path

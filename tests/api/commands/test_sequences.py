@@ -1,7 +1,5 @@
 """`jointlab run` on simulated instruments, from a configuration file, and what it says when they are not there."""
 
-from __future__ import annotations
-
 import socket
 from contextlib import closing
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """`jointlab serve` and `jointlab key`: where the service listens, and for whom."""
 
-from __future__ import annotations
-
 import os
 import re
 import socket

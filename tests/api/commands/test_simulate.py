@@ -1,7 +1,5 @@
 """`jointlab simulate`: instruments for somebody else to connect to."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

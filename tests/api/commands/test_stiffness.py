@@ -1,7 +1,5 @@
 """`jointlab stiffness`: the fitted law from the command line, of a run and of a bundle."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

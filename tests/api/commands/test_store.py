@@ -1,7 +1,5 @@
 """`jointlab store`: check, backup and restore as a person types them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What axe-core, which finds faults that keep people from using a page, says of one."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

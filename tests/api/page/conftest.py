@@ -1,7 +1,5 @@
 """Chromium without a window, in front of a service on simulated instruments, and an operator at the bench."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A diagnosis as the contract has it, small and made up: what the view shows of it is what is tested."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from store.analyses import add_analysis

@@ -1,7 +1,5 @@
 """What the page draws, as data: nothing is lost by thinning, what was typed is escaped, the next point is lit."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

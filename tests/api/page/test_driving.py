@@ -1,7 +1,5 @@
 """A technician drives the rig from the page, as a person would, by what the page shows."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from urllib.parse import urlencode

@@ -1,7 +1,5 @@
 """Whatever the view: nothing comes from outside, no script fails, and axe-core finds no serious fault."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from urllib.parse import parse_qs, urlsplit
 

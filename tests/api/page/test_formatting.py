@@ -1,7 +1,5 @@
 """Quantities, interlocks and lengths of time as people read them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import cast
 

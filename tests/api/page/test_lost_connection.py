@@ -1,7 +1,5 @@
 """A service that dies, and one that comes back: the page never shows what may not be so."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from urllib.parse import urlencode
 

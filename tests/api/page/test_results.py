@@ -1,7 +1,5 @@
 """From blows and sine points to results, files and the gap, by the buttons of the page."""
 
-from __future__ import annotations
-
 import csv
 import io
 from pathlib import Path

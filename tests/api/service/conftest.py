@@ -1,7 +1,5 @@
 """The service in front of an empty catalogue, of the demo's, and of a simulated rig; keys for it."""
 
-from __future__ import annotations
-
 import socket
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Schemathesis against a service that has something of everything, on a simulated rig: the schema must hold."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

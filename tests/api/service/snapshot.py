@@ -1,7 +1,5 @@
 """Write the stored schema again, where a change of it is intended: ``python -m tests.api.service.snapshot``."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 from pathlib import Path

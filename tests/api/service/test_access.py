@@ -3,8 +3,6 @@
 A route that nobody has thought of here fails: each has to be in the table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The audit log: what moves the machine is in it before it moves, and what was refused, too."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The computer's clock is set back in the middle of a run: nothing is lost, and nobody gets what had ended."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Disk full, database locked, a folder that cannot be written: said in words, nothing lost, and it goes on after."""
 
-from __future__ import annotations
-
 import resource
 import sqlite3
 import time

@@ -1,7 +1,5 @@
 """Jobs over REST: queued, followed, fetched, cancelled."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

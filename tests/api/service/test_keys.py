@@ -1,7 +1,5 @@
 """Keys over REST, and the audit log."""
 
-from __future__ import annotations
-
 import httpx
 from sqlalchemy import text
 

@@ -1,7 +1,5 @@
 """Lists come in pages, every one of them, and results of older analyses can be read beside the newest."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Reads are limited: few at a time, each followed by a rest while the rig works, and nothing else waits for them."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 

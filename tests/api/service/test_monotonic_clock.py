@@ -1,7 +1,5 @@
 """The service's time of day: with the computer's clock, but never back."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 from hypothesis import given

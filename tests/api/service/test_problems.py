@@ -1,7 +1,5 @@
 """Every error is a problem document, and says where it is wrong."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What was measured and computed, as the service shows it: the same as the identification found."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Events of the rig over REST: as the schema says, with the values of what was measured."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

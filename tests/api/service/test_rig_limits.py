@@ -1,7 +1,5 @@
 """The rig's limits over REST: in force at once, and again after a restart."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import httpx

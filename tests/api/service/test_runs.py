@@ -1,7 +1,5 @@
 """Runs over REST: lists, and a whole life from creation to the end, driven by the client with the lease."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import httpx

@@ -1,7 +1,5 @@
 """The schema: as it was agreed on, complete, and kept to."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

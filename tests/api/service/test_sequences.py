@@ -1,7 +1,5 @@
 """Sequences over REST: those that are always there, and those that somebody keeps."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import httpx

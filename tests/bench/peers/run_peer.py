@@ -9,8 +9,6 @@ Each tool computes with polynomials up to degree 60 in its own steps; what it ca
 where that is another degree.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import io

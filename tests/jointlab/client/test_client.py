@@ -1,7 +1,5 @@
 """The typed client against a service on simulated instruments, and the example that is written with it."""
 
-from __future__ import annotations
-
 import sqlite3
 import subprocess
 import sys

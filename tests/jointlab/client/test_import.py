@@ -1,7 +1,5 @@
 """The client starts fast: it imports only a few packages, none of which needs a laboratory's computer."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """The typed client on what a laboratory has and has found: each method once, against a real server."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from datetime import date
 

@@ -1,7 +1,5 @@
 """A diagnosis made by hand, to see what is made of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Bundles from which something is missing, or that contradict themselves: a clear answer or a clear refusal."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil

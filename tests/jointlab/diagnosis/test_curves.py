@@ -1,7 +1,5 @@
 """Measured, before and after over each other: what is shown is what was read and what the model has there."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

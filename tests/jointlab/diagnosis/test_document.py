@@ -1,7 +1,5 @@
 """The document that other people's programs read, held to the contract."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

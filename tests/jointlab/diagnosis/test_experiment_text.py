@@ -1,7 +1,5 @@
 """The next experiment in a sentence, and in a document."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import pytest

@@ -1,7 +1,5 @@
 """The experiment that a diagnosis asks for becomes a sequence: run as it stands, and with what it asks for in it."""
 
-from __future__ import annotations
-
 from contextlib import AbstractContextManager
 from importlib import resources
 from pathlib import Path

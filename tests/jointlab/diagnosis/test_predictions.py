@@ -1,7 +1,5 @@
 """before.unv and after.unv, read as somebody else's program would."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The one-page report of a diagnosis."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

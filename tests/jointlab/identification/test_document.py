@@ -1,7 +1,5 @@
 """Results as documents for other people's programs."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

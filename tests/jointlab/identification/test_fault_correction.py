@@ -1,7 +1,5 @@
 """Faults in rows of a hammer set are found, named and corrected before anything is identified from them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

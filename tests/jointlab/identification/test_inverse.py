@@ -1,7 +1,5 @@
 """A prior for terms that the accelerances leave open: only on request, and reported with its share and its bias."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

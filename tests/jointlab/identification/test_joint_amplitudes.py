@@ -1,7 +1,5 @@
 """The amplitude of the comparison is that which the blows caused, and every result says what it is known from."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

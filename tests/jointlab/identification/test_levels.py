@@ -1,7 +1,5 @@
 """Hammer levels: the operator is told how hard to strike, and a run holds a set for each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess

@@ -1,7 +1,5 @@
 """Loading of measurements: the raw blows of a run show how they scatter, imported averages cannot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A bundle of one rig alone goes into the store, is identified there and comes out, like one of both."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Averaging of blows by each estimator and through windows, which leave modes and joints unchanged."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Data of figures are the same from the store as from the identification itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A report is of the identification that is stored, by its choices, and says so where it cannot be."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.modal.estimator import Estimator

@@ -1,7 +1,5 @@
 """Joints against amplitude where a shaker is there: sets of steady sines beside one of a hammer, in one bundle."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

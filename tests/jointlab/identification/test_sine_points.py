@@ -1,7 +1,5 @@
 """Sine points come back from the catalogue as analysis had them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

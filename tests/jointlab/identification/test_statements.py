@@ -1,7 +1,5 @@
 """What a fit says of the blows behind it, against the blows that the simulated operator really struck."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The article as analysis has it: one mesh for every test of its beam, and what the beam is made of."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A run on the suspended beam: Table 1 near the truth, and damping that the inverse method then uses."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A tester with a frame, a fixture and a late channel: known pieces show them, and corrected results are the truth."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """A beam on three joints, which the paper does not have: identified as one on two is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

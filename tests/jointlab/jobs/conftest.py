@@ -1,7 +1,5 @@
 """The demo's run in a catalogue of its own, and queues in front of it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path

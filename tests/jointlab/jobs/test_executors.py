@@ -1,7 +1,5 @@
 """Jobs on a dask.distributed cluster of this computer: the same results, whichever worker dies."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Jobs in processes: done once, taken up again when a worker is killed, cancelled when that is asked for."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A worker is given up when it is silent, and never because some clock was set."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The report, with names that are no names and with half of the measurement."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A filled form becomes a sequence, or a sentence that says what is wrong with it."""
 
-from __future__ import annotations
-
 from importlib import resources
 
 import pytest

@@ -1,7 +1,5 @@
 """Changes of the tester while no run is carried out are noticed, and polling never delays a client that drives."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The journal: a follower gets every event once, in order, from any thread."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from collections.abc import Coroutine

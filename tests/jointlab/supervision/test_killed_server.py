@@ -1,7 +1,5 @@
 """kill -9 of the service in the middle of a run: the tester stops by itself, the run goes on, nothing is lost."""
 
-from __future__ import annotations
-
 import sqlite3
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The control lease: one driver at a time, for as long as it is renewed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Another program writes to the database for longer than a run waits: the run ends in words, at rest, and goes on."""
 
-from __future__ import annotations
-
 import re
 import time
 from pathlib import Path

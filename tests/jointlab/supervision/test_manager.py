@@ -1,7 +1,5 @@
 """The run manager: STOP waits for no other request, and halts the tester whichever client moves it."""
 
-from __future__ import annotations
-
 import sqlite3
 import threading
 import time

@@ -1,7 +1,5 @@
 """Progress of runs, as the store has it: the same after every restart."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 

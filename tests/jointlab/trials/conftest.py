@@ -1,7 +1,5 @@
 """The document of a handmade diagnosis, for answers that are judged."""
 
-from __future__ import annotations
-
 from tests.jointlab.diagnosis.conftest import document
 
 __all__ = ["document"]

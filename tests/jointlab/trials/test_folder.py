@@ -1,7 +1,5 @@
 """Seals: committed to first, opened on an answer, and refused when they were changed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Answers beside truths, and what they add up to."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Which cases a trial has."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from jointlab.trials.plan import CYCLE, plan

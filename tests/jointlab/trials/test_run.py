@@ -1,7 +1,5 @@
 """A whole trial of one case, and a killed one that goes on."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Results beside what the bench really is: each sine point meets the dwell that it was recorded in."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Single blows and what is made of them: the pulse's spectrum, noise as it is stated, records, H1 and coherence."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The folder of a case: what other people's software reads from it, what it does not tell, and its truth."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

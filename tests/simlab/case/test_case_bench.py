@@ -1,7 +1,5 @@
 """A case in front of the instruments: the same accelerances and stiffnesses as its files, from blows and cycling."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A case measured as a real lab would: blows over NI-DAQmx, sweeps over Modbus, and no formula in between."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

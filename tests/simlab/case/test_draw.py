@@ -1,7 +1,5 @@
 """Drawing: everything from the seed, nothing that the kind does not have, laws and sizes as asked."""
 
-from __future__ import annotations
-
 import pytest
 
 from simlab.article import TOLERANCES

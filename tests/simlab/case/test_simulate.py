@@ -1,7 +1,5 @@
 """Simulated readings: which rig an effect shows in, what its law says, and labelled examples where there are any."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from functools import lru_cache

@@ -130,8 +130,7 @@ class Chassis:
     ) -> TriggeredTask:
         """A task that records `duration` s around a trigger, repeatedly.
 
-        Raises:
-            DaqError: the instrument cannot do it; ChannelError for an error in the channel table.
+        Raises DaqError where the instrument cannot do it; ChannelError for an error in the channel table.
         """
         return TriggeredTask(self._options, self._checked(channels), sample_rate, duration, trigger)
 

@@ -71,11 +71,8 @@ def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> Comp
     """The stored measurements of `run`, which carries out `sequence`.
 
     The accepted blows of a point are compared once more, because the store has no results of the comparison; an
-    inconsistent blow does not count.
-
-    Raises:
-        ResumeError: the stored measurements are not those that the sequence asks for.
-        StoreError: the catalogue cannot be read, or a blow's record is damaged.
+    inconsistent blow does not count. Raises ResumeError where the stored measurements are not those that the sequence
+    asks for; StoreError where the catalogue cannot be read, or a blow's record is damaged.
     """
     with catalogue.reading() as session:
         blows, records = list_blows(session, run.id), list_sine_records(session, run.id)

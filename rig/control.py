@@ -40,8 +40,7 @@ class RunControl:
     def pause(self) -> None:
         """Hold the run until `resume` or `stop`.
 
-        Raises:
-            RigError: the tester did not confirm that the actuator is at rest; the run stays paused.
+        Raises RigError where the tester did not confirm that the actuator is at rest; the run stays paused.
         """
         with self._requests:
             self._may_run.clear()
@@ -57,8 +56,7 @@ class RunControl:
     def stop(self) -> None:
         """End the run, paused or not; it raises `RunStoppedError`.
 
-        Raises:
-            RigError: the tester did not confirm that the actuator is at rest; the run ends all the same.
+        Raises RigError where the tester did not confirm that the actuator is at rest; the run ends all the same.
         """
         with self._requests:
             self._stopped = True
@@ -79,8 +77,7 @@ class RunControl:
     def driving(self, tester: Tester) -> Iterator[None]:
         """Let requests halt `tester` while the context lasts.
 
-        Raises:
-            RigError: a request came before, and the tester did not confirm that the actuator is at rest.
+        Raises RigError where a request came before, and the tester did not confirm that the actuator is at rest.
         """
         with self._requests:
             self._tester = tester

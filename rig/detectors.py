@@ -88,8 +88,7 @@ class StepDetectors(Document):
     def check_room(self, lowest_mm: float, highest_mm: float) -> None:
         """Check that displacement detectors leave room for a cycle between these positions, and for the way there.
 
-        Raises:
-            ValueError: one would fire in a normal cycle.
+        Raises ValueError where one would fire in a normal cycle.
         """
         if self.upper_displacement and self.upper_displacement.limit_mm <= highest_mm:
             raise ValueError(
@@ -123,8 +122,7 @@ class StepDetectors(Document):
 def check_tighter(wanted: Mapping[Interlock, TighterDetector], in_force: Mapping[Interlock, Detector]) -> None:
     """Check that detectors are as tight as those in force at the tester, or tighter.
 
-    Raises:
-        DetectorError: a limit lies farther out, or an action is milder.
+    Raises DetectorError where a limit lies farther out, or an action is milder.
     """
     for interlock, tighter in wanted.items():
         found = in_force[interlock]

@@ -162,8 +162,7 @@ class _Session:
     def measure(self, point: Dof, before: PointProgress) -> PointProgress:
         """Take blows at `point` until it has enough accepted ones; its progress then, withdrawn blows included.
 
-        Raises:
-            PointGivenUpError: too many in a row were refused.
+        Raises PointGivenUpError where too many in a row were refused.
         """
         accepted, refused, blow = before.accepted, before.refused, before.last_blow
         compared, withdrawn = before.compared or self._no_blows(), before.withdrawn

@@ -42,8 +42,7 @@ class Instruments:
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.
 
-        Raises:
-            ChannelError: the table has no channel of that name; the message lists those that it has.
+        Raises ChannelError where the table has no channel of that name; the message lists those that it has.
         """
         table = {channel.name: channel for channel in self.channels}
         missing = [name for name in names if name not in table]
@@ -56,8 +55,7 @@ class Instruments:
     def acquisition(self) -> Iterator[tuple[Chassis, Thermometer]]:
         """Chassis and thermometer, open until the context is left.
 
-        Raises:
-            DaqError, RigError: an instrument does not answer.
+        Raises DaqError, RigError where an instrument does not answer.
         """
         with connect_daq(self.daq_address) as chassis, Thermometer(self.thermometer_url) as thermometer:
             yield chassis, thermometer
@@ -66,8 +64,7 @@ class Instruments:
     def tester(self, observer: Observer = ignore_event) -> Iterator[Tester]:
         """The tester, driven until the context is left, which leaves the actuator at rest.
 
-        Raises:
-            RigError: there is none, it does not answer, or it is not the tester that this rig knows.
+        Raises RigError where there is none, it does not answer, or it is not the tester that this rig knows.
         """
         if self.tester_url is None:
             raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
@@ -100,9 +97,8 @@ def stored_channel(channel: Channel) -> StoredChannel:
 def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
     """The limits that were set last for `rig`; None where none were set.
 
-    Raises:
-        RigError: another version of this software has set limits that this one does not know.
-        StoreError: the catalogue cannot be read.
+    Raises RigError where another version of this software has set limits that this one does not know, StoreError where
+    the catalogue cannot be read.
     """
     with catalogue.reading() as session:
         kept = rig_limits(session, rig)
@@ -130,8 +126,7 @@ def with_stored_limits(instruments: Instruments, catalogue: Catalogue) -> Instru
 def save_limits(instruments: Instruments, catalogue: Catalogue, limits: TesterLimits, who: str) -> Instruments:
     """The instruments with `limits`, which are in force from now on, also after the program is restarted.
 
-    Raises:
-        StoreError: they cannot be stored; the former ones stay in force.
+    Raises StoreError where they cannot be stored; the former ones stay in force.
     """
     with catalogue.writing() as session:
         save_rig_limits(session, instruments.rig, asdict(limits), who)

@@ -20,8 +20,7 @@ from store.waveform import Waveform, WaveformChannel, WaveformReference
 class BlowRecorder(BlowSink):
     """Stores the blows of one hammer step, accepted and refused, as set `set_number` of a run.
 
-    Raises:
-        StoreError: the catalogue cannot be read.
+    Raises StoreError where the catalogue cannot be read.
     """
 
     def __init__(self, catalogue: Catalogue, run: Run, set_number: int, thermometer: Thermometer) -> None:
@@ -37,8 +36,7 @@ class BlowRecorder(BlowSink):
     def withdrawn(self, point: Dof) -> int:
         """Number of accepted blows at `point` that were withdrawn since this step began.
 
-        Raises:
-            StoreError: the catalogue cannot be read.
+        Raises StoreError where the catalogue cannot be read.
         """
         if point not in self._points:
             return 0
@@ -49,9 +47,7 @@ class BlowRecorder(BlowSink):
     def add_blow(self, point: Dof, number: int, block: Block, verdict: BlowVerdict) -> None:
         """Store blow `number` (from 1) at `point` with its record and verdict.
 
-        Raises:
-            StoreError: it could not be stored.
-            RigError: the thermometer does not answer.
+        Raises StoreError where it could not be stored, RigError where the thermometer does not answer.
         """
         temperature = self._thermometer.celsius()
         reference = save_block(self._catalogue, self._run, block)
@@ -104,8 +100,7 @@ class SineRecorder:
 def save_block(catalogue: Catalogue, run: Run, block: Block) -> WaveformReference:
     """Append a block to the waveform file of the run, with the raw counts of the converter.
 
-    Raises:
-        StoreError: it could not be stored.
+    Raises StoreError where it could not be stored.
     """
     channels = tuple(
         WaveformChannel(channel.name, channel.unit, tuple(scaling), channel.sensitivity)

@@ -202,8 +202,7 @@ class Block:
     def address_of(self, name: str) -> int:
         """Modbus address (from 0) of the first word of register `name`.
 
-        Raises:
-            KeyError: the block has no such register.
+        Raises KeyError where the block has no such register.
         """
         address = self.address
         for register in self.registers:
@@ -237,8 +236,7 @@ class Block:
     def unpack(self, words: Sequence[int]) -> dict[str, Value]:
         """Values by register name, from the words of the whole block.
 
-        Raises:
-            ChecksumError: the number of words or the checksum is wrong.
+        Raises ChecksumError where the number of words or the checksum is wrong.
         """
         if len(words) != self.count:
             raise ChecksumError(f"block {self.name} has {self.count} words, {len(words)} came")

@@ -21,24 +21,8 @@ from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
 from rig.recording import BlowRecorder, SineRecorder
 from rig.registers import NO_INTERLOCK, Interlock, interlock_names
-from rig.sequence import (
-    BlankStep,
-    HammerStep,
-    PromptStep,
-    Sequence,
-    SineStep,
-    SoakStep,
-    Step,
-    SweepStep,
-    sequence_from,
-)
-from rig.steps import (
-    channel_names,
-    channels_of,
-    check_instruments,
-    check_plan,
-    sweep_plan,
-)
+from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
+from rig.steps import channel_names, channels_of, check_instruments, check_plan, sweep_plan
 from rig.sweep import run_sweep
 from rig.tester_limits import TesterLimits
 from rig.tester_status import interlock_text
@@ -67,9 +51,8 @@ log = logging.getLogger(__name__)
 def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who: str | None = None) -> int:
     """Store a run that `run_sequence` carries out later, and return its number; no instrument is connected.
 
-    Raises:
-        PlanError, LimitExceededError: a step asks for something impossible.
-        StoreError: it cannot be stored.
+    Raises PlanError, LimitExceededError where a step asks for something impossible, StoreError where it cannot be
+    stored.
     """
     check_plan(sequence, limits)
     with catalogue.writing() as session:
@@ -308,8 +291,7 @@ def _check_same(
 ) -> None:
     """Check that the instruments are those with which the run began.
 
-    Raises:
-        ResumeError: a channel or an instrument is another.
+    Raises ResumeError where a channel or an instrument is another.
     """
     with catalogue.reading() as session:
         channels = {channel.name: channel for channel in list_channels(session, run.id)}

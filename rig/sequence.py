@@ -187,8 +187,7 @@ class BlankStep(Document):
     step: Literal["blank"]
     piece: str = Field(default="blank", min_length=1, description="what the operator is to put in: blank, empty, mass")
     stiffness: Annotated[
-        float | None,
-        quantity("N/m", "0 where there is none; leave it out where it is rigid beside the frame", ge=0),
+        float | None, quantity("N/m", "0 where there is none; leave it out where it is rigid beside the frame", ge=0)
     ] = None
     stiffness_standard_error: Annotated[float, quantity("N/m", ge=0)] = 0.0
     mass: Annotated[float, quantity("kg", "of the piece, that moves with the fixture", ge=0)] = 0.0
@@ -345,8 +344,7 @@ def load_sequence(path: Path) -> Sequence:
 def sequence_from(document: object, source: str = "sequence") -> Sequence:
     """Check a document that is already plain values; `source` names it in errors.
 
-    Raises:
-        SequenceError: it does not describe a sequence; says what is wrong, where.
+    Raises SequenceError where it does not describe a sequence; says what is wrong, where.
     """
     try:
         # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written

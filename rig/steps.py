@@ -17,9 +17,8 @@ from store.sine_records import BLANK
 def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
     """Check that every step of `sequence` can be carried out within `limits`.
 
-    Raises:
-        PlanError: a step makes no sense.
-        LimitExceededError: a sine step or a detector that it sets is beyond `limits`.
+    Raises PlanError where a step makes no sense, LimitExceededError where a sine step or a detector that it sets is
+    beyond `limits`.
     """
     for step, _ in sequence.sine_steps:
         sweep_plan(step).check(limits)
@@ -30,8 +29,7 @@ def check_instruments(
 ) -> tuple[Instrument, ...]:
     """Connect the instruments that `sequence` needs, and identify them; nothing moves. `observer` hears of trips.
 
-    Raises:
-        RigError, DaqError: an instrument does not answer or obey, or a channel is missing or does not fit.
+    Raises RigError, DaqError where an instrument does not answer or obey, or a channel is missing or does not fit.
     """
     found = []
     with instruments.acquisition() as (chassis, thermometer):

@@ -69,8 +69,7 @@ class Recorder(Protocol):
     def record(self, duration: float, *, cancelled: Callable[[], bool]) -> Block:
         """The next `duration` seconds.
 
-        Raises:
-            AcquisitionCancelledError: `cancelled`, called now and then, returned true.
+        Raises AcquisitionCancelledError where `cancelled`, called now and then, returned true.
         """
 
 
@@ -106,11 +105,7 @@ def run_sweep(
     plan.check(tester.limits)
     control = control or RunControl()
     sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
-    with (
-        tightened_detectors(tester, plan.detectors),
-        tester.at_rest_afterwards(),
-        control.driving(tester),
-    ):
+    with tightened_detectors(tester, plan.detectors), tester.at_rest_afterwards(), control.driving(tester):
         for mounting in plan.mountings():
             sines = [sine for sine in mounting.sines if sine.order_number not in completed]
             if not sines:

@@ -149,8 +149,7 @@ class SweepPlan:
     def check(self, limits: TesterLimits) -> None:
         """Check that every point and detector is within `limits`, before anything moves.
 
-        Raises:
-            LimitExceededError: one is not.
+        Raises LimitExceededError where one is not.
         """
         limits.check_preset(self.preset)
         for interlock, detector in self.detectors.items():

@@ -51,11 +51,7 @@ log = logging.getLogger(__name__)
 
 @contextmanager
 def connect(
-    url: str,
-    limits: TesterLimits | None = None,
-    *,
-    timeout: float = 0.5,
-    observer: Observer = ignore_event,
+    url: str, limits: TesterLimits | None = None, *, timeout: float = 0.5, observer: Observer = ignore_event
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
 
@@ -142,10 +138,8 @@ class Tester:
     def halt(self) -> None:
         """Stop at once, from any thread, and refuse to move until `release`; returns when the actuator is at rest.
 
-        The preset stays in force and hydraulics stay on, unless only the emergency stop helps.
-
-        Raises:
-            RigError: the instrument did not confirm it; nothing moves it from here until `release`.
+        The preset stays in force and hydraulics stay on, unless only the emergency stop helps. Raises RigError where
+        the instrument did not confirm it; nothing moves it from here until `release`.
         """
         self._halted = True  # before the command, so that no other thread's slips in after it
         try:
@@ -163,8 +157,7 @@ class Tester:
     def shut_down(self) -> None:
         """Bring the actuator to rest and switch hydraulics off, by the emergency stop if nothing else helps.
 
-        Raises:
-            ActuatorNotAtRestError: the instrument did not confirm it.
+        Raises ActuatorNotAtRestError where the instrument did not confirm it.
         """
         try:
             self.stop()
@@ -184,10 +177,8 @@ class Tester:
     def give_up(self, why: Exception) -> None:
         """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
 
-        This lasts as long as the connection.
-
-        Raises:
-            ActuatorNotAtRestError: the instrument did not confirm that the actuator is at rest.
+        This lasts as long as the connection. Raises ActuatorNotAtRestError where the instrument did not confirm that
+        the actuator is at rest.
         """
         self._failure = why  # before the command, so that no other thread's slips in after it
         self.shut_down()
@@ -204,8 +195,7 @@ class Tester:
     def reset(self) -> None:
         """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
 
-        Raises:
-            TesterRefusedError: the cause is still there.
+        Raises TesterRefusedError where the cause is still there.
         """
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)

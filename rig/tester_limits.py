@@ -50,8 +50,7 @@ class TesterLimits:
     def check_cycle(self, amplitude_pp: float, frequency: float) -> None:
         """Check a cycle of `amplitude_pp` m peak to peak at `frequency` Hz.
 
-        Raises:
-            LimitExceededError: it is beyond a limit, or not a number.
+        Raises LimitExceededError where it is beyond a limit, or not a number.
         """
         _check("peak-to-peak amplitude", amplitude_pp, 0.0, self.amplitude_pp, "m")
         _check("frequency", frequency, self.lowest_frequency, self.highest_frequency, "Hz")
@@ -83,8 +82,7 @@ class TesterLimits:
     def check_measured(self, status: TesterStatus) -> None:
         """Check the measured amplitude, the extreme positions that mean and amplitude give together, and the force.
 
-        Raises:
-            MeasuredBeyondLimitError: it is beyond a limit, or not a number.
+        Raises MeasuredBeyondLimitError where it is beyond a limit, or not a number.
         """
         amplitude_pp = max(status.displacement_pp[:1], default=0.0)
         if not amplitude_pp <= BEYOND_COMMAND * self.amplitude_pp:

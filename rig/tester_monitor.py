@@ -67,10 +67,8 @@ def poll_tester(url: str) -> TesterStatus:
     """The status of the tester at `url`, read once by a process that does not drive it.
 
     One read of the STATUS block: nothing is commanded, armed or reset, and no heartbeat is sent, so the watchdog is not
-    affected. The connection is closed again, for an instrument or a serial line that takes one client at a time.
-
-    Raises:
-        RigError: it does not answer within `TIMEOUT`, or not with a status.
+    affected. The connection is closed again, for an instrument or a serial line that takes one client at a time. Raises
+    RigError where it does not answer within `TIMEOUT`, or not with a status.
     """
     with closing(ModbusLink(url, timeout=TIMEOUT)) as link:
         words = link.read_input(STATUS.address, STATUS.count)

@@ -95,8 +95,7 @@ class TesterWire:
     def status_and_command(self) -> tuple[TesterStatus, bool]:
         """What the instrument reports now, and whether the command in force is one of ours.
 
-        Raises:
-            RigError: it does not answer.
+        Raises RigError where it does not answer.
         """
         with self._lock:
             status = self.status()

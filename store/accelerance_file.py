@@ -53,9 +53,8 @@ class Accelerances:
 def read_accelerances(path: Path, excitation: Excitation = HAMMER) -> Accelerances:
     """Read one set: one accelerometer, or one shaker, every row on the same frequencies, coherence for all or none.
 
-    Raises:
-        StoreError: the file is not readable as UFF, the units are not (m/s^2)/N, the rows do not belong
-            together, or it holds no frequency response.
+    Raises StoreError if the file is not readable as UFF, the units are not (m/s^2)/N, the rows do not belong together,
+    or it holds no frequency response.
     """
     functions = _as_hammer_set(read_uff(path), excitation)
     responses = [f for f in functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]

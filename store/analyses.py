@@ -41,8 +41,7 @@ def add_analysis(
 ) -> int:
     """Store a computation from `runs` and the results of `parents`; return its number.
 
-    Raises:
-        StoreError: there are no runs, or the settings have no JSON form.
+    Raises StoreError if there are no runs, or the settings have no JSON form.
     """
     if not runs:
         raise StoreError(f"analysis {kind!r} names no run that it was made from")

@@ -57,10 +57,8 @@ class Backup:
 def back_up(catalogue: Catalogue, path: Path, progress: Progress = silent) -> Backup:
     """Copy everything that was stored before to a new folder, or to a new file that ends in .zip.
 
-    The path exists when the backup is complete, and not before.
-
-    Raises:
-        StoreError: the path exists or cannot be written, the catalogue cannot be read, or pg_dump is missing.
+    The path exists when the backup is complete, and not before. Raises StoreError if the path exists or cannot be
+    written, the catalogue cannot be read, or pg_dump is missing.
     """
     if path.exists():
         raise StoreError(f"{path} exists already; name a new folder or zip file")

@@ -106,9 +106,8 @@ def content_of(path: Path) -> Content:
 def extract(source: Source, path: str, expected: Content, target: Path, where: str) -> None:
     """Write one file of a backup to `target`, and verify its checksum.
 
-    Raises:
-        DamagedError: size or checksum differ, or it cannot be unpacked.
-        StoreError: the backup does not hold it, or the target cannot be written.
+    Raises DamagedError if size or checksum differ, or it cannot be unpacked; StoreError if the backup does not hold it,
+    or the target cannot be written.
     """
     try:
         with (source / path).open("rb") as packed, target.open("xb") as written:

@@ -41,9 +41,8 @@ class BundleBlow:
 def read_blow(path: Path) -> BundleBlow:
     """Read a blow.
 
-    Raises:
-        StoreError: the file is not readable as UFF, does not hold one force in N and one acceleration in m/s^2,
-            or these differ in length, clock or point.
+    Raises StoreError if the file is not readable as UFF, does not hold one force in N and one acceleration in m/s^2, or
+    these differ in length, clock or point.
     """
     functions = [function for function in read_uff(path) if function.kind == FunctionKind.TIME_RESPONSE]
     forces = [f for f in functions if has_unit(f.unit, f.quantity, FORCE_LABELS, Quantity.FORCE)]

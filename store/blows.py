@@ -53,12 +53,7 @@ class Blow:
 
 
 def add_point(session: Session, run_id: int, dof: StoredDof, set_number: int = 1) -> Point:
-    """Begin a point.
-
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: the set has this point already.
-    """
+    """Begin a point; NotFoundError if there is no such run, StoreError if the set has this point already."""
     run_in_short(session, run_id)
     same = {"run_id": run_id, "set_number": set_number, "node": dof.node, "direction": dof.direction}
     if session.scalars(select(PointRow.id).filter_by(**same)).first() is not None:
@@ -87,8 +82,7 @@ def add_blow(
 ) -> Blow:
     """Store a blow; its waveform is appended to the run's file first (`Catalogue.waveforms`).
 
-    Raises:
-        StoreError: a refused blow has no reason or an accepted one has, or the waveform is of another run.
+    Raises StoreError if a refused blow has no reason or an accepted one has, or the waveform is of another run.
     """
     if accepted == bool(reason):
         said = f"with the reason {reason!r}" if reason else "without a reason"
@@ -132,9 +126,7 @@ def get_blow(session: Session, blow_id: int) -> Blow:
 def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow:
     """Withdraw an accepted blow: its record stays, and it counts no more.
 
-    Raises:
-        NotFoundError: there is no such blow.
-        StoreError: it does not count already.
+    Raises NotFoundError if there is no such blow, StoreError if it does not count already.
     """
     blow = get_blow(session, blow_id)
     if not blow.accepted:

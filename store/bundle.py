@@ -49,10 +49,8 @@ class Bundle:
 def read_bundle(path: Path) -> Bundle:
     """Read and check a bundle.
 
-    Raises:
-        StoreError: a file is missing or damaged, a key is missing, a unit is wrong, a value is NaN or out of range,
-            lengths differ, a node is unknown or a checksum differs; the message names the file, and the key or
-            the line.
+    Raises StoreError if a file is missing or damaged, a key is missing, a unit is wrong, a value is NaN or out of
+    range, lengths differ, a node is unknown or a checksum differs; the message names the file, and the key or the line.
     """
     with _opened(path) as folder:
         setup, warnings = parse_setup(_content(folder, SETUP))

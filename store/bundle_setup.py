@@ -176,8 +176,7 @@ def _once(what: str, names: list[str]) -> None:
 def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
     """Read setup.json; also gives a warning for each unknown key.
 
-    Raises:
-        StoreError: it is no JSON, a key is missing, or a value is wrong; the message names the key.
+    Raises StoreError if it is no JSON, a key is missing, or a value is wrong; the message names the key.
     """
     try:
         document = json.loads(content, parse_constant=_refuse_constant)

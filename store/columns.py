@@ -47,8 +47,7 @@ def with_shape(array: NDArray[np.float64] | None, shape: tuple[int, ...], where:
 def encode_array(array: NDArray[Any], where: str, *, finite: bool = True) -> bytes:
     """Bytes of a numeric array that `decode_array` checks; `where` names it in the error.
 
-    Raises:
-        StoreError: the array does not hold numbers, or holds NaN or infinity where it has to be `finite`.
+    Raises StoreError if the array does not hold numbers, or holds NaN or infinity where it has to be `finite`.
     """
     if array.dtype.kind not in "iufcb":
         raise StoreError(f"{where}: an array of {array.dtype} cannot be stored")

@@ -33,14 +33,7 @@ _SQLITE = {
     sqlite3.SQLITE_CANTOPEN: _PERMIT,
     sqlite3.SQLITE_IOERR: _DISK,
 }
-_POSTGRESQL = {
-    "53100": _FREE_SPACE,
-    "55P03": _WAIT,
-    "40P01": _WAIT,
-    "25006": _PERMIT,
-    "42501": _PERMIT,
-    "58030": _DISK,
-}
+_POSTGRESQL = {"53100": _FREE_SPACE, "55P03": _WAIT, "40P01": _WAIT, "25006": _PERMIT, "42501": _PERMIT, "58030": _DISK}
 
 
 def address_of(url: str) -> URL:
@@ -67,8 +60,7 @@ def is_made(url: str) -> bool:
 def waveform_folder_of(address: URL) -> Path:
     """The default folder of waveforms: beside an SQLite file.
 
-    Raises:
-        StoreError: the database is on a server, or the folder of the SQLite file is missing.
+    Raises StoreError if the database is on a server, or the folder of the SQLite file is missing.
     """
     if address.drivername != SQLITE:
         raise StoreError("with PostgreSQL, set the folder of waveforms (waveform_folder)")

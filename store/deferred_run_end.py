@@ -25,8 +25,7 @@ class _DeferredEnd:
 def defer_run_end(catalogue: Catalogue, run: Run, state: RunState, reason: str | None, who: str) -> None:
     """Write to a file how `run` has ended just now, because the database does not take it.
 
-    Raises:
-        StoreError: the folder of waveforms cannot be written either.
+    Raises StoreError if the folder of waveforms cannot be written either.
     """
     path = _path(catalogue, run)
     unfinished = path.with_name(path.name + ".part")

@@ -130,11 +130,7 @@ def to_dynamic_stiffness(point: DirectPoint) -> StoredStiffness:
 
 
 def to_direct_point(point: StoredStiffness) -> DirectPoint:
-    """The row of a point that was measured or imported.
-
-    Raises:
-        StoreError: the point lacks a value that the format needs.
-    """
+    """The row of a point that was measured or imported; StoreError if the point lacks a value that the format needs."""
     sd_rel = point.sd_rel
     if sd_rel is None and point.stiffness_se is not None:
         sd_rel = point.stiffness_se / point.magnitude

@@ -77,9 +77,7 @@ class FrequencyResponseSet:
 def add_frequency_responses(session: Session, analysis_id: int, run_id: int, measured: FrequencyResponseSet) -> None:
     """Store a set of `run_id` that `analysis_id` computed or imported.
 
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: an array holds values that are not finite.
+    Raises NotFoundError if there is no such run, StoreError if an array holds values that are not finite.
     """
     get_run(session, run_id)
     name = f"run {run_id}, set {measured.number}"
@@ -110,9 +108,8 @@ def list_frequency_responses(
 ) -> list[FrequencyResponseSet]:
     """The sets of a run from one analysis, by default from the newest, in the order of their numbers.
 
-    Raises:
-        NotFoundError: the run has no frequency responses from that analysis.
-        DamagedError: a stored array is damaged.
+    Raises NotFoundError if the run has no frequency responses from that analysis, DamagedError if a stored array is
+    damaged.
     """
     if analysis_id is None:
         newest = select(func.max(FrequencyResponseSetRow.analysis_id)).filter_by(run_id=run_id)

@@ -145,8 +145,7 @@ def add_calibration(
 ) -> Calibration:
     """Store a calibration beside the older ones; the same one is stored once.
 
-    Raises:
-        NotFoundError: there is no such instrument.
+    Raises NotFoundError if there is no such instrument.
     """
     row = _row(session, instrument_id)
     calibrated = Instrument(row.kind, row.model, row.serial, calibrated_on, sensitivity, sensitivity_unit)

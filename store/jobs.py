@@ -67,11 +67,7 @@ class SignOfLife:
 
 
 def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: str) -> Job:
-    """Queue a job.
-
-    Raises:
-        StoreError: the parameters have no JSON form.
-    """
+    """Queue a job; StoreError if the parameters have no JSON form."""
     row = JobRow(
         kind=kind, state=JobState.QUEUED, parameters=parameters, asked_by=asked_by, attempts=0, cancelled=False,
         done=0, total=0,
@@ -166,8 +162,7 @@ def signs_of_life(session: Session) -> list[SignOfLife]:
 def cancel_job(session: Session, job_id: int) -> Job:
     """End a job that is not over; its worker learns it with the next heartbeat, and its result does not count.
 
-    Raises:
-        NotFoundError: there is no such job.
+    Raises NotFoundError if there is no such job.
     """
     row = get_row(session, JobRow, job_id, "job")
     if row.state not in OVER:

@@ -39,8 +39,7 @@ def add_key(
 ) -> tuple[ApiKey, str]:
     """Create a key, and return it with its secret, which is stored nowhere.
 
-    Raises:
-        StoreError: the name or the scopes are empty, or the key would have expired already.
+    Raises StoreError if the name or the scopes are empty, or the key would have expired already.
     """
     opened = frozenset(scopes)
     if not name.strip() or not opened:

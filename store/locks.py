@@ -34,9 +34,7 @@ class RunBusyError(StoreError):
 def exclusive_lock(path: Path) -> Iterator[None]:
     """Hold the lock of the file `path`, which is created if it is missing, while the context lasts.
 
-    Raises:
-        LockHeldError: another process holds it.
-        StoreError: the file cannot be made or locked.
+    Raises LockHeldError if another process holds it, StoreError if the file cannot be made or locked.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

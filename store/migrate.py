@@ -26,8 +26,7 @@ def configuration(connection: Connection | None = None) -> Config:
 def upgrade(connection: Connection) -> None:
     """Create the tables of an empty database, or update an older one, in the caller's transaction.
 
-    Raises:
-        StoreError: the database is of a newer or unknown revision, or holds other tables.
+    Raises StoreError if the database is of a newer or unknown revision, or holds other tables.
     """
     if connection.dialect.name == "postgresql":
         connection.execute(text(f"SELECT pg_advisory_xact_lock({_POSTGRESQL_LOCK})"))

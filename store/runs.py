@@ -81,8 +81,7 @@ def start_run(
 ) -> Run:
     """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
 
-    Raises:
-        StoreError: setup or sequence have no JSON form, or two channels have the same name.
+    Raises StoreError if setup or sequence have no JSON form, or two channels have the same name.
     """
     row = _new_row(session, RunState.RUNNING, kind, title, article, setup, sequence or {}, started_at)
     return _connect(session, row, channels, instruments, reason, who)
@@ -100,8 +99,7 @@ def create_run(
 ) -> Run:
     """Store a run for `begin_run` to begin. Until then it has the time of its creation as its start.
 
-    Raises:
-        StoreError: setup or sequence have no JSON form.
+    Raises StoreError if setup or sequence have no JSON form.
     """
     row = _new_row(session, RunState.CREATED, kind, title, article, setup, sequence)
     return _connect(session, row, (), (), None, who)
@@ -119,9 +117,7 @@ def begin_run(
 ) -> Run:
     """Begin a created run now, with the sequence as it is carried out (its random numbers drawn).
 
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: it was begun before, or two channels have the same name.
+    Raises NotFoundError if there is no such run; StoreError if it was begun before, or two channels have the same name.
     """
     row = _row(session, run_id)
     if row.state != RunState.CREATED:
@@ -140,12 +136,9 @@ def finish_run(
 ) -> Run:
     """End a run now, or at `finished_at` (UTC), and note who did it.
 
-    A clock that was set back meanwhile does not keep a run from ending; the reason then says so.
-
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: the run has ended already, `state` is no end, a stopped or failed run has no reason, or
-            `finished_at` is given and before its start.
+    A clock that was set back meanwhile does not keep a run from ending; the reason then says so. Raises NotFoundError
+    if there is no such run; StoreError if the run has ended already, `state` is no end, a stopped or failed run has no
+    reason, or `finished_at` is given and before its start.
     """
     row = _row(session, run_id)
     if row.state != RunState.RUNNING:
@@ -167,9 +160,7 @@ def finish_run(
 def reopen_run(session: Session, run_id: int, reason: str, who: str | None = None) -> Run:
     """Let a stopped, failed or interrupted run go on; its earlier end stays among its events.
 
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: the run is finished.
+    Raises NotFoundError if there is no such run, StoreError if the run is finished.
     """
     row = _row(session, run_id)
     if row.state == RunState.FINISHED:

@@ -51,9 +51,8 @@ class SineRecord:
 def add_sine_record(session: Session, run_id: int, record: SineRecord) -> int:
     """Store a sine record and return its number; its waveform is appended to the run's file first.
 
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError: the configuration is unknown, or the waveform is of another run.
+    Raises NotFoundError if there is no such run; StoreError if the configuration is unknown, or the waveform is of
+    another run.
     """
     run = run_in_short(session, run_id)
     known = (*CONFIGURATIONS, BLANK)

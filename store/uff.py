@@ -88,9 +88,8 @@ class UffFunction:
 def read_uff(path: Path) -> list[UffFunction]:
     """Every function of a file, text or binary, in its order; datasets other than 58 are ignored.
 
-    Raises:
-        StoreError: the file is missing, no UFF, cut short, in other units than SI, unevenly spaced, or holds
-            NaN or an unknown direction; the message names the file and the dataset.
+    Raises StoreError if the file is missing, no UFF, cut short, in other units than SI, unevenly spaced, or holds NaN
+    or an unknown direction; the message names the file and the dataset.
     """
     try:
         content = path.read_bytes()
@@ -116,8 +115,7 @@ def read_uff(path: Path) -> list[UffFunction]:
 def write_uff(path: Path, functions: Sequence[UffFunction], *, binary: bool = True) -> None:
     """Write functions in double precision; text keeps twelve digits, binary every value.
 
-    Raises:
-        StoreError: a value is not finite, a name does not fit, or the file cannot be written.
+    Raises StoreError if a value is not finite, a name does not fit, or the file cannot be written.
     """
     try:
         path.write_bytes(b"".join(_dataset_bytes(function, binary) for function in functions))

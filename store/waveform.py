@@ -86,8 +86,7 @@ class WaveformReference:
 def record_number(reference: WaveformReference | None, file: str, where: str) -> int | None:
     """The number to store with a row of the run whose waveform file is `file`; None without a waveform.
 
-    Raises:
-        StoreError: the waveform is of another run; the message starts with `where`.
+    Raises StoreError if the waveform is of another run; the message starts with `where`.
     """
     if reference is not None and reference.file != file:
         raise StoreError(f"{where}: waveform {reference} is not of this run, whose file is {file}")

@@ -23,8 +23,7 @@ _LEVEL = 1
 def encode(waveform: Waveform) -> tuple[str, bytes, int]:
     """Header, compressed samples, and the CRC-32 over the header and the uncompressed samples.
 
-    Raises:
-        StoreError: the start of the waveform has no time zone.
+    Raises StoreError if the start of the waveform has no time zone.
     """
     if waveform.started_at is not None and waveform.started_at.tzinfo is None:
         raise StoreError(f"the waveform's start {waveform.started_at} has no time zone; give it in UTC")
@@ -44,11 +43,7 @@ def encode(waveform: Waveform) -> tuple[str, bytes, int]:
 
 
 def decode(header: str, compressed: bytes, crc: int, where: str) -> Waveform:
-    """The waveform of `encode`.
-
-    Raises:
-        DamagedError: header or samples are damaged; the message starts with `where`.
-    """
+    """The waveform of `encode`; DamagedError if header or samples are damaged; the message starts with `where`."""
     if not (isinstance(header, str) and isinstance(compressed, bytes)):
         raise DamagedError(where, "the waveform is damaged (its columns have other types)")
     try:

@@ -63,9 +63,7 @@ class WaveformFolder:
     def read(self, reference: WaveformReference) -> Waveform:
         """A record, verified against its checksum.
 
-        Raises:
-            NotFoundError: there is no such file or record.
-            DamagedError: the record is damaged.
+        Raises NotFoundError if there is no such file or record, DamagedError if the record is damaged.
         """
         with self._reader(reference.file, str(reference)) as reader:
             return _record(reader, reference)

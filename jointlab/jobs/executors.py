@@ -95,8 +95,7 @@ class ProcessExecutor:
 class DaskExecutor:
     """A dask.distributed cluster; its workers need the same database and the same folder of waveforms.
 
-    Raises:
-        JointlabError: dask is not installed, or no scheduler answers at `address`.
+    Raises JointlabError where dask is not installed, or no scheduler answers at `address`.
     """
 
     def __init__(self, address: str, timeout: float = 10.0) -> None:

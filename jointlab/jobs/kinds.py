@@ -57,9 +57,8 @@ def exports_folder(catalogue: Catalogue) -> Path:
 def export_file(catalogue: Catalogue, job_id: int) -> Path:
     """The file of an export.
 
-    Raises:
-        NotFoundError: there is no such export, or its file was removed.
-        ConflictError: the export is not done.
+    Raises NotFoundError where there is no such export, or its file was removed; ConflictError where the export is not
+    done.
     """
     with catalogue.reading() as session:
         job = get_job(session, job_id)

@@ -36,12 +36,7 @@ class JobQueue:
         self._thread.start()
 
     def add(self, kind: str, parameters: dict[str, Any], who: str) -> Job:
-        """Queue a job.
-
-        Raises:
-            JointlabError: there is no such kind.
-            StoreError: it cannot be stored.
-        """
+        """Queue a job. Raises JointlabError where there is no such kind, StoreError where it cannot be stored."""
         needs, takes = kind_named(kind).needs, kind_named(kind).takes
         given = set(parameters)
         assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"

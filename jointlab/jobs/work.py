@@ -37,8 +37,7 @@ class Heartbeat:
     def __call__(self, what: str, total: int) -> Iterator[Advance]:
         """Work on `what`, in `total` steps.
 
-        Raises:
-            LeaseLostError: the job was cancelled, or given to another worker.
+        Raises LeaseLostError where the job was cancelled, or given to another worker.
         """
         self._at = (what, 0, total)
 

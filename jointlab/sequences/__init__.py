@@ -21,9 +21,8 @@ def built_in(name: str) -> Sequence:
 def sequence_named(session: Session, name: str) -> Sequence:
     """A built-in sequence, or a stored one.
 
-    Raises:
-        NotFoundError: there is none of this name.
-        SequenceError: the stored document is no sequence any more.
+    Raises NotFoundError where there is none of this name, SequenceError where the stored document is no sequence any
+    more.
     """
     if name in NAMES:
         return built_in(name)

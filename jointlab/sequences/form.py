@@ -58,8 +58,7 @@ def sequence_of_form(base: Sequence, part: str, form: Mapping[str, str]) -> Sequ
 def numbers(text: str, field: str) -> list[float]:
     """Numbers with blanks between them, decimals after a point or a comma.
 
-    Raises:
-        JointlabError: something in `text` is no number.
+    Raises JointlabError where something in `text` is no number.
     """
     try:
         return [float(word.replace(",", ".")) for word in text.replace(";", " ").split()]

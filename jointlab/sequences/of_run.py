@@ -22,9 +22,7 @@ from store.states import HAMMER
 def sequence_of_run(session: Session, run_id: int) -> Sequence:
     """The sequence that run `run_id` was measured by, or one that measures an imported run again.
 
-    Raises:
-        NotFoundError: there is no such run.
-        StoreError, RigError: its stored data make no sequence.
+    Raises NotFoundError where there is no such run, StoreError, RigError where its stored data make no sequence.
     """
     run = get_run(session, run_id)
     return sequence_from(run.sequence or _on_article_of(session, run), f"sequence of run {run_id}")

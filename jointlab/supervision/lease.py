@@ -66,13 +66,7 @@ class ControlLease:
         return None if self.holder is None else self._caller
 
     def take(
-        self,
-        holder: str,
-        caller: str,
-        *,
-        token: str | None = None,
-        by_force: bool = False,
-        from_others: bool = False,
+        self, holder: str, caller: str, *, token: str | None = None, by_force: bool = False, from_others: bool = False
     ) -> Lease:
         """Take the lease where it is free.
 
@@ -99,8 +93,7 @@ class ControlLease:
     def hold(self, token: str, holder: str, caller: str) -> Lease:
         """Extend the lease of the client with this token, or take it where it is free.
 
-        Raises:
-            LeaseError: another client drives; the message says which, and for how long.
+        Raises LeaseError where another client drives; the message says which, and for how long.
         """
         with self._lock:
             return self._extended() if self._is_held_by(token) else self.take(holder, caller, token=token)

@@ -102,8 +102,7 @@ class RunManager:
     def set_limits(self, limits: TesterLimits, who: str) -> None:
         """Apply `limits` to runs that begin from now on; the limits of the tester itself apply beside them.
 
-        Raises:
-            StoreError: they cannot be stored; the former ones stay in force.
+        Raises StoreError where they cannot be stored; the former ones stay in force.
         """
         with self._lock:
             self._instruments = save_limits(self._instruments, self._catalogue, limits, who)
@@ -111,9 +110,7 @@ class RunManager:
     def plan(self, sequence: Sequence, who: str) -> int:
         """Store a run that `start` carries out later; returns its number.
 
-        Raises:
-            RigError: a step asks for something impossible.
-            StoreError: it cannot be stored.
+        Raises RigError where a step asks for something impossible, StoreError where it cannot be stored.
         """
         return plan_run(sequence, self._instruments.limits, self._catalogue, who)
 
@@ -151,9 +148,8 @@ class RunManager:
     def pause(self, run_id: int) -> None:
         """Pause the run; returns with the actuator at rest.
 
-        Raises:
-            ConflictError: this run is not being carried out.
-            RigError: the tester did not confirm that the actuator is at rest.
+        Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
+        actuator is at rest.
         """
         self._active_run(run_id).control.pause()
 
@@ -161,11 +157,8 @@ class RunManager:
         """End the present run, or run `run_id`; returns its number, with the actuator at rest.
 
         None where no run is carried out, which is no error: a stop may be requested at any time, and again. The tester
-        is then halted all the same, as another client may move it.
-
-        Raises:
-            ConflictError: `run_id` is given and not being carried out.
-            RigError: the tester did not confirm that the actuator is at rest.
+        is then halted all the same, as another client may move it. Raises ConflictError where `run_id` is given and not
+        being carried out, RigError where the tester did not confirm that the actuator is at rest.
         """
         active = self._active if run_id is None else self._active_run(run_id)
         if active is None:
@@ -183,17 +176,14 @@ class RunManager:
     def answer(self, run_id: int, prompt: int) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
 
-        Raises:
-            ConflictError: this run is not being carried out, or another prompt is open.
+        Raises ConflictError where this run is not being carried out, or another prompt is open.
         """
         self._active_run(run_id).operator.answer(prompt)
 
     def withdraw_blow(self, blow_id: int, reason: str, who: str) -> Blow:
         """Withdraw an accepted blow; a session that is still running asks for one more blow at its point.
 
-        Raises:
-            ConflictError: the blow does not count already.
-            NotFoundError: there is no such blow.
+        Raises ConflictError where the blow does not count already, NotFoundError where there is no such blow.
         """
         with self._catalogue.writing() as session:
             blow = get_blow(session, blow_id)
@@ -231,9 +221,8 @@ class RunManager:
     def acknowledge_interlocks(self) -> Interlock:
         """Reset the tester, because the cause of its trip is removed; returns the interlocks that had fired.
 
-        Raises:
-            ConflictError: a run is being carried out.
-            RigError: the tester does not answer, or trips again.
+        Raises ConflictError where a run is being carried out; RigError where the tester does not answer, or trips
+        again.
         """
         with self._lock:
             if self._active is not None:

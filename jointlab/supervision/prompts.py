@@ -60,8 +60,7 @@ class PromptingOperator(Operator):
     def answer(self, number: int) -> None:
         """Confirm that prompt `number` is done; the run goes on.
 
-        Raises:
-            ConflictError: prompt `number` is not open.
+        Raises ConflictError where prompt `number` is not open.
         """
         with self._changed:
             if self._prompt is None or self._prompt.number != number:

@@ -60,9 +60,8 @@ class SweepProgress:
 def sweep_progress(catalogue: Catalogue, run_id: int, mounting: tuple[str, str] | None = None) -> SweepProgress:
     """Read the progress of the sweep of a run, and the points of `mounting`, by default of the latest one.
 
-    Raises:
-        NotFoundError: there is no such run, or it has no sine points to measure.
-        StoreError: a record is damaged.
+    Raises NotFoundError where there is no such run, or it has no sine points to measure; StoreError where a record is
+    damaged.
     """
     with catalogue.reading() as session:
         run = get_run(session, run_id)

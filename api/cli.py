@@ -5,6 +5,7 @@ All modules of commands together take seconds to import, so each is imported whe
 
 import sys
 from importlib import import_module
+from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
@@ -16,7 +17,7 @@ from store.version import software_version
 
 INTERRUPTED = 130
 
-# name: the module below api.commands that registers it, and what it does, in one line of a terminal
+# name: the module below api.commands that has the function or group of this name, and what it does, in one line
 COMMANDS = {
     "demo": ("demo", "Both experiments of the paper on simulated instruments."),
     "simulate": ("simulate", "Start the simulated instruments and print their addresses."),
@@ -29,13 +30,25 @@ COMMANDS = {
     "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),
     "stiffness": ("stiffness", "Say k, h and gamma at any amplitude and frequency."),
     "gap": ("gap", "Say where simulation and measurement differ, and why."),
-    "report": ("reporting", "Identify and write a report with figures."),
+    "report": ("identification", "Identify and write a report with figures."),
     "serve": ("service", "Serve runs, results and the rig over REST, with the page."),
     "worker": ("worker", "Do jobs of the service for a dask scheduler."),
     "key": ("keys", "Make, list and revoke keys of the service."),
     "store": ("store", "Check, back up and restore what is stored."),
     "config": ("configuration", "Show the configuration in force."),
 }
+
+
+def load(name: str) -> Any:
+    """The command of this name, imported."""
+    loaded = typer.Typer(rich_markup_mode=None)
+    module = import_module(f"api.commands.{COMMANDS[name][0]}")
+    found = getattr(module, f"{name}_" if iskeyword(name) else name)
+    if isinstance(found, typer.Typer):
+        loaded.add_typer(found, name=name)
+    else:
+        loaded.command(name)(found)
+    return typer.main.get_group(loaded).commands[name]
 
 
 class Commands(TyperGroup):
@@ -45,11 +58,10 @@ class Commands(TyperGroup):
         """Its name, the command and the arguments that are left for it."""
         name, _, rest = super().resolve_command(ctx, args)
         assert name is not None  # one that is not there has been refused
-        loaded = typer.Typer(rich_markup_mode=None)
-        import_module(f"api.commands.{COMMANDS[name][0]}").register(loaded)
+        command = load(name)
         # two BLAS threads on a busy machine cost more than they give; now that BLAS is loaded, it can be told so
         ctx.with_resource(threadpool_limits(limits=1))
-        return name, typer.main.get_group(loaded).commands[name], rest
+        return name, command, rest
 
 
 app = typer.Typer(

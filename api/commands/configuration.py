@@ -2,18 +2,12 @@
 
 import os
 
-import typer
 from sqlalchemy import make_url
 from sqlalchemy.exc import ArgumentError
 
 from api.commands.terminal import out
 from jointlab.errors import SettingsError
 from jointlab.settings import config_path, load_settings
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("config")(config)
 
 
 def config() -> None:

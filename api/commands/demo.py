@@ -41,11 +41,6 @@ from store.catalogue import Catalogue
 FASTEST = 100.0  # at higher speeds the wires take the time, not the bench
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("demo")(demo)
-
-
 @dataclass
 class Stopwatch:
     """Seconds of each stage."""

@@ -10,12 +10,6 @@ from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command("import")(import_)
-    app.command("export")(export)
-
-
 def import_(
     bundle: Annotated[Path, typer.Argument(help="A measurement bundle: a folder, or a zip of it.")],
     article: Annotated[

@@ -37,11 +37,6 @@ gap = typer.Typer(
 )
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.add_typer(gap, name="gap")
-
-
 @gap.command("diagnose")
 def diagnose(
     target: Target,

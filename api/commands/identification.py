@@ -1,4 +1,4 @@
-"""`jointlab identify` and `jointlab modes`: results of measurements."""
+"""`jointlab identify`, `jointlab modes` and `jointlab report`: results of measurements."""
 
 from __future__ import annotations
 
@@ -22,12 +22,7 @@ from jointlab.identification.options import AS_MEASURED, Options
 
 if TYPE_CHECKING:
     from jointlab.identification.pipeline import Identification
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command("identify")(identify)
-    app.command("modes")(modes)
+    from jointlab.report.section import Section
 
 
 @takes_options
@@ -74,6 +69,28 @@ def modes(
         out.print_json(json.dumps(plain(modes_document(estimate))))
     else:
         show_table(modes_table(mode_set(estimate)))
+
+
+@takes_options
+def report(
+    target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
+    file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
+    options: Options = AS_MEASURED,
+) -> None:
+    """Identify and write the report, with the paper's figures and tables for this bench.
+
+    Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
+    """
+    from jointlab.report.gap import stored_gap_sections
+    from jointlab.report.page import write_report
+
+    found, run = identified(target, options), run_number(target)
+    gap: tuple[Section, ...] = ()
+    if run is not None:
+        with open_catalogue() as catalogue:
+            gap = stored_gap_sections(catalogue, run)
+    write_report(found, file, more=gap)
+    out.print(f"{file} written")
 
 
 def identified(target: str, options: Options = AS_MEASURED) -> Identification:

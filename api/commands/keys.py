@@ -13,15 +13,10 @@ from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.provenance import who_is_here
 from store.states import Scope
 
-commands = typer.Typer(name="key", help="Make, list and revoke keys of the service.", no_args_is_help=True)
+key = typer.Typer(help="Make, list and revoke keys of the service.", no_args_is_help=True)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.add_typer(commands)
-
-
-@commands.command()
+@key.command()
 def create(
     name: Annotated[str, typer.Argument(help="Its owner, such as a person, a page or a test sequence.")],
     scopes: Annotated[list[Scope], typer.Option("--scope", help="What it opens; may be given several times.")],
@@ -35,7 +30,7 @@ def create(
     out.print(secret)
 
 
-@commands.command("list")
+@key.command("list")
 def list_() -> None:
     """List the keys, newest first, without their secrets."""
     with open_catalogue() as catalogue, catalogue.reading() as session:
@@ -54,7 +49,7 @@ def list_() -> None:
     show_table(Table("Keys", ("key", "name", "scopes", "made (UTC)", "ends (UTC)", ""), rows))
 
 
-@commands.command()
+@key.command()
 def revoke(number: Annotated[int, typer.Argument(metavar="KEY", min=1, max=999_999_999, help="Its number.")]) -> None:
     """Let a key open nothing from now on."""
     with open_catalogue() as catalogue, catalogue.writing() as session:

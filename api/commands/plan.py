@@ -14,11 +14,6 @@ from jointlab.report.page import write_page
 from jointlab.sequences import BUILT_IN
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("plan")(plan)
-
-
 def plan(
     sequence: Annotated[str, typer.Argument(help=f"A sequence (YAML) with a hammer step, or {BUILT_IN!r}.")],
     shear: Annotated[float, typer.Option(min=1.0, help="Of one cylinder, as expected, N/m.")] = 0.4e6,

@@ -33,12 +33,6 @@ Reset = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command("run")(run)
-    app.command("resume")(resume)
-
-
 def show_schema(wanted: bool) -> None:
     """Print the JSON schema of a sequence and exit."""
     if wanted:

@@ -30,11 +30,6 @@ LOOPBACK = "127.0.0.1"
 SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("serve")(serve)
-
-
 def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free one.")] = 8000,
     host: Annotated[

@@ -16,11 +16,6 @@ from simlab.ordinary import BenchConditions
 from simlab.tester_frame import TesterFrame
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("simulate")(simulate)
-
-
 def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Which bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Bench time over wall time.")] = 1.0,

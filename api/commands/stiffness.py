@@ -16,11 +16,6 @@ from jointlab.report.stiffness import stiffness_section
 from store.bundle import read_bundle
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("stiffness")(stiffness)
-
-
 def stiffness(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or a run that was identified.")],
     amplitude: Annotated[

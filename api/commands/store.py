@@ -15,15 +15,10 @@ from store.check import Finding
 from store.check import check as check_catalogue
 from store.runs import count_runs
 
-commands = typer.Typer(name="store", help="Check, back up and restore what is stored.", no_args_is_help=True)
+store = typer.Typer(help="Check, back up and restore what is stored.", no_args_is_help=True)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.add_typer(commands)
-
-
-@commands.command()
+@store.command()
 def check() -> None:
     """Verify every waveform, every array and every reference; exit code 3 where something is damaged or lost."""
     with open_catalogue() as catalogue:
@@ -32,7 +27,7 @@ def check() -> None:
         _report(check_catalogue(catalogue, progress_bar))
 
 
-@commands.command()
+@store.command()
 def backup(
     path: Annotated[Path, typer.Argument(help="A new folder, or a new file that ends in .zip.")],
 ) -> None:
@@ -43,7 +38,7 @@ def backup(
     _report(made.findings)
 
 
-@commands.command()
+@store.command()
 def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store backup` made.")]) -> None:
     """Restore a backup into the configured database, which is empty, and check it; exit code 3 where it is damaged."""
     settings = load_settings()

@@ -11,11 +11,6 @@ from jointlab.errors import JointlabError
 from jointlab.settings import load_settings
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("worker")(worker)
-
-
 def worker(
     scheduler: Annotated[str | None, typer.Argument(help="Its address; that of the configuration by default.")] = None,
     jobs: Annotated[int, typer.Option(min=1, max=256, help="At a time.")] = 1,

@@ -44,13 +44,11 @@ def test_the_version_names_release_and_commit(jointlab: Command) -> None:
 
 
 def test_every_command_of_every_module_is_listed() -> None:
-    registered: dict[str, str] = {}
+    told: dict[str, str] = {}
     for module in pkgutil.iter_modules(api.commands.__path__):
-        own = typer.Typer()
-        if hasattr(found := import_module(f"api.commands.{module.name}"), "register"):
-            found.register(own)
-            registered |= dict.fromkeys(typer.main.get_group(own).commands, module.name)
-    assert registered == {name: module for name, (module, _) in LISTED.items()}
+        names = re.findall(r"`jointlab ([a-z]+)", import_module(f"api.commands.{module.name}").__doc__ or "")
+        told |= dict.fromkeys(names, module.name)
+    assert told == {name: module for name, (module, _) in LISTED.items()}
 
 
 def test_help_needs_no_instrument_or_solver() -> None:

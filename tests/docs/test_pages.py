@@ -11,7 +11,7 @@ import pytest
 import typer
 import yaml
 
-from api.cli import COMMANDS, app
+from api.cli import COMMANDS, app, load
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -93,11 +93,7 @@ def commands(page: Path) -> list[str]:
 
 def loaded(command: str) -> Any:
     """A command of the program with its options."""
-    if command.startswith("-"):
-        return typer.main.get_command(app)
-    program = typer.Typer()
-    import_module(f"api.commands.{COMMANDS[command][0]}").register(program)
-    return typer.main.get_group(program).commands[command]
+    return typer.main.get_command(app) if command.startswith("-") else load(command)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=name)

@@ -133,7 +133,7 @@ def read_attributes(task: Task) -> Attributes:
 def trigger_attributes(task: Task) -> Attributes:
     """Of the analog edge reference trigger of a task; none where it has no such trigger."""
     trigger = task.trigger
-    if trigger is None or trigger.pretrigger is None:
+    if trigger is None:
         return {}
     return {
         pb.TRIGGER_ATTRIBUTE_ANLG_EDGE_REF_TRIG_SRC: lambda: trigger.channel.name,
@@ -150,11 +150,6 @@ def timing_attributes(task: Task) -> Attributes:
         pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_MODE: lambda: modes[task.finite],
         pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_PER_CHAN: lambda: task.samples,
     }
-
-
-def buffer_attributes(task: Task) -> Attributes:
-    """Of the buffer of a task."""
-    return {pb.BUFFER_ATTRIBUTE_INPUT_BUF_SIZE: lambda: task.buffer_size}
 
 
 def _names(task: Task) -> str:

@@ -73,6 +73,7 @@ def start_daq_server(
 def _handler(method: Any, service: NiDaqmx, faults: DaqFaults) -> grpc.RpcMethodHandler:
     """The method on the wire: `service`'s, with its faults told as NI tells them, or UNIMPLEMENTED."""
     make = grpc.unary_stream_rpc_method_handler if method.server_streaming else grpc.unary_unary_rpc_method_handler
+    response_type = getattr(pb, method.output_type.name)
     call: Callable[[Any, grpc.ServicerContext], Any] | None = getattr(service, method.name, None)
 
     def serve(request: Any, context: grpc.ServicerContext) -> Any:
@@ -81,7 +82,8 @@ def _handler(method: Any, service: NiDaqmx, faults: DaqFaults) -> grpc.RpcMethod
             raise AssertionError("abort raises")
         try:
             faults.check_call(method.name)
-            return call(request, context)
+            response = call(request, context)
+            return response_type() if response is None else response
         except StatusError as error:
             metadata = [("ni-error", str(error.code))]
             if method.name.startswith("Read"):
@@ -93,5 +95,5 @@ def _handler(method: Any, service: NiDaqmx, faults: DaqFaults) -> grpc.RpcMethod
     return make(
         serve,
         request_deserializer=getattr(pb, method.input_type.name).FromString,
-        response_serializer=getattr(pb, method.output_type.name).SerializeToString,
+        response_serializer=response_type.SerializeToString,
     )

@@ -1,14 +1,14 @@
 """The gRPC face of the simulated NI-DAQmx: the methods of NI's service that a reader of analog inputs needs.
 
-Every method is named as in NI's service, takes a request and gives a response or raises `StatusError`; `daq_server`
-puts them on the wire.
+Every method is named as in NI's service, takes a request and gives a response (None: one without
+fields) or raises `StatusError`; `daq_server` puts them on the wire.
 """
 
 from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import grpc
@@ -17,8 +17,7 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.constants import AcquisitionType, FillMode, Slope, TaskMode
 
 from simlab.daq_attributes import (
-    Value,
-    buffer_attributes,
+    Attributes,
     channel_attributes,
     device_attributes,
     lookup,
@@ -28,36 +27,34 @@ from simlab.daq_attributes import (
     timing_attributes,
     trigger_attributes,
 )
-from simlab.daq_channels import VirtualChannel, accelerometer_channel, force_channel, voltage_channel
+from simlab.daq_channels import ACCELERATION, FORCE, VOLTAGE, ChannelKind, virtual_channel
 from simlab.daq_errors import Code, DaqFaults, StatusError, meaning
 from simlab.daq_modules import Counts, SimulatedChassis
 from simlab.daq_tasks import AcquisitionBench, Task, Trigger
 
-EVENT_POLL = 2e-3  # wall seconds
 GIVEN = 16  # records
 
 Message = Any  # protobuf messages carry no types
 Method = Callable[["NiDaqmx", Message, grpc.ServicerContext], Message]
 
 
-def _attribute(name: str, find: Callable[[NiDaqmx, Message], Value]) -> Method:
-    """The method ``Get...Attribute...`` called `name`, whose value `find` finds."""
+def _attribute_method(owner: str, name: str) -> Method:
+    """The method called `name`, which gives an attribute of `owner`."""
     response = getattr(pb, f"{name}Response")
     field = "value_raw" if "value_raw" in response.DESCRIPTOR.fields_by_name else "value"
 
     def get(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> Message:
-        return response(**{field: find(service, request)})
+        return response(**{field: lookup(service._attributes(owner, request), request.attribute_raw)})
 
     return get
 
 
-def _channel_method(name: str, channel_of: Callable[[Message, SimulatedChassis], VirtualChannel]) -> Method:
-    """The method called `name`, which adds a channel to a task."""
+def _channel_method(kind: ChannelKind) -> Callable[[NiDaqmx, Message, grpc.ServicerContext], None]:
+    """The method that adds a channel of `kind` to a task."""
 
-    def create(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> Message:
+    def create(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> None:
         service._faults.check_device()
-        service._task(request).add(channel_of(request, service._chassis))
-        return getattr(pb, f"{name}Response")()
+        service._task(request).add(virtual_channel(kind, request, service._chassis))
 
     return create
 
@@ -83,37 +80,22 @@ class NiDaqmx:
         """Names of the tasks that were made and not cleared."""
         return tuple(self._tasks)
 
-    # -- attributes
+    def _attributes(self, owner: str, request: Message) -> Attributes:
+        if owner in ("Device", "Read"):
+            self._faults.check_device()
+        match owner:
+            case "SystemInfo":
+                return system_attributes(self._chassis)
+            case "Device":
+                return device_attributes(self._chassis, request.device_name)
+            case "Chan":
+                return channel_attributes(self._task(request), request.channel)
+            case _:
+                return TASK_ATTRIBUTES[owner](self._task(request))
 
-    def _system(self, request: Message) -> Value:
-        return lookup(system_attributes(self._chassis), request.attribute_raw)
-
-    def _device(self, request: Message) -> Value:
-        self._faults.check_device()
-        return lookup(device_attributes(self._chassis, request.device_name), request.attribute_raw)
-
-    def _of_task(self, request: Message) -> Value:
-        return lookup(task_attributes(self._task(request)), request.attribute_raw)
-
-    def _channel(self, request: Message) -> Value:
-        return lookup(channel_attributes(self._task(request), request.channel), request.attribute_raw)
-
-    def _read(self, request: Message) -> Value:
-        self._faults.check_device()
-        return lookup(read_attributes(self._task(request)), request.attribute_raw)
-
-    def _timing(self, request: Message) -> Value:
-        return lookup(timing_attributes(self._task(request)), request.attribute_raw)
-
-    def _trigger(self, request: Message) -> Value:
-        return lookup(trigger_attributes(self._task(request)), request.attribute_raw)
-
-    def _buffer(self, request: Message) -> Value:
-        return lookup(buffer_attributes(self._task(request)), request.attribute_raw)
-
-    CreateAIForceIEPEChan = _channel_method("CreateAIForceIEPEChan", force_channel)
-    CreateAIAccelChan = _channel_method("CreateAIAccelChan", accelerometer_channel)
-    CreateAIVoltageChan = _channel_method("CreateAIVoltageChan", voltage_channel)
+    CreateAIForceIEPEChan = _channel_method(FORCE)
+    CreateAIAccelChan = _channel_method(ACCELERATION)
+    CreateAIVoltageChan = _channel_method(VOLTAGE)
 
     def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
         """What a status code says."""
@@ -138,13 +120,12 @@ class NiDaqmx:
         response.task.name = name
         return response
 
-    def ClearTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def ClearTask(self, request: Message, _: grpc.ServicerContext) -> None:
         """Stop a task and forget it."""
         with self._lock:
             self._task(request)
             task = self._tasks.pop(request.task.name)
-        task.clear()
-        return pb.ClearTaskResponse()
+        task.stop()
 
     def _task(self, request: Message) -> Task:
         try:
@@ -154,55 +135,35 @@ class NiDaqmx:
 
     # -- timing and triggers
 
-    def CfgSampClkTiming(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def CfgSampClkTiming(self, request: Message, _: grpc.ServicerContext) -> None:
         """Set rate, mode and number of samples."""
         if request.sample_mode_raw not in (AcquisitionType.FINITE.value, AcquisitionType.CONTINUOUS.value):
             raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"SampQuant.SampMode: {request.sample_mode_raw}.")
         finite = request.sample_mode_raw == AcquisitionType.FINITE.value
         self._task(request).set_timing(request.rate, finite, request.samps_per_chan)
-        return pb.CfgSampClkTimingResponse()
 
-    def SetTimingAttributeUInt64(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def SetTimingAttributeUInt64(self, request: Message, _: grpc.ServicerContext) -> None:
         """Change the number of samples of a task whose clock is set."""
         if request.attribute_raw != pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_PER_CHAN:
             raise StatusError(Code.ATTR_NOT_SUPPORTED, f"Attribute: {request.attribute_raw:#x}, not simulated.")
         task = self._task(request)
         task.set_timing(task.rate, task.finite, request.value)
-        return pb.SetTimingAttributeUInt64Response()
 
-    def SetReadAttributeInt32(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def SetReadAttributeInt32(self, request: Message, _: grpc.ServicerContext) -> None:
         """Say from where reading counts."""
         if request.attribute_raw != pb.READ_ATTRIBUTE_RELATIVE_TO:
             raise StatusError(Code.ATTR_NOT_SUPPORTED, f"Attribute: {request.attribute_raw:#x}, not simulated.")
         self._task(request).read_relative_to(request.value_raw)
-        return pb.SetReadAttributeInt32Response()
 
-    def CfgInputBuffer(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Set the size of the buffer."""
-        self._task(request).set_buffer(request.num_samps_per_chan)
-        return pb.CfgInputBufferResponse()
-
-    def CfgAnlgEdgeRefTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def CfgAnlgEdgeRefTrig(self, request: Message, _: grpc.ServicerContext) -> None:
         """Keep samples from before an analog edge, and the rest from after it."""
-        self._task(request).set_trigger(self._edge(request, request.pretrigger_samples))
-        return pb.CfgAnlgEdgeRefTrigResponse()
+        self._task(request).set_trigger(self._edge(request))
 
-    def CfgAnlgEdgeStartTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Start at an analog edge."""
-        self._task(request).set_trigger(self._edge(request, None))
-        return pb.CfgAnlgEdgeStartTrigResponse()
-
-    def DisableRefTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def DisableRefTrig(self, request: Message, _: grpc.ServicerContext) -> None:
         """Acquire without a trigger."""
         self._task(request).set_trigger(None)
-        return pb.DisableRefTrigResponse()
 
-    def DisableStartTrig(self, request: Message, _: grpc.ServicerContext) -> Message:
-        """Acquire without a trigger."""
-        self._task(request).set_trigger(None)
-        return pb.DisableStartTrigResponse()
-
-    def _edge(self, request: Message, pretrigger: int | None) -> Trigger:
+    def _edge(self, request: Message) -> Trigger:
         """The trigger that a request describes; the bench knows the rising edges of the hammer only."""
         channel = self._task(request).channel(request.trigger_source)
         sensor = self._chassis.wiring.get(channel.physical)
@@ -212,14 +173,13 @@ class NiDaqmx:
             )
         if request.trigger_slope_raw != Slope.RISING.value:
             raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, "Trigger slope. The bench triggers on rising edges only.")
-        return Trigger(channel, request.trigger_level, pretrigger)
+        return Trigger(channel, request.trigger_level, request.pretrigger_samples)
 
     # -- running
 
-    def StartTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def StartTask(self, request: Message, _: grpc.ServicerContext) -> None:
         """Start to acquire or to wait for the trigger."""
         self._start(self._task(request))
-        return pb.StartTaskResponse()
 
     def _start(self, task: Task) -> None:
         with self._lock:
@@ -232,12 +192,11 @@ class NiDaqmx:
             if other is not task and other.running and shared:
                 raise StatusError(Code.PAL_RESOURCE_RESERVED, f"Device: {min(shared)}, by task {other.name}.")
 
-    def StopTask(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def StopTask(self, request: Message, _: grpc.ServicerContext) -> None:
         """Stop."""
         self._task(request).stop()
-        return pb.StopTaskResponse()
 
-    def TaskControl(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def TaskControl(self, request: Message, _: grpc.ServicerContext) -> None:
         """Verify, reserve, commit, start, stop or abort."""
         task, action = self._task(request), TaskMode(request.action_raw)
         if action is TaskMode.TASK_START:
@@ -248,28 +207,25 @@ class NiDaqmx:
             task.verify()
             if action is not TaskMode.TASK_VERIFY:
                 self._check_free(task)
-        return pb.TaskControlResponse()
 
     def IsTaskDone(self, request: Message, _: grpc.ServicerContext) -> Message:
         """Whether a finite task has all its samples."""
         self._faults.check_device()
         return pb.IsTaskDoneResponse(is_task_done=self._task(request).done)
 
-    def WaitUntilTaskDone(self, request: Message, context: grpc.ServicerContext) -> Message:
+    def WaitUntilTaskDone(self, request: Message, context: grpc.ServicerContext) -> None:
         """Wait until a finite task has all its samples."""
         task = self._task(request)
         if not task.done and not task.wait(task.samples - task.position, request.time_to_wait, context.is_active):
             raise StatusError(Code.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE, f"Task: {task.name}.")
-        return pb.WaitUntilTaskDoneResponse()
 
-    def ResetDevice(self, request: Message, _: grpc.ServicerContext) -> Message:
+    def ResetDevice(self, request: Message, _: grpc.ServicerContext) -> None:
         """Stop every task that uses a module, or any module where the chassis is named."""
         device_attributes(self._chassis, request.device_name)
         with self._lock:
             for task in self._tasks.values():
                 if request.device_name in (*task.modules, self._chassis.name):
                     task.stop()
-        return pb.ResetDeviceResponse()
 
     # -- reading
 
@@ -305,41 +261,6 @@ class NiDaqmx:
         self.given.append(counts)
         return counts, in_time
 
-    # -- events
-
-    def RegisterEveryNSamplesEvent(self, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
-        """Tell each time that another n samples have come."""
-        task = self._task(request)
-        context.send_initial_metadata(())
-        return self._every_n_samples(task, request, context)
-
-    def _every_n_samples(self, task: Task, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
-        told = 0
-        while context.is_active() and not task.cleared:
-            acquired = task.acquired
-            told = min(told, acquired // request.n_samples)  # a new start begins at zero
-            while task.running and acquired >= (told + 1) * request.n_samples:
-                told += 1
-                yield pb.RegisterEveryNSamplesEventResponse(
-                    every_n_samples_event_type_raw=request.every_n_samples_event_type_raw, n_samples=request.n_samples
-                )
-            task.pause(EVENT_POLL)
-
-    def RegisterDoneEvent(self, request: Message, context: grpc.ServicerContext) -> Iterator[Message]:
-        """Tell when a finite task has all its samples."""
-        task = self._task(request)
-        context.send_initial_metadata(())
-        return self._each_done(task, context)
-
-    def _each_done(self, task: Task, context: grpc.ServicerContext) -> Iterator[Message]:
-        was_done = True
-        while context.is_active() and not task.cleared:
-            done = not task.running or task.done
-            if done and not was_done and task.running:
-                yield pb.RegisterDoneEventResponse(status=0)
-            was_done = done
-            task.pause(EVENT_POLL)
-
 
 def _laid_out(values: np.ndarray[Any, Any], request: Message) -> np.ndarray[Any, Any]:
     """`values` (channels, samples) in one row, by channel or by scan as the request wants it."""
@@ -347,16 +268,22 @@ def _laid_out(values: np.ndarray[Any, Any], request: Message) -> np.ndarray[Any,
     return (values.T if by_scan else values).ravel()
 
 
-ATTRIBUTE_METHODS = {
-    "SystemInfo": (NiDaqmx._system, ("String", "UInt32")),
-    "Device": (NiDaqmx._device, ("String", "UInt32", "Int32", "Double", "Bool")),
-    "Task": (NiDaqmx._of_task, ("String", "UInt32")),
-    "Chan": (NiDaqmx._channel, ("String", "Int32", "Double", "DoubleArray")),
-    "Read": (NiDaqmx._read, ("String", "Bool", "Int32", "UInt32", "UInt64")),
-    "Timing": (NiDaqmx._timing, ("Double", "Int32", "UInt64")),
-    "Trig": (NiDaqmx._trigger, ("String", "Double", "UInt32")),
-    "Buffer": (NiDaqmx._buffer, ("UInt32",)),
+TASK_ATTRIBUTES = {
+    "Task": task_attributes,
+    "Read": read_attributes,
+    "Timing": timing_attributes,
+    "Trig": trigger_attributes,
 }
-for _owner, (_find, _types) in ATTRIBUTE_METHODS.items():
+ATTRIBUTE_TYPES = {
+    "SystemInfo": ("String", "UInt32"),
+    "Device": ("String", "UInt32", "Int32", "Double", "Bool"),
+    "Task": ("String", "UInt32"),
+    "Chan": ("String", "Int32", "Double", "DoubleArray"),
+    "Read": ("String", "Bool", "Int32", "UInt32", "UInt64"),
+    "Timing": ("Double", "Int32", "UInt64"),
+    "Trig": ("String", "Double", "UInt32"),
+}
+for _owner, _types in ATTRIBUTE_TYPES.items():
     for _type in _types:
-        setattr(NiDaqmx, f"Get{_owner}Attribute{_type}", _attribute(f"Get{_owner}Attribute{_type}", _find))
+        _name = f"Get{_owner}Attribute{_type}"
+        setattr(NiDaqmx, _name, _attribute_method(_owner, _name))

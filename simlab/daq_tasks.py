@@ -25,14 +25,11 @@ BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # N
 
 @dataclass(frozen=True)
 class Trigger:
-    """An analog edge, rising through `level` (in the unit of the channel) of `channel`.
-
-    `pretrigger` samples are kept from before it; None makes it a start trigger.
-    """
+    """An edge through `level` (in its unit) of `channel`, rising; `pretrigger` samples are kept from before it."""
 
     channel: VirtualChannel
     level: float
-    pretrigger: int | None
+    pretrigger: int
 
 
 class AcquisitionBench(Protocol):
@@ -65,13 +62,11 @@ class Task:
         self.rate = 1000.0
         self.finite = True
         self.samples = 1000
-        self.cleared = False
         self.new_overloads: frozenset[str] = frozenset()
         self.reported_overloads: frozenset[str] = frozenset()
         self.position = 0  # samples of the record that were read
         self.relative_to = ReadRelativeTo.CURRENT_READ_POSITION.value
         self._converted: tuple[int, Counts] | None = None  # what was read last, and from which sample on
-        self._buffer: int | None = None
         self._changed = threading.Condition(threading.RLock())
         self._started: float | None = None  # bench time
         self._origin: float | None = None  # bench time of the first sample of the record, once it is known
@@ -143,16 +138,6 @@ class Task:
             raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"Property: RelativeTo. Requested: {place}.")
         self.relative_to = place
 
-    def set_buffer(self, samples: int) -> None:
-        """Set how many samples per channel may wait to be read.
-
-        Raises:
-            StatusError: -200479, the task runs.
-        """
-        with self._changed:
-            self._check_stopped()
-            self._buffer = samples
-
     def verify(self) -> None:
         """Check that the task as it stands can run.
 
@@ -182,9 +167,9 @@ class Task:
 
     @property
     def buffer_size(self) -> int:
-        """Samples per channel that may wait to be read; NI's defaults, or more where asked for."""
+        """Samples per channel that may wait to be read: NI's defaults, or those of a record where it is longer."""
         default = next((size for fastest, size in BUFFER_SIZES if self.rate <= fastest), 1_000_000)
-        return self._buffer if self._buffer is not None else max(default, self.samples)
+        return max(default, self.samples)
 
     # -- running
 
@@ -220,12 +205,6 @@ class Task:
             self._started = None
             self._changed.notify_all()
 
-    def clear(self) -> None:
-        """Stop for good."""
-        with self._changed:
-            self.cleared = True
-            self.stop()
-
     @property
     def done(self) -> bool:
         """Whether a finite task has all its samples; a stopped task is done."""
@@ -248,7 +227,7 @@ class Task:
             if origin is None:
                 return 0
             acquired = self._samples_since(origin)
-            if self.trigger is not None and self.trigger.pretrigger is not None and acquired < self.samples:
+            if self.trigger is not None and acquired < self.samples:
                 return 0
             return min(acquired, self.samples) if self.finite else acquired
 
@@ -264,27 +243,21 @@ class Task:
     def _find_origin(self) -> float | None:
         """Bench time of the first sample of the record; None while the trigger has not come."""
         if self._origin is None and self._started is not None and self.trigger is not None:
-            pretrigger = self.trigger.pretrigger or 0
-            index = self._triggered(self.trigger, self._started, pretrigger)
+            index = self._triggered(self.trigger, self._started)
             if index is not None:
-                self._origin = self._started + (index - pretrigger) / self.rate
+                self._origin = self._started + (index - self.trigger.pretrigger) / self.rate
         return self._origin if self.running else None
 
-    def _triggered(self, trigger: Trigger, started: float, earliest: int) -> int | None:
+    def _triggered(self, trigger: Trigger, started: float) -> int | None:
         """Index, from the start, of the first sample after the trigger; None while it has not come."""
         sensor = self._sensor(trigger.channel)
         if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
             return None
         level = trigger.level * trigger.channel.volts_per_unit / sensor.sensitivity
         try:
-            return rising_sample(self.bench, level, started, self.rate, earliest)
+            return rising_sample(self.bench, level, started, self.rate, trigger.pretrigger)
         except ValueError as error:
             raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, f"Trigger level: {trigger.level:g}. {error}.") from error
-
-    def pause(self, timeout: float) -> None:
-        """Wait for `timeout` wall seconds, or until the task is started, stopped or cleared."""
-        with self._changed:
-            self._changed.wait(timeout)
 
     def wait(self, samples: int, timeout: float, alive: Callable[[], bool]) -> bool:
         """Wait until `samples` can be read; False when the timeout (wall s, negative for ever) came first.

@@ -133,28 +133,3 @@ def test_a_waiting_read_ends_when_the_task_is_stopped(new_task: NewTask) -> None
     assert raised(lambda: task.read(5_000_000, timeout=20)) == DAQmxErrors.SAMPLES_WILL_NEVER_BE_AVAILABLE
     assert time.monotonic() - before < 2
     stopper.join()
-
-
-def test_events_tell_of_samples_and_of_the_end(new_task: NewTask) -> None:
-    task = new_task("force")
-    finite(task, 5000, 5000)
-    counted: list[int] = []
-    done = threading.Event()
-
-    def count(_task: object, _kind: int, samples: int, _data: object) -> int:
-        counted.append(samples)
-        return 0
-
-    def end(_task: object, _status: int, _data: object) -> int:
-        done.set()
-        return 0
-
-    task.register_every_n_samples_acquired_into_buffer_event(1000, count)
-    task.register_done_event(end)
-    task.start()
-    assert done.wait(5)
-    deadline = time.monotonic() + 5
-    while len(counted) < 5 and time.monotonic() < deadline:
-        time.sleep(1e-3)
-    task.close()
-    assert counted == [1000] * 5

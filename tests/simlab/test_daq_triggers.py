@@ -1,7 +1,6 @@
 """Triggers of the simulated NI-DAQmx server: where a record lies around an edge, and what no bench can trigger on."""
 
 import numpy as np
-import pytest
 from nidaqmx.constants import (
     Slope,
     TaskMode,
@@ -30,13 +29,6 @@ def test_a_trigger_counts_only_when_the_pre_trigger_samples_are_there(new_task: 
     task.wait_until_done(5)
     task.read(20_000)
     assert bench.starts[-1] >= started  # nothing from before the start
-
-
-def test_a_start_trigger_starts_the_record_at_the_edge(new_task: NewTask) -> None:
-    task = new_task("hammer")
-    finite(task, 5120, 500)
-    task.triggers.start_trigger.cfg_anlg_edge_start_trig("hammer", trigger_level=25.0)
-    assert task.read(500)[0] == pytest.approx(25, abs=100 / 5120 + 1e-3)
 
 
 def test_a_trigger_that_does_not_come_is_a_timeout(new_task: NewTask) -> None:

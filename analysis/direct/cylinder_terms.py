@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.direct.discrepancy import interleaved
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
@@ -150,7 +151,7 @@ def joint_terms(cylinder: CylinderTerms, inclination: float) -> JointTerms:
 def _solve(triple: Triple) -> CylinderTerms:
     measured = (triple.compression, triple.shear, triple.angled)
     rows = np.kron([[0, 1], [2, 0], [1, 1]], np.eye(2))
-    values = np.array([part for point in measured for part in (point.stiffness, point.damping)])
+    values = interleaved(np.array([point.complex_stiffness for point in measured]))
     weight = np.zeros((6, 6))
     for index, point in enumerate(measured):
         rounding = (1e-9 * point.magnitude) ** 2  # an exact point would weigh infinitely
@@ -164,7 +165,7 @@ def _solve(triple: Triple) -> CylinderTerms:
     covariance = solution @ joint_covariance(measured) @ solution.T * max(1.0, misfit)
     shared = {
         source: solution
-        @ [part for point in measured for part in _parts(point.shared_errors.get(source, 0j))]
+        @ interleaved(np.array([point.shared_errors.get(source, 0j) for point in measured]))
         * math.sqrt(max(1.0, misfit))
         for source in {name for point in measured for name in point.shared_errors}
     }
@@ -181,10 +182,6 @@ def _solve(triple: Triple) -> CylinderTerms:
         )
 
     return CylinderTerms(shear=term(0), compression=term(2), covariance=covariance, misfit=misfit)
-
-
-def _parts(value: complex) -> tuple[float, float]:
-    return value.real, value.imag
 
 
 def nearest_point(point: DynamicStiffness, series: Iterable[DynamicStiffness]) -> DynamicStiffness | None:

@@ -178,18 +178,13 @@ class _Model:
     def blank_errors(self, values: Mapping[TesterEffect, float]) -> Real:
         """(2 points, blanks) change of `residual` by one standard deviation of each blank's stiffness."""
         blanks = sorted({known for known, _ in self.points if known.stiffness_standard_error}, key=repr)
-        columns = []
-        for blank in blanks:
-            moves = [
-                -_predict(known, point.frequency, values)[1][TesterEffect.FIXTURE_INERTIA]
-                / (2 * math.pi * point.frequency) ** 2
-                * blank.stiffness_standard_error
-                if known == blank
-                else 0.0
-                for known, point in self.points
-            ]
-            columns.append(self._whitened(np.array(moves, dtype=complex)))
-        return np.stack(columns, axis=-1) if columns else np.zeros((2 * len(self.points), 0))
+        moves = np.zeros((len(blanks), len(self.points)), dtype=complex)
+        for place, (known, point) in enumerate(self.points):
+            if known in blanks:
+                slope = _predict(known, point.frequency, values)[1][TesterEffect.FIXTURE_INERTIA]
+                by_stiffness = -slope / (2 * math.pi * point.frequency) ** 2
+                moves[blanks.index(known), place] = by_stiffness * known.stiffness_standard_error
+        return np.reshape([self._whitened(move) for move in moves], (len(blanks), 2 * len(self.points))).T
 
     def _whitened(self, stiffness: Complex) -> Real:
         parts = np.stack([stiffness.real, stiffness.imag], axis=-1)

@@ -4,7 +4,7 @@ All specimens have to be of one kind (one compound, one size).
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,6 @@ from analysis.direct.cylinder_terms import CylinderLaw, CylinderTerms, nearest_p
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.point_covariance import own_covariance
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Real
 from analysis.interval import Estimate, combined_degrees_of_freedom
 
 FEWEST_SPECIMENS = 2
@@ -115,44 +114,42 @@ def _at_same_point(point: CylinderTerms, series: Sequence[CylinderTerms]) -> Cyl
     return next((other for other in series if other.shear is nearest), None)
 
 
+QUANTITIES: Mapping[str, Callable[[DynamicStiffness], tuple[Estimate, Sequence[float]]]] = {
+    "": lambda point: (point.stiffness_estimate, (1.0, 0.0)),
+    "_damping": lambda point: (point.damping_estimate, (0.0, 1.0)),
+    "_loss_factor": lambda point: (
+        point.loss_factor_estimate,
+        (-point.loss_factor / point.stiffness, 1 / point.stiffness),
+    ),
+}
+"""Estimates by the end of their name in `SpecimenScatter`, and their derivatives by k and h."""
+
+
 def _scatter(names: tuple[str, ...], same: Sequence[CylinderTerms]) -> SpecimenScatter:
-    shear, compression = ([getattr(each, term) for each in same] for term in ("shear", "compression"))
+    points = {"shear": [each.shear for each in same], "compression": [each.compression for each in same]}
     return SpecimenScatter(
-        frequency=shear[0].frequency,
-        amplitude_pp=float(np.mean([point.amplitude_pp for point in shear])),
+        frequency=same[0].shear.frequency,
+        amplitude_pp=float(np.mean([point.amplitude_pp for point in points["shear"]])),
         specimens=names,
-        shear=_of_stiffness(shear),
-        shear_damping=_of_damping(shear),
-        shear_loss_factor=_of_loss_factor(shear),
-        compression=_of_stiffness(compression),
-        compression_damping=_of_damping(compression),
-        compression_loss_factor=_of_loss_factor(compression),
+        **{
+            f"{term}{ending}": _over(points[term], [quantity(point) for point in points[term]])
+            for term in points
+            for ending, quantity in QUANTITIES.items()
+        },
     )
 
 
-def _of_stiffness(points: Sequence[DynamicStiffness]) -> Scatter:
-    return _over(points, [point.stiffness_estimate for point in points], [np.array([1.0, 0.0]) for _ in points])
-
-
-def _of_damping(points: Sequence[DynamicStiffness]) -> Scatter:
-    return _over(points, [point.damping_estimate for point in points], [np.array([0.0, 1.0]) for _ in points])
-
-
-def _of_loss_factor(points: Sequence[DynamicStiffness]) -> Scatter:
-    slopes = [np.array([-point.loss_factor, 1.0]) / point.stiffness for point in points]
-    return _over(points, [point.loss_factor_estimate for point in points], slopes)
-
-
-def _over(points: Sequence[DynamicStiffness], estimates: Sequence[Estimate], slopes: Sequence[Real]) -> Scatter:
-    """Scatter of `estimates`, whose (2,) derivatives by k and h are `slopes`."""
+def _over(points: Sequence[DynamicStiffness], found: Sequence[tuple[Estimate, Sequence[float]]]) -> Scatter:
+    """Scatter of estimates, given with their (2,) derivatives by k and h."""
+    estimates, slopes = zip(*found, strict=True)
     values = np.array([estimate.value for estimate in estimates])
     count, freedom = values.size, values.size - 1
     sources = {source for point in points for source in point.shared_errors}
     moves = {
         source: np.array(
             [
-                slope @ [point.shared_errors.get(source, 0j).real, point.shared_errors.get(source, 0j).imag]
-                for point, slope in zip(points, slopes, strict=True)
+                by_k * point.shared_errors.get(source, 0j).real + by_h * point.shared_errors.get(source, 0j).imag
+                for point, (by_k, by_h) in zip(points, slopes, strict=True)
             ]
         )
         for source in sources

@@ -55,7 +55,11 @@ def joint_motion(
         AnalysisError: too few components, or components that leave a joint motion undetermined.
     """
     at_joints = joint_degrees(free_beam, joint_nodes)
-    forces = _forces(free_beam, np.asarray(poles), np.asarray(shapes), measured, joint_nodes)
+    if shapes.shape != (poles.size, len(measured)):
+        raise AnalysisError(
+            f"shapes have shape {shapes.shape}, expected (modes, measured) = {(poles.size, len(measured))}"
+        )
+    forces = (force_solution(free_beam, poles, measured, joint_nodes) @ shapes[..., None])[..., 0]
     displacement = free_beam.receptance(poles, at_joints, at_joints) @ forces[..., None]
     split = (len(forces), len(joint_nodes), 3)
     return JointMotion(displacement.reshape(split), forces.reshape(split))
@@ -93,15 +97,3 @@ def force_solution(free_beam: FreeBeam, poles: Complex, measured: Sequence[Dof],
             "measure x at one point for each joint at least, and y or rotation at two"
         )
     return np.asarray(np.linalg.pinv(reach / scale, rcond=SINGULAR) / np.swapaxes(scale, -1, -2))
-
-
-def _forces(
-    free_beam: FreeBeam, poles: Complex, shapes: Complex, measured: Sequence[Dof], joint_nodes: Sequence[int]
-) -> Complex:
-    """(modes, 3 joints) forces at the joint freedoms."""
-    if shapes.shape != (poles.size, len(measured)):
-        raise AnalysisError(
-            f"shapes have shape {shapes.shape}, expected (modes, measured) = {(poles.size, len(measured))}"
-        )
-    solution = force_solution(free_beam, poles, measured, joint_nodes)
-    return np.asarray((solution @ shapes[..., None])[..., 0])

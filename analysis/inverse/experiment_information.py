@@ -5,7 +5,7 @@ accelerometers add up; parameters that they share, such as E or the place of a b
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -15,11 +15,10 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, real_terms, upper_terms
 from analysis.inverse.observability import TermBound, bounded_inverse, term_bound, term_units
-from analysis.inverse.regression import TERMS
 from analysis.inverse.response_likelihood import Information, ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.tolerances import EXACT, Tolerances, deviation_labels
-from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, weak_directions
+from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
@@ -75,7 +74,7 @@ class Experiment:
     sets: tuple[PlannedSet, ...]
     tolerances: Tolerances = EXACT
     parameters: JointParameters | None = None
-    priors: tuple[LinearPrior, ...] = field(default=())
+    priors: tuple[LinearPrior, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +124,9 @@ def expected(experiment: Experiment) -> Expectation:
     for each in experiment.priors:
         row = _weights(each, names) @ terms_slope / each.deviation
         normal += np.outer(row, row)
-    covariance = bounded_inverse(normal, _sizes(parameters, values, prior))
+    reach = np.concatenate([parameters.reach(values), np.full(len(tolerance), np.inf)])
+    sizes = np.where(np.isfinite(prior), prior, np.where(np.isfinite(reach), reach, 1.0))
+    covariance = bounded_inverse(normal, sizes)
     terms_covariance = terms_slope @ covariance @ terms_slope.T
 
     unit = term_units(experiment.free_beam, len(joints))
@@ -151,21 +152,15 @@ def expected(experiment: Experiment) -> Expectation:
 def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
     """Products of derivatives of all sets together, labels of the deviations and their covariance."""
     upper = HALF * len(experiment.joints)
+    nodes = tuple(joint.node for joint in experiment.joints)
+    stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
     parts: list[tuple[Complex, Real, list[str]]] = []
     for each in experiment.sets:
-        model = ResponseModel(
-            experiment.free_beam,
-            tuple(joint.node for joint in experiment.joints),
-            each.response,
-            each.inputs,
-            each.frequency,
-            each.decay,
-        )
+        model = ResponseModel(experiment.free_beam, nodes, each.response, each.inputs, each.frequency, each.decay)
         tolerance = experiment.tolerances.covariance(each.response, each.inputs, len(experiment.joints))
         shape = (len(each.inputs), each.frequency.size)
         noise = np.broadcast_to(np.asarray(each.noise, dtype=float), shape)
         likelihood = ResponseLikelihood(model, np.zeros(shape, dtype=complex), noise, parameters, tolerance)
-        stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
         response = likelihood.as_drawn.evaluate_on(stiffness)
         labels = np.array(deviation_labels(each.response, each.inputs, parameters.names))[likelihood.active].tolist()
         parts.append((likelihood.information(response).products, likelihood.active_tolerance, labels))
@@ -180,14 +175,8 @@ def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Comp
     return products, tuple(order), covariance
 
 
-def _sizes(parameters: JointParameters, values: Real, prior: Real) -> Real:
-    """(parameters,) order of magnitude of each parameter, to bound those that nothing determines."""
-    reach = np.concatenate([parameters.reach(values), np.full(prior.size - values.size, np.inf)])
-    return np.where(np.isfinite(prior), prior, np.where(np.isfinite(reach), reach, 1.0))
-
-
 def _weights(prior: LinearPrior, names: Sequence[str]) -> Real:
-    labels = [f"{term}({name})" for name in names for term in TERMS]
+    labels = term_names(names)
     unknown = set(prior.weights) - set(labels)
     if unknown:
         raise AnalysisError(f"a prior names {', '.join(sorted(unknown))}; the terms are {labels[0]} to {labels[-1]}")

@@ -12,9 +12,7 @@ from analysis.inverse.experiment_information import Expectation, Experiment, Lin
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.observability import term_units
-from analysis.inverse.regression import TERMS
 from analysis.inverse.tolerances import Tolerances
-from analysis.structure.beam import FreeBeam
 
 MOST_LINES = 300
 """Of an experiment that was made: with the noise in proportion, fewer lines hold the same information."""
@@ -49,7 +47,8 @@ def remedies(experiment: Experiment, pairs: Sequence[CylinderPair] = ()) -> tupl
         pairs: construction of the joints; without them the cylinders are not tried.
     """
     before = expected(experiment)
-    direction = _weakest(before, experiment.free_beam)
+    unit = term_units(experiment.free_beam, len(experiment.joints))
+    direction = _weakest(before, unit)
     first = experiment.sets[0]
     ends = [Dof(node, Direction.X) for node in (1, len(experiment.free_beam.mesh.named))]
     step = float(first.frequency[1] - first.frequency[0])
@@ -65,7 +64,6 @@ def remedies(experiment: Experiment, pairs: Sequence[CylinderPair] = ()) -> tupl
         sets = tuple(replace(each, frequency=lines) for each in experiment.sets)
         trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
 
-    unit = term_units(experiment.free_beam, len(experiment.joints))
     start = _along(before, direction, unit)
     found = []
     for text, trial in trials:
@@ -94,9 +92,8 @@ def _with_equality(experiment: Experiment) -> Experiment:
     return replace(experiment, priors=(*experiment.priors, *priors))
 
 
-def _weakest(expectation: Expectation, free_beam: FreeBeam) -> Real:
+def _weakest(expectation: Expectation, unit: Real) -> Real:
     """(12 joints,) least known combination of stiffnesses, its largest weight 1, in units of `stiffness_unit`."""
-    unit = term_units(free_beam, expectation.terms_covariance.shape[0] // len(TERMS))
     stiffness = (np.arange(unit.size) // HALF) % 2 == 0
     scaled = expectation.terms_covariance / np.outer(unit, unit) * np.outer(stiffness, stiffness)
     _, vectors = np.linalg.eigh(scaled)

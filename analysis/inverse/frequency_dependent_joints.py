@@ -74,10 +74,7 @@ def accelerance_on(
         free_beam: the beam without joints.
         joints: at 100 Hz.
         exponents: by joint; without one a joint is constant.
-        frequency: (lines,) Hz, rising, none negative; at 0 Hz what is held does not accelerate.
-        response: where the accelerometer sits.
-        inputs: (rows,) where the hammer strikes.
-        decay: of the exponential window through which they are seen, 1/s.
+        frequency, response, inputs, decay: as of `accelerance`; at 0 Hz a supported beam does not accelerate.
     """
     if not exponents:
         return accelerance(free_beam, joints, frequency, response, inputs, decay)

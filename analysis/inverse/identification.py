@@ -57,7 +57,9 @@ def identify_joints(
     Raises:
         AnalysisError: a component is missing, or modes or components are too few for the joints.
     """
-    nodes = _checked(joint_nodes)
+    nodes = list(joint_nodes.values())
+    if not nodes or len(set(nodes)) < len(nodes):
+        raise AnalysisError(f"joints need a node each of their own, not {dict(joint_nodes)}")
     shapes = np.stack([modes.at(dof) for dof in measured], axis=1)
     if average_longitudinal:
         shapes = averaged(shapes, measured)
@@ -69,6 +71,8 @@ def identify_joints(
     values = np.concatenate([found.terms for found in solved])
     names = term_names(tuple(joint_nodes))
     why_not = np.full(values.size, NOT_KNOWN) if bound is None else undetermined(bound, values, names)
+    size = len(regression.TERMS)
+    places = [slice(size * joint, size * (joint + 1)) for joint in range(len(joints))]
     propagated = None
     if ModalUncertainty.of(modes, measured) is not None:
         propagated = propagated_covariance(free_beam, modes, nodes, measured, average_longitudinal)
@@ -76,7 +80,7 @@ def identify_joints(
         joint.name: estimate(
             joint.name, joint.node, found, None if propagated is None else propagated[at, at], why_not[at]
         )
-        for joint, found, at in zip(joints, solved, _places(len(joints)), strict=True)
+        for joint, found, at in zip(joints, solved, places, strict=True)
     }
 
 
@@ -131,16 +135,3 @@ def weakest_directions(
         return None
     values = np.concatenate([found.regression.terms for found in estimates.values()])
     return weak_directions(bound, tuple(estimates), free_beam.beam.stiffness_unit, values)
-
-
-def _checked(joint_nodes: Mapping[str, int]) -> list[int]:
-    nodes = list(joint_nodes.values())
-    if not nodes or len(set(nodes)) < len(nodes):
-        raise AnalysisError(f"joints need a node each of their own, not {dict(joint_nodes)}")
-    return nodes
-
-
-def _places(joints: int) -> list[slice]:
-    """Where the terms of each joint stand among those of all."""
-    size = len(regression.TERMS)
-    return [slice(size * joint, size * (joint + 1)) for joint in range(joints)]

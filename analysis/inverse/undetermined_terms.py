@@ -42,11 +42,16 @@ def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
     for term, width in enumerate(widths(bound, values)):
         other = int(np.argmax(np.abs(correlation[term])))
         if abs(correlation[term, other]) >= SUM_ONLY:
-            ratio = float(deviation[term] / deviation[other])
-            found.append(_sum_only(names[term], names[other], correlation[term, other] < 0, ratio))
+            known_is_sum = correlation[term, other] < 0
+            if names[term][:3] == names[other][:3] and abs(deviation[term] / deviation[other] - 1) < ALIKE:
+                found.append(f"only {names[term]} {'+' if known_is_sum else '-'} {names[other]} is seen")
+            else:
+                word = "sum" if known_is_sum else "difference"
+                found.append(f"only a weighted {word} of {names[term]} and {names[other]} is seen")
         elif width >= ENOUGH:
             partners = [names[at] for at in np.flatnonzero(np.abs(correlation[term]) >= TOGETHER).tolist()]
-            found.append(_too_wide("these data leave", width) + _together(partners))
+            together = f"; it goes with {', '.join(partners)}" if partners else ""
+            found.append(_too_wide("these data leave", width) + together)
         else:
             found.append("")
     return np.array(found, dtype=np.str_)
@@ -71,21 +76,10 @@ def widths(covariance: Real, values: Real) -> Real:
         return np.asarray(half / np.abs(values))
 
 
-def _sum_only(term: str, other: str, known_is_sum: bool, ratio: float) -> str:
-    sign, word = ("+", "sum") if known_is_sum else ("-", "difference")
-    if term[:3] == other[:3] and abs(ratio - 1) < ALIKE:
-        return f"only {term} {sign} {other} is seen"
-    return f"only a weighted {word} of {term} and {other} is seen"
-
-
 def _too_wide(what: str, width: float) -> str:
     if width >= 1:
         return f"the 95 % interval that {what} is wider than the value"
     return f"{what} ±{100 * width:.0f} % (95 %), ±{100 * ENOUGH:.0f} % would be enough"
-
-
-def _together(partners: Sequence[str]) -> str:
-    return f"; it goes with {', '.join(partners)}" if partners else ""
 
 
 @dataclass(frozen=True, eq=False)

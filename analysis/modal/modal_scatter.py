@@ -5,7 +5,7 @@ that is independent from line to line averages out over a fit of two thousand li
 count on it are too narrow by a factor of three to twenty. So every blow's share in the average is followed through the
 fit, to first order, and the squares of what it does are added up: the covariance of White's sandwich with the blows
 for clusters (H. White, Econometrica 48, 1980; K.-Y. Liang, S. L. Zeger, Biometrika 73, 1986). It needs no model of the
-hand and includes the noise, which scatters from blow to blow like everything else.
+blows and includes the noise, which scatters from blow to blow like everything else.
 
 Some modes hang on the blows of few points, and ten blows tell their scatter to a quarter only. So the poles come with
 the degrees of freedom of the blows that their variance comes from, for Student's intervals.

@@ -25,8 +25,8 @@ class Windows:
         force_duration: in s from the end of the pre-trigger, after which the force is set to zero, with a cosine taper
             over the last tenth. None leaves the force as it is.
         decay: in 1/s; force and acceleration are multiplied by exp(-decay t). The accelerance is then that at
-            lambda = decay + i w, as of a structure whose poles lie `decay` further left; `FrequencyResponses.decay`
-            says so to whoever identifies from it.
+            lambda = decay + i w, as of a structure whose poles lie `decay` further left; an
+            identification finds the decay in `FrequencyResponses.decay`.
     """
 
     force_duration: float | None = None
@@ -39,7 +39,7 @@ class Windows:
     def noise_kept(self, block_seconds: float) -> float:
         """Share of the noise's power that the exponential window leaves in a record of `block_seconds`.
 
-        What it takes off the lines it ties together: who takes them to be independent has to count on all of it.
+        The window also correlates neighbouring lines. Where lines are taken as independent, all of the noise counts.
         """
         fallen = 2 * self.decay * block_seconds
         return float(-np.expm1(-fallen) / fallen) if fallen > 0 else 1.0
@@ -152,7 +152,7 @@ def responses_from_blows(
     samples = _common_length(force, acceleration, inputs)
     spectra = _Spectra(samples, sample_rate, pre_trigger, windows)
     rows = [
-        average(spectra.of_force(struck), spectra.of_acceleration(heard), Estimator(estimator))
+        average(spectra.of(struck, windows.force_duration), spectra.of(heard), Estimator(estimator))
         for struck, heard in zip(force, acceleration, strict=True)
     ]
     frequency = np.asarray(np.fft.rfftfreq(samples, 1 / sample_rate), dtype=np.float64)
@@ -207,22 +207,12 @@ class _Spectra:
     pre_trigger: int
     windows: Windows
 
-    def of_force(self, record: Real) -> Complex:
-        duration = self.windows.force_duration
-        if duration is None:
-            return self.of_acceleration(record)
-        time = (np.arange(self.samples) - self.pre_trigger) / self.sample_rate
-        taper = np.clip((duration - time) / (0.1 * duration), 0, 1)
-        return self._transformed(self._centred(record) * (1 - np.cos(np.pi * taper)) / 2)
-
-    def of_acceleration(self, record: Real) -> Complex:
-        return self._transformed(self._centred(record))
-
-    def _centred(self, record: Real) -> Real:
-        if self.pre_trigger == 0:
-            return record
-        return np.asarray(record - np.mean(record[:, : self.pre_trigger], axis=1, keepdims=True))
-
-    def _transformed(self, record: Real) -> Complex:
+    def of(self, record: Real, force_duration: float | None = None) -> Complex:
+        if self.pre_trigger:
+            record = record - np.mean(record[:, : self.pre_trigger], axis=1, keepdims=True)
         time = np.arange(self.samples) / self.sample_rate
+        if force_duration is not None:
+            since_blow = (np.arange(self.samples) - self.pre_trigger) / self.sample_rate
+            taper = np.clip((force_duration - since_blow) / (0.1 * force_duration), 0, 1)
+            record = record * (1 - np.cos(np.pi * taper)) / 2
         return np.asarray(np.fft.rfft(record * np.exp(-self.windows.decay * time), axis=1))

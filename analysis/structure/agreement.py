@@ -36,11 +36,8 @@ class ModeError:
 
 
 def mac(first: Complex, second: Complex) -> Real:
-    """(first modes, second modes) modal assurance criterion |a^H b|^2 / (a^H a b^H b) of complex shapes.
-
-    Args:
-        first: (first modes, dofs).
-        second: (second modes, dofs).
+    """(first modes, second modes) modal assurance criterion |a^H b|^2 / (a^H a b^H b) of complex shapes, each
+    (modes, dofs).
 
     Raises:
         AnalysisError: the shapes have different numbers of components, or one is zero.
@@ -85,11 +82,7 @@ def frac(first: Complex, second: Complex) -> Real:
     """(rows,) frequency response assurance criterion |a^H b|^2 / (a^H a b^H b) of complex responses over their lines.
 
     W. Heylen and S. Lammens, Proc. Int. Conf. on Identification in Engineering Systems, Swansea 1996. One factor on a
-    whole row does not lower it.
-
-    Args:
-        first: (rows, lines).
-        second: (rows, lines).
+    whole row does not lower it. Both responses are (rows, lines).
 
     Raises:
         AnalysisError: they differ in shape, or a row is zero.

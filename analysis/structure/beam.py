@@ -214,7 +214,11 @@ def assemble(
     Raises:
         AnalysisError: the mesh does not span the beam, a damping ratio or mass is negative, a node is unknown.
     """
-    _check_span(beam, mesh)
+    first, last = mesh.positions[0], mesh.positions[-1]
+    if abs(first) > 1e-9 * beam.length or abs(last - beam.length) > 1e-9 * beam.length:
+        raise AnalysisError(
+            f"nodes run from {first} m to {last} m, the beam from 0 to {beam.length} m; make them agree"
+        )
     mass, stiffness = _matrices(beam, mesh, theory)
     for node, kilograms in (point_masses or {}).items():
         if not (np.isfinite(kilograms) and kilograms >= 0):
@@ -243,14 +247,6 @@ def assemble(
         damping_rate=rate,
         shapes=shapes,
     )
-
-
-def _check_span(beam: Beam, mesh: Mesh) -> None:
-    first, last = mesh.positions[0], mesh.positions[-1]
-    if abs(first) > 1e-9 * beam.length or abs(last - beam.length) > 1e-9 * beam.length:
-        raise AnalysisError(
-            f"nodes run from {first} m to {last} m, the beam from 0 to {beam.length} m; make them agree"
-        )
 
 
 def _matrices(beam: Beam, mesh: Mesh, theory: Theory) -> tuple[Real, Real]:

@@ -4,7 +4,7 @@
 together, Eq. (16); the paper's two supports lean inward by theta.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Real
+from analysis.frequency_response import Complex, Real
 from analysis.inverse import regression
 from analysis.inverse.expansion import joint_degrees
 from analysis.modes import Modes
@@ -215,13 +215,13 @@ def condition_numbers(
     Raises:
         AnalysisError: the mesh has fewer modes than asked for.
     """
-    dofs = [Dof(support.node, direction) for support in supports for direction in DIRECTIONS]
-    numbers = []
-    for ratio in np.asarray(stiffness_ratios, dtype=float):
-        joints = [support.joint(free_beam, ratio) for support in supports]
-        shapes = _lowest(free_beam, joints, modes, dofs).shapes.reshape(modes, len(joints), 3)
-        numbers.append([regression.condition_number(shapes[:, place]) for place in range(len(joints))])
-    return np.array(numbers)
+    ratios = np.asarray(stiffness_ratios, dtype=float)
+    return np.array(
+        [
+            [regression.condition_number(shapes[:, place]) for place in range(len(supports))]
+            for _, _, shapes in _swept(free_beam, ratios, modes, supports)
+        ]
+    )
 
 
 def eigenvalue_study(
@@ -230,24 +230,10 @@ def eigenvalue_study(
     modes: int = 6,
     supports: Sequence[Support] = PAPER_SUPPORTS,
 ) -> EigenvalueStudy:
-    """Natural frequencies and their sensitivities against k-bar, Fig. 4.
-
-    Args:
-        free_beam: with nodes at the supports.
-        stiffness_ratios: (points,) k-bar, positive.
-        modes: how many, from the lowest.
-        supports: any number, all at the same k-bar.
-
-    Raises:
-        AnalysisError: the mesh has fewer modes than asked for.
-    """
+    """Natural frequencies and their sensitivities against k-bar, Fig. 4; arguments as of `condition_numbers`."""
     ratios = np.asarray(stiffness_ratios, dtype=float)
-    dofs = [Dof(support.node, direction) for support in supports for direction in DIRECTIONS]
     frequency, sensitivity = np.empty((modes, ratios.size)), np.empty((modes, ratios.size))
-    for point, ratio in enumerate(ratios):
-        joints = [support.joint(free_beam, ratio) for support in supports]
-        found = _lowest(free_beam, joints, modes, dofs)
-        shapes = found.shapes.reshape(modes, len(joints), 3)
+    for point, (joints, found, shapes) in enumerate(_swept(free_beam, ratios, modes, supports)):
         # unit modal mass: d lambda = -psi^T dz psi / (2 lambda), and dz = z d ln k-bar
         energy = sum(
             np.einsum("mp,pq,mq->m", shapes[:, place], joint.dynamic_stiffness, shapes[:, place])
@@ -257,6 +243,17 @@ def eigenvalue_study(
         frequency[:, point] = found.frequency / free_beam.frequency[RIGID_MODES]
         sensitivity[:, point] = np.real(energy) / (2 * squared.real)
     return EigenvalueStudy(ratios, frequency, sensitivity)
+
+
+def _swept(
+    free_beam: FreeBeam, ratios: Real, modes: int, supports: Sequence[Support]
+) -> Iterator[tuple[list[Joint], Modes, Complex]]:
+    """At each k-bar the joints, their lowest modes, and (modes, joints, 3) shapes at the joints."""
+    dofs = [Dof(support.node, direction) for support in supports for direction in DIRECTIONS]
+    for ratio in ratios:
+        joints = [support.joint(free_beam, ratio) for support in supports]
+        found = _lowest(free_beam, joints, modes, dofs)
+        yield joints, found, found.shapes.reshape(modes, len(joints), 3)
 
 
 def _lowest(free_beam: FreeBeam, joints: Sequence[Joint], modes: int, dofs: Sequence[Dof]) -> Modes:

@@ -68,7 +68,9 @@ class ReducedBeam:
         """(..., low, low) D(lambda) over the low free modes, with the high ones condensed into the joints."""
         at_joints = self._low_at(self.degrees)
         series = self._in_series(poles)
-        return np.asarray(_diagonal(self._low_stiffness(poles)) + at_joints.T @ series @ at_joints)
+        return np.asarray(
+            _diagonal(self.free.modal_stiffness(poles)[..., : self.low]) + at_joints.T @ series @ at_joints
+        )
 
     def slope(self, poles: Complex) -> Complex:
         """(..., low, low) derivative of `dynamic_stiffness` in lambda, s N/m in mass-normalised modes."""
@@ -129,9 +131,6 @@ class ReducedBeam:
     def _high_at(self, rows: NDArray[np.intp]) -> Real:
         return self.free.shapes[rows, self.low :]
 
-    def _low_stiffness(self, poles: Complex) -> Complex:
-        return self.free.modal_stiffness(poles)[..., : self.low]
-
     def _high_stiffness(self, poles: Complex) -> Complex:
         return self.free.modal_stiffness(poles)[..., self.low :]
 
@@ -173,9 +172,11 @@ def eigensolution(
         twice = poles[1:][same].imag / (2 * np.pi)
         raise AnalysisError(f"two modes at {twice.round(3).tolist()} Hz could not be told apart")
 
-    wanted = dofs if dofs is not None else _in_plane(len(free_beam.mesh.named))
-    rows = [free_beam.mesh.degree(dof) for dof in wanted]
-    modes = Modes(poles, supported.shapes(poles, low_modes)[:, rows], tuple(wanted))
+    if dofs is None:
+        nodes = range(1, len(free_beam.mesh.named) + 1)
+        dofs = [Dof(node, direction) for node in nodes for direction in (Direction.X, Direction.Y)]
+    rows = [free_beam.mesh.degree(dof) for dof in dofs]
+    modes = Modes(poles, supported.shapes(poles, low_modes)[:, rows], tuple(dofs))
     keep = modes.frequency <= highest_frequency
     return Modes(modes.poles[keep], modes.shapes[keep], modes.dofs)
 
@@ -212,10 +213,6 @@ def accelerance(
     except np.linalg.LinAlgError as error:
         raise AnalysisError("the beam is not held against every rigid motion: leave out 0 Hz") from error
     return FrequencyResponses(frequency, poles**2 * receptance, response, tuple(inputs), decay=decay)
-
-
-def _in_plane(nodes: int) -> tuple[Dof, ...]:
-    return tuple(Dof(node, direction) for node in range(1, nodes + 1) for direction in (Direction.X, Direction.Y))
 
 
 def _starting_poles(supported: ReducedBeam, highest_frequency: float) -> Complex:

@@ -67,40 +67,24 @@ def confounded_pairs(update: BeamUpdate) -> tuple[ConfoundedPair, ...]:
 
 def statements(update: BeamUpdate) -> tuple[str, ...]:
     """One sentence each: which parameters the data determine and which not, and any conflict with the tolerances."""
-    return (
-        *([] if update.consistent else [_conflict(update)]),
-        _determined(update),
-        *_ratio_only(update),
-        *_unchanged(update),
-        *_confounded(update),
+    powers = (SLENDER, MODULUS_BY_DENSITY, {"youngs_modulus": 1.0}, {"density": 1.0})
+    products = [update.combination(each) for each in powers]
+    slender, ratio, modulus, density = (product.standard_error / product.value for product in products)
+    found = [] if update.consistent else [_conflict(update)]
+    found.append(
+        f"E h^2 / (rho L^4), which the frequencies of a slender beam follow, is known to {slender:.2g} (relative)"
     )
-
-
-def _determined(update: BeamUpdate) -> str:
-    slender = update.combination(SLENDER)
-    share = slender.standard_error / slender.value
-    return f"E h^2 / (rho L^4), which the frequencies of a slender beam follow, is known to {share:.2g} (relative)"
-
-
-def _ratio_only(update: BeamUpdate) -> list[str]:
     prior = dict(zip(PARAMETERS, update.prior_deviation.tolist(), strict=True))
-    if update.weighed or not (prior["youngs_modulus"] and prior["density"]):
-        return []
-    ratio, modulus, density = (
-        update.combination(powers) for powers in (MODULUS_BY_DENSITY, {"youngs_modulus": 1.0}, {"density": 1.0})
-    )
-    shares = [found.standard_error / found.value for found in (ratio, modulus, density)]
-    return [
-        f"E and rho show as the ratio E / rho = {ratio.value:.6g} (m/s)^2 only, known to {shares[0]:.2g} (relative); E "
-        f"alone is known to {shares[1]:.2g} and rho alone to {shares[2]:.2g}, by their tolerances: weigh the beam"
-    ]
-
-
-def _confounded(update: BeamUpdate) -> list[str]:
-    pairs = "; ".join(pair.text for pair in confounded_pairs(update))
-    return (
-        [f"twins, which move these frequencies alike and are told apart by tolerances only: {pairs}"] if pairs else []
-    )
+    if not update.weighed and prior["youngs_modulus"] and prior["density"]:
+        found.append(
+            f"E and rho show as the ratio E / rho = {products[1].value:.6g} (m/s)^2 only, known to {ratio:.2g} "
+            f"(relative); E alone is known to {modulus:.2g} and rho alone to {density:.2g}, by their tolerances: weigh "
+            "the beam"
+        )
+    found += _unchanged(update)
+    if pairs := "; ".join(pair.text for pair in confounded_pairs(update)):
+        found.append(f"twins, which move these frequencies alike and are told apart by tolerances only: {pairs}")
+    return tuple(found)
 
 
 def _unchanged(update: BeamUpdate) -> list[str]:

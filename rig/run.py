@@ -34,7 +34,7 @@ from store.errors import StoreError
 from store.instruments import Instrument, list_channels, list_instruments
 from store.locks import discard_run_lock, run_lock
 from store.provenance import who_is_here
-from store.runs import Run, begin_run, create_run, finish_run, get_run, reopen_run, start_run
+from store.runs import Run, begin_run, finish_run, get_run, reopen_run, start_run
 from store.states import RunState
 
 EXPECTED = (RigError, DaqError, StoreError, AnalysisError)
@@ -56,7 +56,7 @@ def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who
     """
     check_plan(sequence, limits)
     with catalogue.writing() as session:
-        return create_run(session, **_described(sequence), who=who or who_is_here()).id
+        return start_run(session, **_described(sequence), who=who or who_is_here(), state=RunState.CREATED).id
 
 
 def run_sequence(

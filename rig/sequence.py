@@ -356,6 +356,6 @@ def sequence_from(document: object, source: str = "sequence") -> Sequence:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
     # a bundle ignores unknown keys of its article; here a misspelt key would be lost
     assert isinstance(document, dict), "nothing else is a sequence"
-    if unknown := unknown_keys(document["article"], sequence.article.model_dump(mode="json")):
+    if unknown := list(unknown_keys(document["article"], sequence.article.model_dump(mode="json"))):
         raise SequenceError(f"{source}: article: there is no key {', '.join(unknown)}")
     return sequence

@@ -6,7 +6,7 @@ passed to a sink with both amplitudes and the temperature. A sweep can be paused
 From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -18,6 +18,7 @@ from analysis.direct.sine import fit_sine
 from analysis.errors import AnalysisError
 from daq.block import Block
 from daq.errors import AcquisitionCancelledError
+from daq.task import Recorder
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
 from rig.detectors import tightened_detectors
@@ -61,16 +62,6 @@ class SinePoint:
     within_tolerance: bool
     temperature_celsius: float
     block: Block
-
-
-class Recorder(Protocol):
-    """Records the channels ``displacement`` and ``force`` on one clock."""
-
-    def record(self, duration: float, *, cancelled: Callable[[], bool]) -> Block:
-        """The next `duration` seconds.
-
-        Raises AcquisitionCancelledError where `cancelled`, called now and then, returned true.
-        """
 
 
 class SineSink(Protocol):

@@ -47,42 +47,6 @@ class Mounting:
     sines: tuple[Sine, ...]
 
 
-def mountings_in_order(
-    specimens: Sequence[str],
-    configurations: Sequence[str],
-    amplitudes_pp: Sequence[float],
-    frequencies: Sequence[float],
-    order: Order = Order.SEQUENTIAL,
-    seed: int = 0,
-    first_number: int = 1,
-) -> tuple[Mounting, ...]:
-    """Every specimen in every configuration at every amplitude (m peak to peak) and frequency (Hz), each once.
-
-    Points are numbered from `first_number`. `seed` is for the shuffling of `order`: of the mountings, of the amplitudes
-    of each mounting, of the frequencies of each series.
-    """
-    draws, numbers = Random(seed), count(first_number)
-    levels = list(Order)
-    shuffled = levels[: levels.index(order) + 1]
-
-    def ordered(values: Sequence[_Value], kind: Order) -> Sequence[_Value]:
-        # by `random()` alone, whose numbers are the same in all versions of Python: another one may resume a run
-        return sorted(values, key=lambda _: draws.random()) if kind in shuffled else values
-
-    return tuple(
-        Mounting(
-            specimen,
-            configuration,
-            tuple(
-                Sine(next(numbers), amplitude_pp, frequency)
-                for amplitude_pp in ordered(amplitudes_pp, Order.AMPLITUDES)
-                for frequency in ordered(frequencies, Order.ALL)
-            ),
-        )
-        for specimen, configuration in ordered(tuple(product(specimens, configurations)), Order.MOUNTINGS)
-    )
-
-
 class PlanError(RequestError):
     """The plan of a sweep asks for something impossible."""
 
@@ -162,15 +126,29 @@ class SweepPlan:
         return product(self.amplitudes_pp, self.frequencies)
 
     def mountings(self) -> tuple[Mounting, ...]:
-        """The mountings in the order of measuring; always the same ones."""
-        return mountings_in_order(
-            self.specimens,
-            self.configurations,
-            self.amplitudes_pp,
-            self.frequencies,
-            self.order,
-            self.seed,
-            self.first_number,
+        """Every specimen in every configuration, once, in the order of measuring; always the same ones.
+
+        The seed shuffles the mountings, the amplitudes of each mounting, and the frequencies of each series.
+        """
+        draws, numbers = Random(self.seed), count(self.first_number)
+        levels = list(Order)
+        shuffled = levels[: levels.index(self.order) + 1]
+
+        def ordered(values: Sequence[_Value], kind: Order) -> Sequence[_Value]:
+            # by `random()` alone, whose numbers are the same in all versions of Python: another one may resume a run
+            return sorted(values, key=lambda _: draws.random()) if kind in shuffled else values
+
+        return tuple(
+            Mounting(
+                specimen,
+                configuration,
+                tuple(
+                    Sine(next(numbers), amplitude_pp, frequency)
+                    for amplitude_pp in ordered(self.amplitudes_pp, Order.AMPLITUDES)
+                    for frequency in ordered(self.frequencies, Order.ALL)
+                ),
+            )
+            for specimen, configuration in ordered(tuple(product(self.specimens, self.configurations)), Order.MOUNTINGS)
         )
 
     def tolerance_at(self, amplitude_pp: float) -> float:

@@ -189,9 +189,17 @@ def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
     return setup, tuple(f"setup.json: unknown key {key} is ignored" for key in unknown)
 
 
-def unknown_keys(given: Any, known: Any) -> tuple[str, ...]:
-    """Keys in `given`, by their path such as ``beam.lenght``, that are not in `known`."""
-    return tuple(_unknown(given, known, ""))
+def unknown_keys(given: Any, known: Any, at: str = "") -> Iterator[str]:
+    """Keys in `given`, by their path such as ``beam.lenght``, that are not in `known`; `at` begins every path."""
+    if isinstance(given, dict) and isinstance(known, dict):
+        for key, value in given.items():
+            if key not in known:
+                yield f"{at}{key}"
+            else:
+                yield from unknown_keys(value, known[key], f"{at}{key}.")
+    elif isinstance(given, list) and isinstance(known, list):
+        for index, (value, other) in enumerate(zip(given, known, strict=False)):
+            yield from unknown_keys(value, other, f"{at}{index}.")
 
 
 def setup_from(document: dict[str, Any]) -> BundleSetup:
@@ -223,15 +231,3 @@ def _checked(model: type[_Model], document: dict[str, Any]) -> _Model:
 
 def _refuse_constant(text: str) -> float:
     raise ValueError(f"{text} is not a number")
-
-
-def _unknown(given: Any, known: Any, at: str) -> Iterator[str]:
-    if isinstance(given, dict) and isinstance(known, dict):
-        for key, value in given.items():
-            if key not in known:
-                yield f"{at}{key}"
-            else:
-                yield from _unknown(value, known[key], f"{at}{key}.")
-    elif isinstance(given, list) and isinstance(known, list):
-        for index, (value, other) in enumerate(zip(given, known, strict=False)):
-            yield from _unknown(value, other, f"{at}{index}.")

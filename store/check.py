@@ -4,7 +4,7 @@ It only reads, also while a run is on.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table,
 from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
-from store.columns import decode_array
+from store.columns import decode_optional
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
 from store.models.base import Base
 from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
@@ -171,25 +171,17 @@ def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
             with _noted(f"table {table.name}", found), catalogue.reading() as session:
                 query = select(table.c.id, *columns).execution_options(yield_per=_ROWS_AT_ONCE)
                 for number, *values in session.execute(query):
-                    named = zip(columns, values, strict=True)
-                    found += _damaged(
-                        (f"table {table.name}, row {number}, {column.name}", value) for column, value in named
-                    )
+                    for column, value in zip(columns, values, strict=True):
+                        try:
+                            decode_optional(value, f"table {table.name}, row {number}, {column.name}")
+                        except DamagedError as error:
+                            found.append(Finding(error.where, error.what, RESTORE))
             advance(1)
     return found
 
 
 def _arrays_of(table: Table) -> list[Column[bytes]]:
     return [column for column in table.columns if isinstance(column.type, LargeBinary)]
-
-
-def _damaged(values: Iterable[tuple[str, bytes | None]]) -> Iterator[Finding]:
-    for where, value in values:
-        if value is not None:
-            try:
-                decode_array(value, where)
-            except DamagedError as error:
-                yield Finding(error.where, error.what, RESTORE)
 
 
 def _listed(numbers: list[int]) -> str:

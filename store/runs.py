@@ -78,31 +78,27 @@ def start_run(
     started_at: datetime | None = None,
     who: str | None = None,
     reason: str | None = None,
+    state: RunState = RunState.RUNNING,
 ) -> Run:
     """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
 
+    With the state `CREATED`, `begin_run` begins it later; until then it has the time of its creation as its start.
+
     Raises StoreError if setup or sequence have no JSON form, or two channels have the same name.
     """
-    row = _new_row(session, RunState.RUNNING, kind, title, article, setup, sequence or {}, started_at)
-    return _connect(session, row, channels, instruments, reason, who)
-
-
-def create_run(
-    session: Session,
-    *,
-    kind: str,
-    title: str,
-    article: str,
-    setup: dict[str, Any],
-    sequence: dict[str, Any],
-    who: str | None = None,
-) -> Run:
-    """Store a run for `begin_run` to begin. Until then it has the time of its creation as its start.
-
-    Raises StoreError if setup or sequence have no JSON form.
-    """
-    row = _new_row(session, RunState.CREATED, kind, title, article, setup, sequence)
-    return _connect(session, row, (), (), None, who)
+    started_at = started_at or datetime.now(UTC)
+    row = RunRow(
+        kind=kind,
+        state=state,
+        title=title,
+        article=article,
+        started_at=started_at,
+        setup=setup,
+        sequence=sequence or {},
+        configuration_hash="",
+        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
+    )
+    return _connect(session, add_row(session, row), channels, instruments, reason, who)
 
 
 def begin_run(
@@ -213,31 +209,6 @@ def count_runs(
     """Number of runs, optionally of one kind, state or article."""
     query = select(func.count()).select_from(RunRow)
     return session.scalar(query.where(*equal(RunRow, kind=kind, state=state, article=article))) or 0
-
-
-def _new_row(
-    session: Session,
-    state: RunState,
-    kind: str,
-    title: str,
-    article: str,
-    setup: dict[str, Any],
-    sequence: dict[str, Any],
-    started_at: datetime | None = None,
-) -> RunRow:
-    started_at = started_at or datetime.now(UTC)
-    row = RunRow(
-        kind=kind,
-        state=state,
-        title=title,
-        article=article,
-        started_at=started_at,
-        setup=setup,
-        sequence=sequence,
-        configuration_hash="",
-        waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
-    )
-    return add_row(session, row)
 
 
 def _connect(

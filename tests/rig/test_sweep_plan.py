@@ -5,7 +5,7 @@ from itertools import groupby, product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.sweep_plan import Mounting, Order, SweepPlan, mountings_in_order
+from rig.sweep_plan import Mounting, Order, SweepPlan
 
 names = st.lists(st.text(min_size=1, max_size=3), min_size=1, max_size=4, unique=True).map(tuple)
 values = st.lists(st.floats(1e-6, 200.0), min_size=1, max_size=6, unique=True).map(tuple)
@@ -29,12 +29,14 @@ def test_an_order_is_a_permutation_numbered_from_one_and_the_same_each_time(
     order: Order,
     seed: int,
 ) -> None:
-    asked = (specimens, configurations, amplitudes, frequencies, order, seed)
-    mountings = mountings_in_order(*asked)
+    plan = SweepPlan(
+        frequencies, amplitudes, configurations=configurations, specimens=specimens, order=order, seed=seed
+    )
+    mountings = plan.mountings()
     assert sorted(flat(mountings)) == sorted(product(specimens, configurations, amplitudes, frequencies))
     numbers = [sine.order_number for mounting in mountings for sine in mounting.sines]
     assert numbers == list(range(1, len(numbers) + 1))
-    assert mountings_in_order(*asked) == mountings
+    assert plan.mountings() == mountings
 
 
 @given(st.sampled_from(Order), seeds)
@@ -81,7 +83,7 @@ def test_another_seed_is_another_order() -> None:
 
 
 def test_an_order_once_drawn_stays_whatever_python_resumes_it() -> None:
-    drawn = mountings_in_order(("I", "II"), ("shear", "angled"), (1e-4, 5e-5, 1e-5), (5.0, 10.0, 15.0), Order.ALL, 7)
+    drawn = SweepPlan((5.0, 10.0, 15.0), configurations=("shear", "angled"), order=Order.ALL, seed=7).mountings()
     mounted = [(each.specimen, each.configuration) for each in drawn]
     assert mounted == [("II", "angled"), ("I", "angled"), ("I", "shear"), ("II", "shear")]
     series = {

@@ -97,3 +97,11 @@ def needs(scope: Scope) -> Any:
 Reader = Annotated[Caller, needs(Scope.READ)]
 Controller = Annotated[Caller, needs(Scope.CONTROL)]
 Admin = Annotated[Caller, needs(Scope.ADMIN)]
+
+
+async def _for_readers(_caller: Reader, context: Context) -> Services:
+    return context
+
+
+ReaderContext = Annotated[Services, Depends(_for_readers)]
+"""The services, for a caller who may read."""

@@ -1,4 +1,4 @@
-"""What routes have in common: parameters of requests, and documents of stored rows."""
+"""What routes have in common: parameters of requests, links in the schema, and documents of stored rows."""
 
 from typing import Annotated, Any, TypeVar
 
@@ -7,6 +7,7 @@ from pydantic import BaseModel
 
 from jointlab.documents.fields import LARGEST, OneLine
 
+Links = dict[int | str, dict[str, Any]]
 DocumentT = TypeVar("DocumentT", bound=BaseModel)
 RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
 Article = Annotated[OneLine, Query(description="the test article")]
@@ -34,3 +35,17 @@ def document(model: type[DocumentT], row: object, **others: Any) -> DocumentT:
     """A document with `others`, and for every other field the attribute of `row` with the same name."""
     same = {name: getattr(row, name) for name in model.model_fields if name not in others}
     return model.model_validate(same | others)
+
+
+def links(status: int, parameter: str, *operations: str, field: str = "id") -> Links:
+    """For the `responses` of a route: `operations` take `field` of its answer, with `status`, as their `parameter`."""
+    found = {
+        name.replace("-", "_"): {"operationId": name, "parameters": {parameter: f"$response.body#/{field}"}}
+        for name in operations
+    }
+    return {status: {"description": "Successful Response", "links": found}}
+
+
+def first_of(parameter: str, *operations: str) -> Links:
+    """For the `responses` of a list: `operations` take the number of its first item as their `parameter`."""
+    return links(200, parameter, *operations, field="items/0/id")

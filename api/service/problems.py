@@ -9,7 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
-from starlette.routing import BaseRoute, Match, Mount
+from starlette.routing import Match, Mount
 
 from analysis.errors import AnalysisError
 from daq.errors import ChannelError, DaqError
@@ -129,12 +129,8 @@ def _methods(request: Request) -> set[str]:
         method
         for method in ("DELETE", "GET", "PATCH", "POST", "PUT")
         for route in request.app.routes
-        if route.matches({**request.scope, "method": method})[0] is Match.FULL and _is_ours(route)
+        if route.matches({**request.scope, "method": method})[0] is Match.FULL and not isinstance(route, Mount)
     }
-
-
-def _is_ours(route: BaseRoute) -> bool:
-    return not isinstance(route, Mount)
 
 
 def _unfit(_request: Request, error: Exception) -> JSONResponse:

@@ -2,9 +2,8 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 from urllib.parse import quote
 
@@ -66,9 +65,7 @@ class Client:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def health(self) -> Health:
@@ -110,11 +107,9 @@ class Client:
         """Set the rig's limits for runs that begin from now on; needs the scope engineer."""
         return self._connection.put(Limits, "/rig/limits", limits.model_dump())
 
-    @contextmanager
-    def events(self, last_event_id: str | None = None) -> Iterator[Iterator[RigEvent]]:
+    def events(self, last_event_id: str | None = None) -> AbstractContextManager[Iterator[RigEvent]]:
         """Events of the rig from now on, or after the event with this id."""
-        with self._connection.events("/rig/events", last_event_id) as events:
-            yield events
+        return self._connection.events("/rig/events", last_event_id)
 
     # The laboratory
 

@@ -75,7 +75,7 @@ class Connection:
         Raises:
             ProblemError: the service says why not, or does not answer.
         """
-        sent = {"Idempotency-Key": uuid4().hex, **(headers or {})} if method != "GET" else dict(headers or {})
+        sent = ({} if method == "GET" else {"Idempotency-Key": uuid4().hex}) | dict(headers or {})
         given = {name: value for name, value in (query or {}).items() if value is not None}
         for attempt in range(1, ATTEMPTS + 1):
             try:
@@ -92,10 +92,11 @@ class Connection:
         """A document."""
         return model.model_validate_json(self.request("GET", path, query=query).content)
 
-    def post(self, model: type[ModelT], path: str, body: Any = None, **headers: str) -> ModelT:
+    def post(
+        self, model: type[ModelT], path: str, body: Any = None, headers: Mapping[str, str] | None = None
+    ) -> ModelT:
         """The answer to a request that acts."""
-        named = {name.replace("_", "-"): value for name, value in headers.items()}
-        return model.model_validate_json(self.request("POST", path, body=body, headers=named).content)
+        return model.model_validate_json(self.request("POST", path, body=body, headers=headers).content)
 
     def put(self, model: type[ModelT], path: str, body: Any) -> ModelT:
         """Replace a document."""

@@ -16,6 +16,7 @@ class Driver:
     def __init__(self, connection: Connection, holder: str, *, by_force: bool = False) -> None:
         self._connection = connection
         self._lease = connection.post(LeaseDocument, "/rig/lease", {"holder": holder, "by_force": by_force})
+        self._header = {"Control-Lease": self._lease.token}
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._renew, name="control lease", daemon=True)
         self._thread.start()
@@ -48,27 +49,26 @@ class Driver:
     def acknowledge_interlock(self, run: int, reason: str) -> list[str]:
         """Reset the tester that had tripped, because the cause is removed; which interlocks had tripped."""
         path = f"/runs/{run}/acknowledge-interlock"
-        headers = {"Control_Lease": self._lease.token}
-        return self._connection.post(Acknowledged, path, {"reason": reason}, **headers).interlocks
+        return self._connection.post(Acknowledged, path, {"reason": reason}, self._header).interlocks
 
     def give_back(self) -> None:
         """Give the lease back."""
         self._ended.set()
         self._thread.join()
         try:
-            self._connection.request("DELETE", "/rig/lease", headers={"Control-Lease": self._lease.token})
+            self._connection.request("DELETE", "/rig/lease", headers=self._header)
         except ProblemError as problem:
             if problem.status != 409:
                 raise
             log.info("the control lease had ended before it was given back")
 
     def _post(self, path: str, body: dict[str, object] | None = None) -> RunSummary:
-        return self._connection.post(RunSummary, path, body, Control_Lease=self._lease.token)
+        return self._connection.post(RunSummary, path, body, self._header)
 
     def _renew(self) -> None:
         while not self._ended.wait(self._lease.seconds / 3):
             try:
-                self._connection.request("PUT", "/rig/lease", headers={"Control-Lease": self._lease.token})
+                self._connection.request("PUT", "/rig/lease", headers=self._header)
             except ProblemError as problem:
                 # the next request that drives fails, with the reason; nobody would catch an exception here
                 log.warning("the control lease could not be renewed: %s", problem)

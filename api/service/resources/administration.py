@@ -10,9 +10,8 @@ from api.service.access import Admin
 from api.service.context import Context
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
-from api.service.links import links
 from api.service.pages import Page, Paging
-from api.service.parameters import document, number_of
+from api.service.parameters import document, links, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine, Request
 from jointlab.errors import JointlabError
@@ -73,8 +72,7 @@ def list_all_keys(_caller: Admin, context: Context, paging: Paging) -> Page[KeyD
 
 @keys.post("", status_code=201, response_model=MadeKey, responses=problems(409) | links(201, "key_id", "keys-revoke"))
 def create(
-    request: Annotated[IdempotentRequest, idempotent("create key", "keys", Scope.ADMIN)],
-    given: NewKey,
+    request: Annotated[IdempotentRequest, idempotent("create key", "keys", Scope.ADMIN)], given: NewKey
 ) -> Response:
     """Make a key; its secret is in this answer and nowhere else."""
 

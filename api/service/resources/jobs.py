@@ -9,13 +9,12 @@ from fastapi import APIRouter, Depends, Query, Response
 from fastapi.responses import FileResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from api.service.access import Reader
+from api.service.access import Reader, ReaderContext
 from api.service.context import Context, Jobs, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
-from api.service.links import first_of, links
 from api.service.pages import Page, PageRequest, Paging
-from api.service.parameters import document, number_of
+from api.service.parameters import document, first_of, links, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
@@ -31,6 +30,15 @@ exports = APIRouter(prefix="/exports", tags=["exports"], route_class=TaggedRoute
 JobNumber = Annotated[int, number_of("job")]
 POLL = 0.5
 """Seconds between two readings of a job that a client follows."""
+
+
+def existing_job(context: Context, job_id: JobNumber) -> JobDocument:
+    """A dependency: the job that a request is about, read before anything is answered."""
+    with context.catalogue.reading() as session:
+        return document(JobDocument, get_job(session, job_id))
+
+
+ExistingJob = Annotated[JobDocument, Depends(existing_job)]
 
 
 def queues(*statuses: int) -> dict[str, Any]:
@@ -72,7 +80,7 @@ def identify(
 
 
 @trials.get("", name="list_", responses=problems())
-def list_trials(_caller: Reader, context: Context, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
+def list_trials(context: ReaderContext, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
     """List trials, newest first; the scores are in the result of each that is done."""
     return _page_of_jobs(context, paging, state, "trial")
 
@@ -84,7 +92,7 @@ def try_diagnosis(request: Annotated[IdempotentRequest, queueing("trial")], queu
 
 
 @exports.get("", name="list_", responses=problems())
-def list_exports(_caller: Reader, context: Context, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
+def list_exports(context: ReaderContext, paging: Paging, state: JobState | None = None) -> Page[JobDocument]:
     """List exports, newest first; the number of an export is that of its job."""
     return _page_of_jobs(context, paging, state, "export")
 
@@ -100,7 +108,7 @@ def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Job
     response_class=FileResponse,
     responses=problems(404, 409) | {200: {"description": "the file", "content": {"application/octet-stream": {}}}},
 )
-def file(_caller: Reader, context: Context, job_id: JobNumber) -> FileResponse:
+def file(context: ReaderContext, job_id: JobNumber) -> FileResponse:
     """The file of an export that is done."""
     path = export_file(context.catalogue, job_id)
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
@@ -108,8 +116,7 @@ def file(_caller: Reader, context: Context, job_id: JobNumber) -> FileResponse:
 
 @jobs.get("", name="list_", responses=problems() | first_of("job_id", "jobs-get", "jobs-cancel"))
 def list_all_jobs(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     state: JobState | None = None,
     kind: Annotated[OneLine | None, Query(description="identify, diagnose, trial, export")] = None,
@@ -119,9 +126,9 @@ def list_all_jobs(
 
 
 @jobs.get("/{job_id}", responses=problems(404))
-def get(_caller: Reader, context: Context, job_id: JobNumber) -> JobDocument:
+def get(_caller: Reader, found: ExistingJob) -> JobDocument:
     """One job."""
-    return _job(context, job_id)
+    return found
 
 
 @jobs.post("/{job_id}/cancel", response_model=JobDocument, responses=problems(404, 409))
@@ -134,15 +141,8 @@ def cancel(
     return request.once(lambda: document(JobDocument, queue.cancel(job_id)))
 
 
-def existing_job(context: Context, job_id: JobNumber) -> JobDocument:
-    """A dependency: the job that a request is about, read before anything is answered."""
-    return _job(context, job_id)
-
-
 @jobs.get("/{job_id}/events", response_class=EventSourceResponse, responses=problems(404))
-async def events(
-    _caller: Reader, context: Context, found: Annotated[JobDocument, Depends(existing_job)]
-) -> AsyncIterator[ServerSentEvent]:
+async def events(context: ReaderContext, found: ExistingJob) -> AsyncIterator[ServerSentEvent]:
     """The progress of the job, whenever it changes, until the job is over."""
     latest, shown = found, dict[str, Any]()
     while True:
@@ -153,12 +153,7 @@ async def events(
         if latest.state in OVER:
             return
         await anyio.sleep(POLL)
-        latest = await to_thread.run_sync(_job, context, latest.id)
-
-
-def _job(context: Services, job_id: int) -> JobDocument:
-    with context.catalogue.reading() as session:
-        return document(JobDocument, get_job(session, job_id))
+        latest = await to_thread.run_sync(existing_job, context, latest.id)
 
 
 def _page_of_jobs(

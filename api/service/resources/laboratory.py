@@ -4,13 +4,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from api.service.access import Reader
+from api.service.access import Reader, ReaderContext
 from api.service.context import Context, Rig
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
-from api.service.links import first_of
 from api.service.pages import Page, Paging
-from api.service.parameters import OptionalArticle, RunNumber, document, number_of
+from api.service.parameters import OptionalArticle, RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine
 from jointlab.documents.laboratory import (
@@ -54,8 +53,7 @@ def get_health(context: Context) -> Health:
     "", name="list_", responses=problems() | first_of("instrument_id", "instruments-get", "instruments-calibrate")
 )
 def list_instruments(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     kind: Annotated[OneLine | None, Query(description="tester, hammer, thermometer, ...")] = None,
 ) -> Page[InstrumentDocument]:
@@ -66,7 +64,7 @@ def list_instruments(
 
 
 @instruments.get("/{instrument_id}", name="get", responses=problems(404))
-def one_instrument(_caller: Reader, context: Context, instrument_id: InstrumentNumber) -> InstrumentDocument:
+def one_instrument(context: ReaderContext, instrument_id: InstrumentNumber) -> InstrumentDocument:
     """One instrument."""
     with context.catalogue.reading() as session:
         return document(InstrumentDocument, get_instrument(session, instrument_id))
@@ -74,7 +72,7 @@ def one_instrument(_caller: Reader, context: Context, instrument_id: InstrumentN
 
 @instruments.get("/{instrument_id}/calibrations", name="calibrations", responses=problems(404))
 def calibrations_of_instrument(
-    _caller: Reader, context: Context, paging: Paging, instrument_id: InstrumentNumber
+    context: ReaderContext, paging: Paging, instrument_id: InstrumentNumber
 ) -> Page[CalibrationDocument]:
     """The calibrations of an instrument, newest first."""
     with context.catalogue.reading() as session:
@@ -109,7 +107,7 @@ def configured(_caller: Reader, rig: Rig, paging: Paging) -> Page[ChannelDocumen
 
 
 @channels.get("/runs/{run_id}/channels", name="of_run", responses=problems(404))
-def channels_of_run(_caller: Reader, context: Context, paging: Paging, run_id: RunNumber) -> Page[ChannelDocument]:
+def channels_of_run(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[ChannelDocument]:
     """The channels of a run as they were set, by name."""
     with context.catalogue.reading() as session:
         get_run(session, run_id)
@@ -119,7 +117,7 @@ def channels_of_run(_caller: Reader, context: Context, paging: Paging, run_id: R
 
 @specimens.get("", name="list_", responses=problems() | first_of("specimen_id", "specimens-get"))
 def list_all_specimens(
-    _caller: Reader, context: Context, paging: Paging, article: OptionalArticle = None
+    context: ReaderContext, paging: Paging, article: OptionalArticle = None
 ) -> Page[SpecimenDocument]:
     """List specimens in the order of first use."""
     with context.catalogue.reading() as session:
@@ -128,9 +126,7 @@ def list_all_specimens(
 
 
 @specimens.get("/{specimen_id}", name="get", responses=problems(404))
-def one_specimen(
-    _caller: Reader, context: Context, specimen_id: Annotated[int, number_of("specimen")]
-) -> SpecimenDocument:
+def one_specimen(context: ReaderContext, specimen_id: Annotated[int, number_of("specimen")]) -> SpecimenDocument:
     """One specimen."""
     with context.catalogue.reading() as session:
         return document(SpecimenDocument, get_specimen(session, specimen_id))

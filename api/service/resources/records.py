@@ -5,13 +5,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from api.service.access import Reader
-from api.service.context import Context, Rig, Services
+from api.service.access import ReaderContext
+from api.service.context import Rig, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
-from api.service.links import first_of
 from api.service.pages import Page, Paging
-from api.service.parameters import RunNumber, document, number_of
+from api.service.parameters import RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import Why
 from jointlab.documents.runs import BlowDocument, PointDocument, SineRecordDocument, Trace, WaveformDocument
@@ -24,11 +23,13 @@ from store.waveform import WaveformReference
 router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)
 BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform", "blows-and-points-withdraw")
 RECORD = first_of("record_id", "blows-and-points-sine-record", "blows-and-points-sine-waveform")
+BlowNumber = Annotated[int, number_of("blow")]
+RecordNumber = Annotated[int, number_of("sine record")]
 Every = Annotated[int, Query(ge=1, le=10_000, description="only every n-th sample, for a quick view")]
 
 
 @router.get("/runs/{run_id}/points", responses=problems(404))
-def points(_caller: Reader, context: Context, paging: Paging, run_id: RunNumber) -> Page[PointDocument]:
+def points(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[PointDocument]:
     """The points that were struck, in the order of measuring."""
     with context.catalogue.reading() as session:
         blows = list_blows(session, run_id)
@@ -45,8 +46,7 @@ def points(_caller: Reader, context: Context, paging: Paging, run_id: RunNumber)
 
 @router.get("/runs/{run_id}/blows", responses=problems(404) | BLOW)
 def blows(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     run_id: RunNumber,
     accepted: Annotated[bool | None, Query(description="only accepted ones, or only refused ones")] = None,
@@ -58,7 +58,7 @@ def blows(
 
 
 @router.get("/blows/{blow_id}", responses=problems(404))
-def blow(_caller: Reader, context: Context, blow_id: Annotated[int, number_of("blow")]) -> BlowDocument:
+def blow(context: ReaderContext, blow_id: BlowNumber) -> BlowDocument:
     """One blow."""
     with context.catalogue.reading() as session:
         return _blow(get_blow(session, blow_id))
@@ -68,7 +68,7 @@ def blow(_caller: Reader, context: Context, blow_id: Annotated[int, number_of("b
 def withdraw(
     request: Annotated[IdempotentRequest, idempotent("withdraw blow", "blow {blow_id}", Scope.CONTROL)],
     rig: Rig,
-    blow_id: Annotated[int, number_of("blow")],
+    blow_id: BlowNumber,
     why: Why,
 ) -> Response:
     """Take an accepted blow back: it counts no more, and a hammer session that still lasts repeats its point."""
@@ -80,9 +80,7 @@ def withdraw(
 
 
 @router.get("/blows/{blow_id}/waveform", responses=problems(404, 500))
-def blow_waveform(
-    _caller: Reader, context: Context, blow_id: Annotated[int, number_of("blow")], every: Every = 1
-) -> WaveformDocument:
+def blow_waveform(context: ReaderContext, blow_id: BlowNumber, every: Every = 1) -> WaveformDocument:
     """The records of force and acceleration of a blow."""
     with context.catalogue.reading() as session:
         found = get_blow(session, blow_id)
@@ -91,8 +89,7 @@ def blow_waveform(
 
 @router.get("/runs/{run_id}/sine-records", responses=problems(404) | RECORD)
 def sine_records(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     run_id: RunNumber,
     specimen: Annotated[str | None, Query(max_length=100)] = None,
@@ -109,18 +106,14 @@ def sine_records(
 
 
 @router.get("/sine-records/{record_id}", responses=problems(404))
-def sine_record(
-    _caller: Reader, context: Context, record_id: Annotated[int, number_of("sine record")]
-) -> SineRecordDocument:
+def sine_record(context: ReaderContext, record_id: RecordNumber) -> SineRecordDocument:
     """One sine record."""
     with context.catalogue.reading() as session:
         return _sine_record(get_sine_record(session, record_id))
 
 
 @router.get("/sine-records/{record_id}/waveform", responses=problems(404, 500))
-def sine_waveform(
-    _caller: Reader, context: Context, record_id: Annotated[int, number_of("sine record")], every: Every = 1
-) -> WaveformDocument:
+def sine_waveform(context: ReaderContext, record_id: RecordNumber, every: Every = 1) -> WaveformDocument:
     """The records of displacement and force of a steady sine."""
     with context.catalogue.reading() as session:
         found = get_sine_record(session, record_id)

@@ -5,13 +5,12 @@ from typing import Annotated
 import numpy as np
 from fastapi import APIRouter, Path, Query, Response
 
-from api.service.access import Reader
-from api.service.context import Context, Jobs
+from api.service.access import ReaderContext
+from api.service.context import Jobs
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest
-from api.service.links import first_of
 from api.service.pages import LongPaging, Page, Paging
-from api.service.parameters import Article, ChosenAnalysis, RunNumber, document, number_of
+from api.service.parameters import Article, ChosenAnalysis, RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from api.service.resources.jobs import queue_job, queueing, queues
 from jointlab.documents.fields import LARGEST, OneLine
@@ -61,7 +60,7 @@ Joint = Annotated[OneLine | None, Query(description="only of this joint")]
 
 @analyses.get("", name="list_", responses=problems(404))
 def list_all_analyses(
-    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, kind: AnalysisKind | None = None
+    context: ReaderContext, paging: Paging, run_id: RunNumber, kind: AnalysisKind | None = None
 ) -> Page[AnalysisDocument]:
     """List the analyses of a run, newest first."""
     with context.catalogue.reading() as session:
@@ -72,7 +71,7 @@ def list_all_analyses(
 
 @frequency_responses.get("", name="list_", responses=problems(404, 500))
 def list_sets(
-    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
+    context: ReaderContext, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
 ) -> Page[SetSummary]:
     """The accelerances of a run, the newest or those of one analysis, set by set."""
     with context.catalogue.reading() as session:
@@ -82,8 +81,7 @@ def list_sets(
 
 @frequency_responses.get("/{set_number}/{point}", name="get", responses=problems(404, 500))
 def one_accelerance(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     run_id: RunNumber,
     set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
     point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
@@ -110,9 +108,7 @@ def one_accelerance(
 
 
 @modes.get("", name="get", responses=problems(404, 500))
-def modes_of_run(
-    _caller: Reader, context: Context, run_id: RunNumber, analysis: ChosenAnalysis = None
-) -> ModesDocument:
+def modes_of_run(context: ReaderContext, run_id: RunNumber, analysis: ChosenAnalysis = None) -> ModesDocument:
     """The modes of a run, the newest or those of one analysis."""
     with context.catalogue.reading() as session:
         made = chosen_analysis(session, run_id, AnalysisKind.MODES, analysis)
@@ -133,8 +129,7 @@ def modes_of_run(
 
 @joint_matrices.get("/runs/{run_id}/joint-matrices", name="of_run", responses=problems(404, 500))
 def joint_matrices_of_run(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     run_id: RunNumber,
     method: Annotated[OneLine | None, Query(description="only by this method, as it is named in the answer")] = None,
@@ -159,8 +154,7 @@ def joint_matrices_of_run(
 
 @joint_matrices.get("/joint-elements", name="of_article", responses=problems())
 def elements_of_article(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     article: Article,
     joint: Joint = None,
@@ -176,8 +170,7 @@ def elements_of_article(
 
 @dynamic_stiffness.get("/runs/{run_id}/dynamic-stiffness", name="of_run", responses=problems(404))
 def sine_points_of_run(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: LongPaging,
     run_id: RunNumber,
     specimen: Specimen = None,
@@ -199,8 +192,7 @@ def sine_points_of_run(
 
 @dynamic_stiffness.get("/dynamic-stiffness", name="of_article", responses=problems())
 def sine_points_of_article(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     article: Article,
     specimen: Specimen = None,
@@ -227,8 +219,7 @@ def sine_points_of_article(
 
 @dynamic_stiffness.get("/runs/{run_id}/dynamic-stiffness/at", responses=problems(404))
 def at(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     run_id: RunNumber,
     amplitude_pp_mm: Annotated[
         float, Query(gt=0, le=LARGEST_AMPLITUDE, description="peak to peak, mm", examples=[0.03])
@@ -250,7 +241,7 @@ def at(
 
 @comparisons.get("/runs/{run_id}/comparisons", name="of_run", responses=problems(404))
 def comparison_of_run(
-    _caller: Reader, context: Context, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
+    context: ReaderContext, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
 ) -> Page[ComparisonDocument]:
     """The comparison on a run, element by element: the newest or that of one analysis."""
     with context.catalogue.reading() as session:
@@ -261,8 +252,7 @@ def comparison_of_run(
 
 @comparisons.get("/comparisons", name="of_article", responses=problems())
 def comparisons_of_article(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     article: Article,
     joint: Joint = None,
@@ -278,8 +268,7 @@ def comparisons_of_article(
 
 @diagnoses.get("", name="list_", responses=problems() | first_of("diagnosis_id", "gap-diagnoses-get"))
 def list_all_diagnoses(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     run: Annotated[int | None, Query(ge=1, le=LARGEST, description="only of this run")] = None,
 ) -> Page[DiagnosisSummary]:
@@ -296,9 +285,7 @@ def diagnose(request: Annotated[IdempotentRequest, queueing("diagnose")], queue:
 
 
 @diagnoses.get("/{diagnosis_id}", name="get", responses=problems(404))
-def one_diagnosis(
-    _caller: Reader, context: Context, diagnosis_id: Annotated[int, number_of("diagnosis")]
-) -> DiagnosisDocument:
+def one_diagnosis(context: ReaderContext, diagnosis_id: Annotated[int, number_of("diagnosis")]) -> DiagnosisDocument:
     """One diagnosis."""
     with context.catalogue.reading() as session:
         found = get_diagnosis(session, diagnosis_id)

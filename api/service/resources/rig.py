@@ -17,7 +17,7 @@ from api.service.parameters import document
 from api.service.problems import problems
 from api.service.rig_events import described_events
 from jointlab.documents.rig import LeaseDocument, LeaseRequest, Limits, PromptDocument, RigDocument, Stopped
-from jointlab.supervision.journal import Entry, Journal
+from jointlab.supervision.journal import Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.registers import interlock_names
@@ -114,7 +114,8 @@ async def events(
 ) -> AsyncIterator[ServerSentEvent]:
     """What happens at the rig, as it happens; a reader who was cut off goes on after the last event seen."""
     async for entry in rig.journal.follow(_after(rig.journal, last_event_id)):
-        yield _sent(rig.journal, entry)
+        data = {"at": entry.at.isoformat(), **entry.data}
+        yield ServerSentEvent(event=entry.name, id=f"{rig.journal.epoch}-{entry.number}", data=data)
 
 
 def _limits(rig: RunManager) -> Limits:
@@ -127,12 +128,6 @@ def _after(journal: Journal, last_event_id: str | None) -> int:
     if last_event_id is None or not (number.isascii() and number.isdecimal()) or len(number) > 12:
         return journal.latest
     return int(number) if epoch == journal.epoch else 0
-
-
-def _sent(journal: Journal, entry: Entry) -> ServerSentEvent:
-    return ServerSentEvent(
-        event=entry.name, id=f"{journal.epoch}-{entry.number}", data={"at": entry.at.isoformat(), **entry.data}
-    )  # fmt: skip
 
 
 def _note_stop(context: Services, run_id: int | None, outcome: str = "done") -> None:

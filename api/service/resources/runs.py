@@ -6,13 +6,12 @@ from typing import Annotated, Any
 from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Query, Response
 
-from api.service.access import Reader
-from api.service.context import Context, Rig, Services
+from api.service.access import ReaderContext
+from api.service.context import Rig, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, driving, idempotent
-from api.service.links import RESULTS, first_of, run_links
 from api.service.pages import Page, Paging
-from api.service.parameters import OptionalArticle, RunNumber, document
+from api.service.parameters import OptionalArticle, RunNumber, document, first_of, links
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine, Why
 from jointlab.documents.runs import (
@@ -35,12 +34,21 @@ from store.states import RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
 DRIVING = problems(404, 409, 502)
+RESULTS = (
+    "channels-of-run", "blows-and-points-points", "blows-and-points-blows", "blows-and-points-sine-records",
+    "analyses-list", "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run",
+    "comparisons-of-run",
+)  # fmt: skip
+"""Requests that read what a run has recorded and what was computed of it."""
+NEXT = links(
+    201, "run_id", "runs-get", "runs-history", "runs-start", "runs-pause", "runs-resume", "runs-stop", "runs-answer",
+    *RESULTS,
+)  # fmt: skip
 
 
 @router.get("", responses=problems() | first_of("run_id", "runs-get", "runs-history", *RESULTS))
 def list_(
-    _caller: Reader,
-    context: Context,
+    context: ReaderContext,
     paging: Paging,
     state: RunState | None = None,
     kind: Annotated[OneLine | None, Query(description="sequence, import, ...")] = None,
@@ -52,11 +60,9 @@ def list_(
     return paging.of_rows([document(RunSummary, run) for run in found])
 
 
-@router.post("", status_code=201, response_model=RunSummary, responses=problems(404, 409) | run_links())
+@router.post("", status_code=201, response_model=RunSummary, responses=problems(404, 409) | NEXT)
 def create(
-    request: Annotated[IdempotentRequest, idempotent("create run", "new run", Scope.CONTROL)],
-    rig: Rig,
-    given: NewRun,
+    request: Annotated[IdempotentRequest, idempotent("create run", "new run", Scope.CONTROL)], rig: Rig, given: NewRun
 ) -> Response:
     """Store a run to be started later; its sequence is checked against the limits of the rig."""
 
@@ -68,14 +74,14 @@ def create(
 
 
 @router.get("/{run_id}", responses=problems(404))
-def get(_caller: Reader, context: Context, run_id: RunNumber) -> RunDetails:
+def get(context: ReaderContext, run_id: RunNumber) -> RunDetails:
     """One run."""
     with context.catalogue.reading() as session:
         return document(RunDetails, get_run(session, run_id))
 
 
 @router.get("/{run_id}/history", responses=problems(404))
-def history(_caller: Reader, context: Context, paging: Paging, run_id: RunNumber) -> Page[RunEventDocument]:
+def history(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[RunEventDocument]:
     """How the run came to where it is, oldest first."""
     with context.catalogue.reading() as session:
         found = list_run_events(session, run_id)

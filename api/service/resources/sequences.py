@@ -5,13 +5,11 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response
 from sqlalchemy.orm import Session
 
-from api.service.access import Reader
-from api.service.context import Context
+from api.service.access import ReaderContext
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.idempotent_requests import IdempotentRequest, idempotent
-from api.service.links import links
 from api.service.pages import Page, Paging
-from api.service.parameters import document
+from api.service.parameters import document, links
 from api.service.problems import problems
 from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
@@ -27,7 +25,7 @@ SequenceName = Annotated[Name, Path(description="name of the sequence")]
 
 
 @router.get("", responses=problems())
-def list_(_caller: Reader, context: Context, paging: Paging) -> Page[SequenceSummary]:
+def list_(context: ReaderContext, paging: Paging) -> Page[SequenceSummary]:
     """List the stored sequences, by name; the built-in ones are not among them."""
     after = paging.key or ""
     if "\0" in after:
@@ -39,7 +37,7 @@ def list_(_caller: Reader, context: Context, paging: Paging) -> Page[SequenceSum
 
 
 @router.get("/{name}", responses=problems(404))
-def get(_caller: Reader, context: Context, name: SequenceName) -> NamedSequence:
+def get(context: ReaderContext, name: SequenceName) -> NamedSequence:
     """One sequence, as a run carries it out."""
     with context.catalogue.reading() as session:
         return NamedSequence(name=name, sequence=sequence_named(session, name))

@@ -68,11 +68,7 @@ class Answer:
     @cached_property
     def _sensor(self) -> tuple[Real, Real, Real]:
         """(N,) modes at the accelerometer, and their derivatives in its position and in its cross-axis share."""
-        modes, place, share = (
-            self.rig.modes,
-            self.bench.sensor_position,
-            self.bench.cross_axis,
-        )
+        modes, place, share = self.rig.modes, self.bench.sensor_position, self.bench.cross_axis
         way = self.rig.sensor
         across = Direction.X if way is Direction.Y else Direction.Y
         other = modes.motion(across, place)
@@ -93,11 +89,8 @@ class Answer:
         marks = rig.node_positions[[dof.node - 1 for dof in rig.inputs]]
         x = marks + np.where(transverse, self.blow_offset, 0.0)
         along, up, turn = (modes.motion(way, x) for way in JOINT_DIRECTIONS)
-        transverse, cosine, sine = (
-            transverse[:, None],
-            np.cos(self.bench.lean)[:, None],
-            np.sin(self.bench.lean)[:, None],
-        )
+        lean, transverse = self.bench.lean[:, None], transverse[:, None]
+        cosine, sine = np.cos(lean), np.sin(lean)
         straight = np.where(transverse, up, along)
         across = np.where(transverse, along - half * turn, up)
         slope = np.where(transverse, modes.slope(Direction.Y, x), 0.0)

@@ -148,7 +148,7 @@ def diagnose(
     report("trying pairs", 0.4)
     found = [*singles, *pairs(search, singles)]
     report("weighing the best on all lines", 0.7)
-    fine = _fine(measurement, none)
+    fine = measurement if none.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
     none = refined(none, fine)
     chosen = _contest(found, 1, REFINED_SINGLES) + _contest(found, 2, REFINED_PAIRS)
     best = max((each.log_evidence for each in chosen), default=0.0)
@@ -161,7 +161,7 @@ def diagnose(
     gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
-    ranking = tuple(_ranked(each, none, gaps.of(each.model)) for each in listed(weighed))
+    ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model))) for each in listed(weighed))
     confounded = confounded_effects(weighed)
     result = Diagnosis(
         status=status,
@@ -249,7 +249,7 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     shared = len(simulation.shared)
     gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
     whole = simulation.of(replace(measurement, sets=(asked,)))
-    return whole.predict(found.scores[:shared], gain, [np.zeros(len(inputs))], ()).accelerances[0]
+    return whole.state(found.scores[:shared], gain, [np.zeros(len(inputs))]).prediction(()).accelerances[0]
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
@@ -316,10 +316,6 @@ def _contest(found: Sequence[Model], effects: int, count: int) -> list[Model]:
     chosen = best_by_id(models)[:count]
     rivals = [each for each in models if chosen and each.ids == chosen[0].ids and each is not chosen[0]]
     return chosen + rivals[:1]
-
-
-def _fine(measurement: Measurement, none: Model) -> Measurement:
-    return measurement if none.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
 
 
 def _silent(what: str, share: float) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 from scipy.stats import norm
 
 from analysis.gap.fit import Fit
-from analysis.gap.parameter import Parameter
 from analysis.inverse.levenberg_marquardt import Linearised
 
 FORM_ERROR = 2000.0
@@ -54,7 +53,8 @@ def log_evidence(found: Fit, temperature: float = 1.0) -> float:
     deviations = there.deviations
     for place, parameter in enumerate(found.likelihood.simulation.shared):
         if np.isfinite(parameter.least):
-            total += _half(parameter, float(there.scores[place]), float(deviations[place]))
+            least = (parameter.least - parameter.centre) / parameter.spread
+            total += norm.logcdf((there.scores[place] - least) / deviations[place]) - norm.logcdf(-least)
     return float(total)
 
 
@@ -88,8 +88,3 @@ def temperature_of(gap: float, remaining: float, form: float = FORM_ERROR) -> fl
         form: of the gap over a standard deviation that its laws leave.
     """
     return max(1.0, min(gap / form, remaining / PATTERNS))
-
-
-def _half(parameter: Parameter, score: float, deviation: float) -> float:
-    least = (parameter.least - parameter.centre) / parameter.spread
-    return float(norm.logcdf((score - least) / deviation) - norm.logcdf(-least))

@@ -7,6 +7,7 @@ and the offset of the blows of each row from their node.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -133,21 +134,16 @@ class Likelihood:
 
     def _state(self, scores: Real) -> State:
         """The state of both rigs for `scores` (unknowns,)."""
-        if self.last_state is None:
-            return self._computed_state(scores)
-        if self.last_state.state is None or not np.array_equal(scores, self.last_state.scores):
-            self.last_state.scores, self.last_state.state = scores, self._computed_state(scores)
-        return self.last_state.state
-
-    def _computed_state(self, scores: Real) -> State:
-        shared, sets = len(self.simulation.shared), self.measurement.sets
-        tolerances = self.measurement.tolerances
-        gains = tolerances.sensor_gain * scores[shared : shared + len(sets)]
-        blows = []
-        for number in range(len(sets)):
-            offset = scores[self._first_blow[number] : self._first_blow[number + 1]]
-            blows.append(tolerances.impact_position * offset)
-        return self.simulation.state(scores[:shared], gains, blows)
+        last = self.last_state
+        if last is not None and last.state is not None and np.array_equal(scores, last.scores):
+            return last.state
+        shared, tolerances = len(self.simulation.shared), self.measurement.tolerances
+        gains = tolerances.sensor_gain * scores[shared : shared + len(self.measurement.sets)]
+        blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self._first_blow)]
+        state = self.simulation.state(scores[:shared], gains, blows)
+        if last is not None:
+            last.scores, last.state = scores, state
+        return state
 
     def deviation(self, hammer_set: HammerSet) -> Real:
         """(rows, lines) inflated standard deviation of a set."""
@@ -177,14 +173,11 @@ class Likelihood:
 
     def _linearised(self, values: Real, state: State) -> Linearised:
         with np.errstate(all="ignore"):
-            return normal_equations(self._blocks(values, state.prediction()), values)
+            return normal_equations(self.blocks(values, state.prediction()), values)
 
-    def blocks(self, values: Real) -> tuple[Block, ...]:
+    def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[Block, ...]:
         """The normal equations of each row and of the tester, linearised at `values` (unknowns,)."""
-        return self._blocks(values, self.predict(values))
-
-    def _blocks(self, values: Real, predicted: Prediction) -> tuple[Block, ...]:
-        shared = len(self.simulation.shared)
+        predicted, shared = predicted or self.predict(values), len(self.simulation.shared)
         tolerances, found = self.measurement.tolerances, list[Block]()
         for number, each in enumerate(self.measurement.sets):
             weight = 1 / self.deviation(each)
@@ -249,16 +242,8 @@ def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
 
 def _block(rig: str, number: int, row: int, unknowns: list[int], columns: Complex, left: Complex) -> Block:
     parts, residual = _as_parts(columns), _as_parts(left)
-    return Block(
-        rig,
-        number,
-        row,
-        np.array(unknowns),
-        parts @ parts.T,
-        parts @ residual,
-        float(residual @ residual),
-        residual.size,
-    )
+    normal, descent, chi_square = parts @ parts.T, parts @ residual, float(residual @ residual)
+    return Block(rig, number, row, np.array(unknowns), normal, descent, chi_square, residual.size)
 
 
 def _as_parts(values: Complex) -> Real:
@@ -322,6 +307,14 @@ class Fit:
 def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
     """A likelihood evaluated at `scores`, which need not be its maximum."""
     return Fit(likelihood, scores, likelihood.at(scores).linearised(), converged=False)
+
+
+def in_other_set_up(found: Fit, measurement: Measurement) -> tuple[Likelihood, Real]:
+    """The likelihood of another measurement, and (unknowns,) scores: the shared ones of a fit, and zero for its own."""
+    likelihood = Likelihood(found.likelihood.simulation.of(measurement))
+    scores, shared = np.zeros(likelihood.unknowns), len(likelihood.simulation.shared)
+    scores[:shared] = found.scores[:shared]
+    return likelihood, scores
 
 
 def fit(

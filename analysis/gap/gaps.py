@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.fit import Fit, in_other_set_up
 from analysis.gap.held_out import HOLDS, HeldOut, held_out
 from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
 from analysis.gap.model import Model, evaluate_on
@@ -34,10 +34,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
     likelihood = found.likelihood
     reference = likelihood.measurement.sets[0]
     there = reference.struck_at(tuple(unseen), reference.frequency)
-    other = Likelihood(likelihood.simulation.of(replace(likelihood.measurement, sets=(there,))))
-    scores = np.zeros(other.unknowns)
-    shared = len(other.simulation.shared)
-    scores[:shared] = found.scores[:shared]
+    other, scores = in_other_set_up(found, replace(likelihood.measurement, sets=(there,)))
     return _differing((there,), other.predict(scores, (0,)), likelihood.measurement.tolerances)
 
 
@@ -92,13 +89,9 @@ class Gaps:
     by_model: dict[int, HeldOut]
     floor_percent: float
 
-    def of(self, model: Model) -> HeldOut | None:
-        """Of one model; None where it was not asked for."""
-        return self.by_model.get(id(model))
-
     def above_the_floor(self, model: Model) -> bool:
         """Whether a model is known to leave held-out data clearly above their floor."""
-        found = self.of(model)
+        found = self.by_model.get(id(model))
         return found is not None and found.overall.percent > AT_THE_FLOOR * self.floor_percent
 
 
@@ -107,9 +100,10 @@ def measured_gaps(
 ) -> dict[int, HeldOut]:
     """Gaps of the explanations that are listed on rows and points that are left out in turn, by identity of model."""
     coarse = measurement.thinned(COARSE_LINES)
-    models = {id(each.model): evaluate_on(each.model, coarse) for each in listed(weighed) if each.effects != UNKNOWN}
-    models |= {id(each): _held(each, coarse) for each in (none, model_of_verdict(weighed[0], none))}
-    return dict(zip(models, parallel_map(_held_out, list(models.values())), strict=True))
+    fits = {id(each.model): evaluate_on(each.model, coarse).fit for each in listed(weighed) if each.effects != UNKNOWN}
+    for each in (none, model_of_verdict(weighed[0], none)):  # where a model does not hold, every fold is a fit
+        fits[id(each)] = each.fit if each.fit.per_datum < HOLDS else evaluate_on(each, coarse).fit
+    return dict(zip(fits, parallel_map(held_out, list(fits.values())), strict=True))
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
@@ -126,12 +120,3 @@ def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
         return Gaps(gaps, floor_percent(after.fit))
     unseen_floor = floor_percent_of(after.fit, unseen)
     return Gaps({model: gap_on_unseen_rows(gap, unseen_floor) for model, gap in gaps.items()}, unseen_floor)
-
-
-def _held(model: Model, coarse: Measurement) -> Model:
-    """On all lines of the contest, or on fewer where the model does not hold and every fold is a fit of its own."""
-    return model if model.fit.per_datum < HOLDS else evaluate_on(model, coarse)
-
-
-def _held_out(model: Model) -> HeldOut:
-    return held_out(model.fit)

@@ -67,17 +67,6 @@ class HeldOut:
         return found
 
 
-@dataclass(frozen=True)
-class _Sums:
-    """Sums of squares over one held-out part: residual, its part due to the model, measured, whitened; and data."""
-
-    residual: float
-    model: float
-    measured: float
-    whitened: float
-    data: int
-
-
 def held_out(found: Fit) -> HeldOut:
     """Gaps of a fitted model on rows and points that are left out in turn."""
     rows, points = _rows(found), _points(found)
@@ -92,7 +81,7 @@ LeftOut = dict[int, tuple[Complex, Complex]]
 """By set: (lines,) predicted accelerance of the row that is left out, and its derivative in the blows' offset."""
 
 
-def _rows(found: Fit) -> list[_Sums]:
+def _rows(found: Fit) -> list[Real]:
     """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
     only = sum(len(each.inputs) for each in sets) == 1  # no row would remain for another fit
@@ -168,7 +157,7 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     }
 
 
-def _points(found: Fit) -> list[_Sums]:
+def _points(found: Fit) -> list[Real]:
     """Eighths of the tester's points, every eighth in the order of measuring."""
     likelihood = found.likelihood
     points = likelihood.measurement.points
@@ -191,37 +180,32 @@ def _points(found: Fit) -> list[_Sums]:
     return sums
 
 
-def _sums(measured: Complex, predicted: Complex, deviation: Real, by_blow: Complex | float = 0.0) -> _Sums:
+def _sums(measured: Complex, predicted: Complex, deviation: Real, by_blow: Complex | float = 0.0) -> Real:
+    """(5,) over one held-out part: squares of residual, its part due to the model, measured and whitened; and data."""
     left = measured - predicted
     slope = by_blow / deviation
     precision = np.sum(np.abs(slope) ** 2) + 1  # of the row, and of the tolerance
     offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -ASTRAY, ASTRAY)
     residual, model = np.abs(left) ** 2, np.abs(left - offset * by_blow) ** 2
-    return _Sums(
-        float(np.sum(residual)),
-        float(np.sum(model - 2 * deviation**2)),
-        float(np.sum(np.abs(measured) ** 2)),
-        float(np.sum(residual / deviation**2)),
-        2 * measured.size,
-    )
+    whitened, own = residual / deviation**2, model - 2 * deviation**2
+    sums = [np.sum(each) for each in (residual, own, np.abs(measured) ** 2, whitened)]
+    return np.array([*sums, 2.0 * measured.size])
 
 
-def _gap(sums: Sequence[_Sums]) -> Gap:
-    residual, measured = sum(each.residual for each in sums), sum(each.measured for each in sums)
-    whitened, data = sum(each.whitened for each in sums), sum(each.data for each in sums)
-    model = max(0.0, sum(each.model for each in sums))
+def _gap(sums: Sequence[Real]) -> Gap:
+    residual, model, measured, whitened, data = np.sum(sums, axis=0).tolist()
     return Gap(
         percent=100 * float(np.sqrt(residual / measured)),
         sigma=float(np.sqrt(whitened / data)),
-        model_percent=100 * float(np.sqrt(model / measured)),
+        model_percent=100 * float(np.sqrt(max(0.0, model) / measured)),
     )
 
 
-def _interval(sums: Sequence[_Sums]) -> tuple[float, float]:
+def _interval(sums: Sequence[Real]) -> tuple[float, float]:
     """Interval of the percentage, by drawing parts with replacement."""
     random = np.random.default_rng(0)
     chosen = random.integers(len(sums), size=(RESAMPLED, len(sums)))
-    residual, measured = (np.array([getattr(each, name) for each in sums]) for name in ("residual", "measured"))
+    residual, _, measured, *_ = np.transpose(sums)
     drawn = 100 * np.sqrt(np.sum(residual[chosen], axis=1) / np.sum(measured[chosen], axis=1))
     low, high = np.percentile(drawn, [50 - LEVEL / 2, 50 + LEVEL / 2])
     return float(low), float(high)

@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fit import Fit
-from analysis.gap.measurement import Configuration, Drawing
+from analysis.gap.measurement import Configuration
 from analysis.gap.residual_structure import energy_of, series
 
 BANDS = 20
@@ -92,7 +92,11 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
     if points is not None:
         names, wheres_of, rows = [], [], []
         for (specimen, configuration, _), members in series(points).items():
-            where = _series(measurement.drawing, specimen, configuration, float(points.amplitude[members[0]]))
+            where: dict[str, str | float] = {
+                "specimen": measurement.drawing.joints[specimen].name,
+                "configuration": Configuration(configuration).name.lower(),
+                "amplitude_pp_mm": round(2e3 * float(points.amplitude[members[0]]), 6),
+            }
             wheres_of.append(where)
             names.append(f"{where['specimen']} {where['configuration']} {where['amplitude_pp_mm']:g} mm")
             stiffness = points.stiffness[members], predicted.stiffness[members]
@@ -175,11 +179,3 @@ def _places_of_row(each: GapMap, row: int, whole: float) -> list[Place]:
             )
             started = None
     return result
-
-
-def _series(drawing: Drawing, specimen: int, configuration: int, amplitude: float) -> dict[str, str | float]:
-    return {
-        "specimen": drawing.joints[specimen].name,
-        "configuration": Configuration(configuration).name.lower(),
-        "amplitude_pp_mm": round(2e3 * amplitude, 6),
-    }

@@ -14,7 +14,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.gap.evidence import PATTERNS
-from analysis.gap.fit import Likelihood
+from analysis.gap.fit import in_other_set_up
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.verdict import UNKNOWN, Status, Weighed
@@ -126,11 +126,11 @@ class FurtherMeasurement:
 
     def separation(self, verdict: Model, rival: Model) -> float:
         """Standard deviations by which the rival cannot follow the data that the verdict expects."""
-        further = self.planned(verdict.fit.likelihood.measurement.thinned(LINES))
-        models = verdict, rival
-        if further is None:
-            return 0.0
-        if self.other_amplitude and not all(effect.interpolates for model in models for effect in model.effects):
+        further, effects = (
+            self.planned(verdict.fit.likelihood.measurement.thinned(LINES)),
+            verdict.effects + rival.effects,
+        )
+        if further is None or (self.other_amplitude and not all(effect.interpolates for effect in effects)):
             return 0.0
         return separation(verdict, rival, further, self.rig)
 
@@ -145,11 +145,8 @@ def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> 
         further: with its inputs, lines and noise; its values do not matter.
         rig: which of its data count: "inverse" or "direct".
     """
-    seen = _expected(verdict, further)
-    likelihood = Likelihood(rival.fit.likelihood.simulation.of(seen))
+    likelihood, scores = in_other_set_up(rival.fit, _expected(verdict, further))
     shared = len(likelihood.simulation.shared)
-    scores = np.zeros(likelihood.unknowns)
-    scores[:shared] = rival.fit.scores[:shared]
     blocks = [block for block in likelihood.blocks(scores) if block.rig == rig]
     normal, descent = np.eye(likelihood.unknowns), np.zeros(likelihood.unknowns)
     normal[:shared, :shared] = inverse(inverse(rival.fit.at.normal)[:shared, :shared])
@@ -163,10 +160,7 @@ def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> 
 
 def _expected(model: Model, further: Measurement) -> Measurement:
     """The further measurement as a model expects it, without noise."""
-    likelihood = Likelihood(model.fit.likelihood.simulation.of(further))
-    scores = np.zeros(likelihood.unknowns)
-    shared = len(likelihood.simulation.shared)
-    scores[:shared] = model.fit.scores[:shared]
+    likelihood, scores = in_other_set_up(model.fit, further)
     found = likelihood.predict(scores, derivatives=())
     sets = tuple(replace(each, accelerance=a) for each, a in zip(further.sets, found.accelerances, strict=True))
     points = None if further.points is None else replace(further.points, stiffness=found.stiffness)
@@ -245,11 +239,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
     Check(Experiment.GUIDED_HAMMER, ("impact_angle",), 0.1),
     Check(Experiment.FREE_BEAM, ("youngs_modulus", "density", "beam_damping", "mesh_error"), 0.1),
     Check(Experiment.AT_FOUNDATION, ("foundation_compliance",), 0.1),
-    Check(
-        Experiment.OTHER_LEVELS,
-        ("amplitude_dependence", "cubic_stiffness", "coulomb_friction"),
-        0.1,
-    ),
+    Check(Experiment.OTHER_LEVELS, ("amplitude_dependence", "cubic_stiffness", "coulomb_friction"), 0.1),
     Check(Experiment.HIGHER_FREQUENCY, ("frequency_dependence", "loss_law"), 0.2),
 )
 """The cheapest first."""
@@ -268,11 +258,17 @@ def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence
     if status is Status.UNKNOWN:
         return NextExperiment(Experiment.NEW_SET_UP)
     verdict, rivals = weighed[0], _rivals(weighed, groups)
-    experiment, expected = _cheapest(verdict.model, [rival.model for rival in rivals])
+    found, expected = Experiment.CORRECT_EFFECTS, 0.0
+    for experiment in EXPERIMENTS:  # the first that tells the verdict from all rivals, else the one that comes nearest
+        told = min((experiment.separation(verdict.model, rival.model) for rival in rivals), default=0.0)
+        if told > expected:
+            found, expected = experiment.id, told
+        if told >= CONVINCING:
+            break
     if expected == 0.0:
         return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects)
     doubtful = tuple(name for group in groups for name in group) or verdict.effects
-    return NextExperiment(experiment, doubtful, tells_apart=bool(groups), separation=expected)
+    return NextExperiment(found, doubtful, tells_apart=bool(groups), separation=expected)
 
 
 def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list[Weighed]:
@@ -281,18 +277,6 @@ def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list
     others_of_group = {name for group in groups for name in group} - set(verdict.effects)
     found = [next(each for each in others if name in each.effects) for name in sorted(others_of_group)]
     return found or [each for each in others if not set(verdict.effects) <= set(each.effects)][:1]
-
-
-def _cheapest(verdict: Model, rivals: Sequence[Model]) -> tuple[Experiment, float]:
-    """The first experiment that tells the verdict from all rivals, else the one that comes nearest."""
-    best = Experiment.CORRECT_EFFECTS, 0.0
-    for experiment in EXPERIMENTS:
-        expected = min((experiment.separation(verdict, rival) for rival in rivals), default=0.0)
-        if expected > best[1]:
-            best = experiment.id, expected
-        if expected >= CONVINCING:
-            break
-    return best
 
 
 def _size(model: Model, effect: int) -> float:

@@ -65,24 +65,18 @@ class Misfit:
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    parts = _whitened(found)
+    measurement = found.likelihood.measurement
+    predicted = found.likelihood.predict(found.scores, derivatives=())
+    parts = list[Complex]()
+    for each, accelerances in zip(measurement.sets, predicted.accelerances, strict=True):
+        parts += list((each.accelerance - accelerances) / each.deviation)
+    points = measurement.points
+    if points is not None:
+        left = (points.stiffness - predicted.stiffness) / points.deviation
+        parts += [left[members] for members in series(points).values()]
     energies, deviations = zip(*map(energy_of, parts), strict=True)
     return Misfit(
         energy=sum(energies),
         deviation=float(np.sqrt(sum(deviation**2 for deviation in deviations))),
         excess=sum(float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts),
     )
-
-
-def _whitened(found: Fit) -> list[Complex]:
-    """The whitened residual of each row and of each series, (n,) each."""
-    measurement = found.likelihood.measurement
-    predicted = found.likelihood.predict(found.scores, derivatives=())
-    result = list[Complex]()
-    for each, accelerances in zip(measurement.sets, predicted.accelerances, strict=True):
-        result += list((each.accelerance - accelerances) / each.deviation)
-    points = measurement.points
-    if points is not None:
-        left = (points.stiffness - predicted.stiffness) / points.deviation
-        result += [left[members] for members in series(points).values()]
-    return result

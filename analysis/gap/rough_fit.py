@@ -44,7 +44,10 @@ class RoughFit:
 
     def correlation(self, number: int) -> Real:
         """(rows,) correlation of measured and expected rows; each line is weighted by the root of its size."""
-        flat = [rows / np.sqrt(np.maximum(np.abs(rows), TINY)) for rows in self._pair(number)]
+        flat = [
+            rows / np.sqrt(np.maximum(np.abs(rows), TINY))
+            for rows in (self.thin[number].accelerance, self.expected[number])
+        ]
         unit = [rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), TINY) for rows in flat]
         return np.asarray(np.real(np.sum(unit[0] * unit[1].conj(), axis=1)))
 
@@ -56,9 +59,6 @@ class RoughFit:
         """(rows, rows) of the rows of one set with those of another, whatever their polarity."""
         one, against = self.thin[number], self.thin[other].accelerance
         return np.minimum(_unlikeness(one, against), _unlikeness(one, -against))
-
-    def _pair(self, number: int) -> tuple[Complex, Complex]:
-        return self.thin[number].accelerance, self.expected[number]
 
 
 def rough_fit(measurement: Measurement) -> RoughFit:

@@ -6,7 +6,7 @@ is believed only if a fit to the exchanged rows confirms it. Two rows along the 
 the paper's model: for these, only a majority of three or more sets decides.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -27,20 +27,12 @@ FAR, NEAR = 4.0, 2.0
 right."""
 
 
-@dataclass(frozen=True)
-class Unit:
-    """A quantity that a set may hold instead of accelerance; `to_accelerance` gives (lines,) factors for (lines,)
-    frequencies in Hz."""
-
-    name: str
-    to_accelerance: Callable[[Real], Complex]
-
-
-UNITS = (
-    Unit("accelerances in g/N", lambda frequency: np.full(frequency.shape, STANDARD_GRAVITY, dtype=complex)),
-    Unit("receptances in m/N", lambda frequency: np.asarray((2j * np.pi * frequency) ** 2)),
-    Unit("mobilities in (m/s)/N", lambda frequency: np.asarray(2j * np.pi * frequency)),
-)
+UNITS: Mapping[str, Callable[[Real], Complex]] = {
+    "accelerances in g/N": lambda frequency: np.full(frequency.shape, STANDARD_GRAVITY, dtype=complex),
+    "receptances in m/N": lambda frequency: np.asarray((2j * np.pi * frequency) ** 2),
+    "mobilities in (m/s)/N": lambda frequency: np.asarray(2j * np.pi * frequency),
+}
+"""Quantities that a set may hold instead of accelerance, with (lines,) factors to it for (lines,) frequencies in Hz."""
 
 
 def with_units_corrected(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
@@ -48,13 +40,15 @@ def with_units_corrected(rough: RoughFit) -> tuple[RoughFit, tuple[str, ...]]:
 
     The same fit where all sets look as expected, or where no other unit does.
     """
+    measurement = rough.measurement
     doubted = [number for number in range(len(rough.thin)) if not _looks_right(rough, number, STRANGE, FAR)]
     for numbers in (doubted, *([number] for number in doubted if len(doubted) > 1)):
         for unit in UNITS if numbers else ():
-            again = rough_fit(_converted(rough.measurement, numbers, unit))
+            sets = [_converted(each, UNITS[unit]) if n in numbers else each for n, each in enumerate(measurement.sets)]
+            again = rough_fit(replace(measurement, sets=tuple(sets)))
             if all(_looks_right(again, number, ALIKE, NEAR) for number in doubted):
                 which = f"hammer set{'s' if len(numbers) > 1 else ''} {', '.join(str(n + 1) for n in numbers)}"
-                return again, (f"{which}: {unit.name}, not accelerances in (m/s^2)/N; corrected",)
+                return again, (f"{which}: {unit}, not accelerances in (m/s^2)/N; corrected",)
     return rough, ()
 
 
@@ -63,13 +57,8 @@ def _looks_right(rough: RoughFit, number: int, correlation: float, size: float) 
     return bool(np.median(rough.correlation(number)) > correlation and 1 / size < middle < size)
 
 
-def _converted(measurement: Measurement, numbers: Sequence[int], unit: Unit) -> Measurement:
-    sets = [_to_accelerance(each, unit) if n in numbers else each for n, each in enumerate(measurement.sets)]
-    return replace(measurement, sets=tuple(sets))
-
-
-def _to_accelerance(each: HammerSet, unit: Unit) -> HammerSet:
-    factor = unit.to_accelerance(each.frequency)
+def _converted(each: HammerSet, to_accelerance: Callable[[Real], Complex]) -> HammerSet:
+    factor = to_accelerance(each.frequency)
     return replace(each, accelerance=factor * each.accelerance, deviation=np.abs(factor) * each.deviation)
 
 
@@ -101,28 +90,14 @@ class RowExchange:
     believed: float
 
 
-def with_rows_exchanged(rough: RoughFit) -> tuple[RoughFit, RowExchange] | None:
-    """A rough fit in which the two rows are exchanged that were swapped beyond doubt; None where there are none."""
-    found = list[tuple[float, RoughFit, RowExchange]]()
-    for exchange in sorted(_possible(rough), key=lambda each: _gain(_block(rough, each.places)))[:MOST_TRIED]:
-        sets = list(rough.measurement.sets)
-        for number, rows in exchange.places.items():
-            sets[number] = _with_exchanged(sets[number], rows)
-        again = rough_fit(replace(rough.measurement, sets=tuple(sets)))
-        before, after = (float(np.trace(_block(each, exchange.places))) for each in (rough, again))
-        itself = after < ITSELF * 2 * len(exchange.places) or exchange.believed == np.inf
-        if itself and after < exchange.believed * before:
-            found.append((after / before, again, exchange))
-    if not found:
-        return None
-    _, again, exchange = min(found, key=lambda each: each[0])
-    return again, exchange
-
-
 def _possible(rough: RoughFit) -> Iterator[RowExchange]:
     sets = rough.measurement.sets
     for pair in dict.fromkeys(frozenset(two) for each in sets for two in combinations(each.inputs, 2)):
-        places = {number: _places(each, pair) for number, each in enumerate(sets) if pair <= set(each.inputs)}
+        places = {
+            number: [row for row, dof in enumerate(each.inputs) if dof in pair]
+            for number, each in enumerate(sets)
+            if pair <= set(each.inputs)
+        }
         inconsistent_blows = {
             number: sum(
                 _gain(_between(rough, places, number, other)) < DIFFERENT for other in places if other != number
@@ -137,10 +112,6 @@ def _possible(rough: RoughFit) -> Iterator[RowExchange]:
             yield from (RowExchange({number: places[number]}, OF_TWO_SETS) for number in accused)
         elif not accused and across and _gain(_block(rough, places)) < TRIED:
             yield RowExchange(places, BELIEVED)
-
-
-def _places(each: HammerSet, pair: frozenset[Dof]) -> list[int]:
-    return [row for row, dof in enumerate(each.inputs) if dof in pair]
 
 
 def _block(rough: RoughFit, places: Places) -> Real:
@@ -160,12 +131,6 @@ def _between(rough: RoughFit, places: Places, number: int, other: int) -> Real:
 def _gain(block: Real) -> float:
     """Unlikeness crossed over unlikeness straight."""
     return float((block[0, 1] + block[1, 0]) / max(block[0, 0] + block[1, 1], 1e-12))
-
-
-def _with_exchanged(each: HammerSet, rows: list[int]) -> HammerSet:
-    accelerance, deviation = each.accelerance.copy(), each.deviation.copy()
-    accelerance[rows], deviation[rows] = accelerance[rows[::-1]], deviation[rows[::-1]]
-    return replace(each, accelerance=accelerance, deviation=deviation)
 
 
 REVERSED = -0.6
@@ -239,11 +204,22 @@ def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
 
 
 def _with_swap_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
-    """With two rows exchanged that were swapped."""
-    found = with_rows_exchanged(rough)
-    if found is None:
+    """With two rows exchanged that were swapped beyond doubt."""
+    found = list[tuple[float, RoughFit, RowExchange]]()
+    for exchange in sorted(_possible(rough), key=lambda each: _gain(_block(rough, each.places)))[:MOST_TRIED]:
+        sets = list(rough.measurement.sets)
+        for number, rows in exchange.places.items():
+            accelerance, deviation = sets[number].accelerance.copy(), sets[number].deviation.copy()
+            accelerance[rows], deviation[rows] = accelerance[rows[::-1]], deviation[rows[::-1]]
+            sets[number] = replace(sets[number], accelerance=accelerance, deviation=deviation)
+        again = rough_fit(replace(rough.measurement, sets=tuple(sets)))
+        before, after = (float(np.trace(_block(each, exchange.places))) for each in (rough, again))
+        itself = after < ITSELF * 2 * len(exchange.places) or exchange.believed == np.inf
+        if itself and after < exchange.believed * before:
+            found.append((after / before, again, exchange))
+    if not found:
         return None
-    again, exchange = found
+    _, again, exchange = min(found, key=lambda each: each[0])
     number, rows = next(iter(exchange.places.items()))
     where = _listed([number + 1 for number in exchange.places])
     said = f"hammer set{'s' if len(exchange.places) > 1 else ''} {where}"

@@ -189,21 +189,14 @@ class Simulation:
 
     # --- readings of both rigs ---
 
-    def predict(
-        self, scores: Real, gains: Real, blows: Sequence[Real], derivatives: Sequence[int] | None = None
-    ) -> Prediction:
-        """Readings of both rigs.
+    def state(self, scores: Real, gains: Real, blows: Sequence[Real]) -> State:
+        """Both rigs at one point.
 
         Args:
             scores: (shared,).
             gains: (sets,) of hammer and accelerometer together, relative to one.
             blows: for each set, (rows,) offsets of the blows from their nodes, m.
-            derivatives: places of the shared parameters whose derivatives are wanted; all by default.
         """
-        return self.state(scores, gains, blows).prediction(derivatives)
-
-    def state(self, scores: Real, gains: Real, blows: Sequence[Real]) -> State:
-        """Both rigs at the arguments of `predict`."""
         answers, values = [], self.values(scores.tolist())
         for group in self.groups:
             around = self.surroundings(values, group.setting)
@@ -282,7 +275,8 @@ class State:
 
     def _prediction(self, wanted: Sequence[int]) -> Prediction:
         simulation = self.simulation
-        moved = {place: simulation.values(one_step_further(self.scores, place)) for place in wanted}
+        steps = {place: STEP * (np.arange(self.scores.size) == place) for place in wanted}
+        moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
         own = simulation.baseline.measurement.tolerances.impact_position
         accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
         for group, answer in zip(simulation.groups, self.answers, strict=True):
@@ -308,10 +302,3 @@ class State:
         if points is None or "tester" not in simulation.affected[place]:
             return np.zeros_like(self.stiffness)
         return np.asarray((simulation.tester(moved, points) - self.stiffness) / STEP)
-
-
-def one_step_further(scores: Real, place: int) -> list[float]:
-    """Scores a step above in one of them."""
-    moved: list[float] = scores.tolist()
-    moved[place] += STEP
-    return moved

@@ -40,8 +40,10 @@ def pairs(search: Search, singles: Sequence[Model]) -> list[Model]:
         best = _leading(found, [*singles, *alone])[:1]
         if not best:
             break
-        second = _second_alone(search, best[0])
-        if _better(second, [*singles, *alone]):
+        effects, start = best[0].effects[1:], np.delete(best[0].fit.scores, best[0].places(0))
+        second = Model(effects, fit(search.simulation(effects), start, CLOSE, ENOUGH, SETTLING_STEPS))
+        alike = [each for each in (*singles, *alone) if each.ids == second.ids]
+        if all(second.log_evidence > each.log_evidence for each in alike):
             alone.append(second)
         if best[0].clean or any(second.effects == each.effects for each in firsts):
             break
@@ -66,17 +68,6 @@ def _leading(found: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
     least = max((each.log_evidence for each in singles), default=-np.inf)
     above = [each for each in best_by_id(found) if each.log_evidence > least]
     return [each for each in above if each.clean or not above[0].clean]
-
-
-def _second_alone(search: Search, pair: Model) -> Model:
-    """The second effect of a pair by itself, fitted from its values in the pair."""
-    effects, start = pair.effects[1:], np.delete(pair.fit.scores, pair.places(0))
-    return Model(effects, fit(search.simulation(effects), start, CLOSE, ENOUGH, SETTLING_STEPS))
-
-
-def _better(single: Model, singles: Sequence[Model]) -> bool:
-    """Whether a model is above all known models of its effect."""
-    return all(single.log_evidence > each.log_evidence for each in singles if each.ids == single.ids)
 
 
 def _with_other_laws(search: Search, pair: Model, firsts: Sequence[Model], singles: Sequence[Model]) -> list[Model]:

@@ -129,9 +129,7 @@ def trial(
     every truth is written to DIR before the first diagnosis; workers are told of nothing but what was measured. A trial
     that was interrupted goes on when the same command is given again.
     """
-    scores = carry_out(
-        Trial(cases, seed, seal, workers, through_instruments, honesty), progress_bar
-    )  # fmt: skip
+    scores = carry_out(Trial(cases, seed, seal, workers, through_instruments, honesty), progress_bar)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:
@@ -182,12 +180,11 @@ def _short(names: list[str]) -> str:
 
 def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
     """Diagnose a bundle, or a run; a run's diagnosis is stored."""
-    progress = progress_bar
     run = run_number(target)
     if run is None:
-        return diagnose_bundle(Path(target), without, progress)
+        return diagnose_bundle(Path(target), without, progress_bar)
     with open_catalogue() as store:
-        found = diagnosed(subject_of_run(store, run, progress), without, progress)
+        found = diagnosed(subject_of_run(store, run, progress_bar), without, progress_bar)
         with store.writing() as session:
             save_diagnosis(session, run, found.document, without)
     return found

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
-from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.held_out import Gap
 from analysis.gap.location import GapMap, Place
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
@@ -83,17 +83,9 @@ def _gap(found: Gap) -> dict[str, float]:
 
 
 def _rig(found: Diagnosis, rig: str) -> dict[str, float | None]:
-    before, after = (_of_rig(each, rig) for each in (found.before, found.after))
-    return {
-        "before": None if before is None else before.percent,
-        "after": None if after is None else after.percent,
-        "before_sigma": None if before is None else before.sigma,
-        "after_sigma": None if after is None else after.sigma,
-    }
-
-
-def _of_rig(held_out: HeldOut, rig: str) -> Gap | None:
-    return held_out.inverse if rig == "inverse" else held_out.direct
+    gaps: dict[str, Gap | None] = {"before": getattr(found.before, rig), "after": getattr(found.after, rig)}
+    percents = {name: None if gap is None else gap.percent for name, gap in gaps.items()}
+    return percents | {f"{name}_sigma": None if gap is None else gap.sigma for name, gap in gaps.items()}
 
 
 def _place(place: Place) -> dict[str, Any]:

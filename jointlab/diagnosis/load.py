@@ -115,20 +115,13 @@ def gap_measurement(
         AnalysisError: there is nothing to diagnose, or a table contradicts itself.
     """
     article = measured.article
-    tolerances = article.tolerances
+    tolerances = article.tolerances.model_dump()
+    inclination_deg = tolerances.pop("inclination_deg")
     return gap.Measurement(
         drawing=drawing_of(article),
         sets=tuple(_hammer_set(measured, index) for index in range(len(measured.sets))),
         points=_points(measured),
-        tolerances=gap.StatedTolerances(
-            node_position=tolerances.node_position,
-            sensor_gain=tolerances.sensor_gain,
-            youngs_modulus=tolerances.youngs_modulus,
-            density=tolerances.density,
-            impact_position=tolerances.impact_position,
-            inclination=float(np.radians(tolerances.inclination_deg)),
-            tester_gain=tolerances.tester_gain,
-        ),
+        tolerances=gap.StatedTolerances(**tolerances, inclination=float(np.radians(inclination_deg))),
         preset=preset_mm * 1e-3,
         predict=predict,
         blows=blows,
@@ -184,15 +177,13 @@ def _points(measured: Measurement) -> gap.TesterPoints | None:
         return None
     names = [joint.name for joint in measured.article.joints]
     points, results = measured.points, [point.result for point in measured.points]
-    stiffness = np.array([result.complex_stiffness for result in results])
-    spread = np.array([np.sqrt(np.trace(result.covariance) / 2) for result in results])
     return gap.TesterPoints(
         order=np.array([point.order_number for point in points], dtype=float),
         specimen=np.array([names.index(point.specimen) for point in points]),
         configuration=np.array([gap.Configuration[point.configuration.upper()] for point in points], dtype=np.intp),
         amplitude=np.array([point.amplitude_pp_mm for point in points]) * 0.5e-3,
         frequency=np.array([result.frequency for result in results]),
-        stiffness=stiffness,
-        deviation=spread,
+        stiffness=np.array([result.complex_stiffness for result in results]),
+        deviation=np.array([np.sqrt(np.trace(result.covariance) / 2) for result in results]),
         temperature=np.array([np.nan if p.temperature_c is None else p.temperature_c for p in points]),
     )

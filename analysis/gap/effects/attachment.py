@@ -11,7 +11,6 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class JointMass(Effect):
     """Caps and bolts move with the beam: the same mass at every joint, up to 0.3 kg."""
 
@@ -25,7 +24,6 @@ class JointMass(Effect):
         return joints + inertia(np.full(joints.shape[1], given["m"]), pole)
 
 
-@dataclass(frozen=True)
 class MassOfEachJoint(EffectOfEachJoint):
     """A mass of its own at each joint."""
 
@@ -84,7 +82,6 @@ class FoundationCompliance(Effect):
         return changed
 
 
-@dataclass(frozen=True)
 class FoundationBothWays(FoundationCompliance):
     """The foundation of one joint moves across and along the beam alike."""
 

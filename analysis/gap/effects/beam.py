@@ -14,7 +14,6 @@ from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class YoungsModulus(Effect):
     """Young's modulus is off: handbooks of steels differ by 3 %."""
 
@@ -27,7 +26,6 @@ class YoungsModulus(Effect):
         return replace(bench, modulus=bench.modulus + given["relative"])
 
 
-@dataclass(frozen=True)
 class Density(Effect):
     """Density is off: steels, and the true section of a beam, differ by up to 2 %."""
 
@@ -40,7 +38,6 @@ class Density(Effect):
         return replace(bench, density=bench.density + given["relative"])
 
 
-@dataclass(frozen=True)
 class MeshError(Effect):
     """The mesh is too coarse: squared free frequencies are off by a share that grows with them.
 
@@ -60,7 +57,6 @@ REFERENCE = 200.0
 """Hz, at which a loss factor that follows frequency has the value `eta`."""
 
 
-@dataclass(frozen=True)
 class BeamDamping(Effect):
     """Cables, bolts and coatings damp the beam, up to 1 %: a loss factor that is the same at all frequencies."""
 
@@ -73,7 +69,6 @@ class BeamDamping(Effect):
         return replace(bench, loss=bench.loss + given["eta"])
 
 
-@dataclass(frozen=True)
 class DampingFollowingFrequency(BeamDamping):
     """A loss factor that is a power of frequency: 1 for a viscous material, -1 for drag."""
 
@@ -84,7 +79,6 @@ class DampingFollowingFrequency(BeamDamping):
         return replace(bench, loss=bench.loss + given["eta"] * (setting.frequency / REFERENCE) ** given["power"])
 
 
-@dataclass(frozen=True)
 class DampingOfModes(BeamDamping):
     """Every mode gains the same damping ratio, half of a loss factor at its resonance."""
 
@@ -114,7 +108,6 @@ class MoreFreeDamping(BeamDamping):
         return replace(bench, damping=bench.damping + given["eta"] / 2 / self.highest)
 
 
-@dataclass(frozen=True)
 class AccelerometerMass(Effect):
     """The accelerometer's mass, which the model leaves out: 2 to 40 g with its base and cable."""
 
@@ -230,7 +223,6 @@ class BendingByRow(OutOfPlaneBending):
         return replace(bench, added=added)
 
 
-@dataclass(frozen=True)
 class LowerModes(OutOfPlaneBending):
     """All lower modes of the beam on edge: it moves as a rigid body on its joints too, and bends higher up."""
 

@@ -12,7 +12,6 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class ImpactAngle(Effect):
     """Transverse blows lean alike by a few degrees, and part of their force pulls along the axis."""
 
@@ -45,7 +44,6 @@ class SurfaceBlows(ImpactAngle):
         return replace(super().beam(given, bench, setting), strike_height=self.height)
 
 
-@dataclass(frozen=True)
 class AllBlows(ImpactAngle):
     """All blows lean alike; on the ends of the beam, part of their force acts across it."""
 
@@ -97,7 +95,6 @@ class ImpactPosition(Effect):
         return replace(bench, blow_offset=bench.blow_offset + shift)
 
 
-@dataclass(frozen=True)
 class DoubleHit(Effect):
     """The hammer bounces: a second contact a few milliseconds after the first.
 

@@ -77,7 +77,6 @@ class AmplitudeDependence(Effect):
         return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
 
 
-@dataclass(frozen=True)
 class AmplitudeCurve(AmplitudeDependence):
     """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of its own."""
 
@@ -158,7 +157,6 @@ class AmplitudeTable(Effect):
         return found + leaning * np.log(loading.frequency / 200.0)
 
 
-@dataclass(frozen=True)
 class CubicStiffness(Effect):
     """Stiffness changes with the square of amplitude, without loss: k (1 + beta x^2).
 
@@ -175,7 +173,6 @@ class CubicStiffness(Effect):
         return cylinders.scaled(1 + given["beta"] * amplitude**2, 1.0)
 
 
-@dataclass(frozen=True)
 class SaturatingStiffness(CubicStiffness):
     """k (1 + beta x^2 / (1 + (x / x_s)^2)): the change levels off beyond an amplitude x_s."""
 
@@ -190,7 +187,6 @@ class SaturatingStiffness(CubicStiffness):
 TRANSLATION = np.array([[1.0], [1.0], [0.0]])
 
 
-@dataclass(frozen=True)
 class CoulombFriction(Effect):
     """Dry friction beside each cylinder, in shear and in compression: 4 F_c / (pi x) on the loss, F_c of 0.1 to 5 N.
 
@@ -208,7 +204,6 @@ class CoulombFriction(Effect):
         return Cylinders(cylinders.storage, np.asarray(cylinders.loss + TRANSLATION * rubbing))
 
 
-@dataclass(frozen=True)
 class StickingFriction(Effect):
     """A slider behind a spring, which sticks at small amplitudes (Jenkins' element by harmonic balance).
 

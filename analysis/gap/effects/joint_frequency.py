@@ -1,6 +1,5 @@
 """Joints whose stiffness and loss follow frequency."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +17,6 @@ FEW = (10.0, 80.0, 600.0)
 """Hz, at which a search for three free relaxations starts."""
 
 
-@dataclass(frozen=True)
 class FrequencyDependence(Effect):
     """A series of relaxations (Prony): any causal law that is smooth over a factor of four in frequency.
 
@@ -53,7 +51,6 @@ class FrequencyDependence(Effect):
         return np.array(RELAXATIONS), np.array([given[parameter.name] for parameter in self.parameters])
 
 
-@dataclass(frozen=True)
 class FewRelaxations(FrequencyDependence):
     """Three relaxations at any frequencies, far apart or close: sharper than a series at fixed frequencies."""
 
@@ -73,7 +70,6 @@ class FewRelaxations(FrequencyDependence):
         return np.array([given[f"f_{n}"] for n in places]), np.array([given[f"g_{n}"] for n in places])
 
 
-@dataclass(frozen=True)
 class FractionalZener(FrequencyDependence):
     """(1 + B (i w tau)^alpha) / (1 + C (i w tau)^alpha) (R. L. Bagley, P. J. Torvik, J. Rheology 27, 1983)."""
 
@@ -90,13 +86,10 @@ class FractionalZener(FrequencyDependence):
         turn = alpha * np.pi / 2
         real, imaginary = size * np.cos(turn), size * np.sin(turn)
         below = (1 + real) ** 2 + imaginary**2
-        return (
-            ((1 + ratio * real) * (1 + real) + ratio * imaginary**2) / below,
-            (ratio - 1) * imaginary / below,
-        )
+        storage = ((1 + ratio * real) * (1 + real) + ratio * imaginary**2) / below
+        return storage, (ratio - 1) * imaginary / below
 
 
-@dataclass(frozen=True)
 class SpringPot(FrequencyDependence):
     """A spring beside a spring-pot: 1 + g (i f / 100 Hz)^alpha."""
 
@@ -114,7 +107,6 @@ LOSS_REFERENCE = 100.0
 SHEAR, COMPRESSION = ((1.0,), (0.0,), (0.0,)), ((0.0,), (1.0,), (1.0,))
 
 
-@dataclass(frozen=True)
 class LossLaw(Effect):
     """Loss follows frequency while stiffness does not: h proportional to w^p, viscous at p = 1."""
 
@@ -127,7 +119,6 @@ class LossLaw(Effect):
         return cylinders.scaled(1.0, np.exp(given["p"] * np.log(loading.frequency / LOSS_REFERENCE)))
 
 
-@dataclass(frozen=True)
 class LossLawOfEach(LossLaw):
     """A power for shear, and another for compression and rotation."""
 
@@ -139,7 +130,6 @@ class LossLawOfEach(LossLaw):
         return cylinders.scaled(1.0, np.exp(powers * np.log(loading.frequency / LOSS_REFERENCE)))
 
 
-@dataclass(frozen=True)
 class PartViscous(LossLaw):
     """A part of the loss is viscous, in shear and in compression: 1 + q (f / 100 Hz - 1)."""
 

@@ -11,7 +11,6 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class SupportPosition(EffectOfEachJoint):
     """Each joint sits beside where the drawing has it, by up to 10 mm along the beam."""
 
@@ -56,7 +55,6 @@ class CylinderAngle(Effect):
         return replace(mounting, inclination=mounting.inclination + (concerned * turn)[:, None])
 
 
-@dataclass(frozen=True)
 class VerticalOffset(EffectOfEachJoint):
     """Both cylinders of a joint sit off the beam's axis, by up to 5 mm for each joint: k13 and k23 appear."""
 
@@ -72,7 +70,6 @@ class VerticalOffset(EffectOfEachJoint):
         return replace(mounting, eccentricity=mounting.eccentricity + self.at_joints(given, "shift")[:, None])
 
 
-@dataclass(frozen=True)
 class ContactPatch(Effect):
     """Stiffness acts over a length of the beam, 10 to 40 mm for a cap: k33 grows by k22 l^2 / 12 at all joints."""
 

@@ -15,7 +15,6 @@ SOFTENING = Parameter("softening", "1/K", 0.008, 0.5, positive=True)
 """Share by which stiffness falls per K: 0.5 to 1 % for filled natural rubber about room temperature (ISO 18437-4)."""
 
 
-@dataclass(frozen=True)
 class TemperatureShift(Effect):
     """The tester is warmer than the beam by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
 
@@ -60,7 +59,6 @@ class PreloadStiffening(Effect):
         return 0.0
 
 
-@dataclass(frozen=True)
 class PreloadWithLoss(PreloadStiffening):
     """Stiffness and loss grow alike."""
 
@@ -70,7 +68,6 @@ class PreloadWithLoss(PreloadStiffening):
         return 1.0
 
 
-@dataclass(frozen=True)
 class PreloadWithSomeLoss(PreloadStiffening):
     """Loss grows by a share of the growth of stiffness."""
 
@@ -81,7 +78,6 @@ class PreloadWithSomeLoss(PreloadStiffening):
         return given["loss_share"]
 
 
-@dataclass(frozen=True)
 class ConditioningDrift(Effect):
     """Specimens soften while they are cycled (slow part of Mullins' effect), up to 10 %.
 
@@ -103,7 +99,6 @@ class ConditioningDrift(Effect):
         return fraction
 
 
-@dataclass(frozen=True)
 class SaturatingDrift(ConditioningDrift):
     """The drift saturates: most of it is over after a share `knee` of the test."""
 
@@ -115,7 +110,6 @@ class SaturatingDrift(ConditioningDrift):
         return np.asarray((1 - np.exp(-rate * fraction)) / (1 - np.exp(-rate)))
 
 
-@dataclass(frozen=True)
 class LogarithmicDrift(ConditioningDrift):
     """The drift follows the logarithm of the number of cycles."""
 

@@ -1,6 +1,6 @@
 """Sensors, cables and windows of the beam rig."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from analysis.gap.effect import Effect, Given
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class SensorGain(Effect):
     """Sensitivities of hammer or accelerometer are off by up to 5 %: one factor on all accelerances."""
 
@@ -22,7 +21,6 @@ class SensorGain(Effect):
         return replace(bench, chain=bench.chain * (1 + given["gain"]))
 
 
-@dataclass(frozen=True)
 class ChannelDelay(Effect):
     """Filters or multiplexed channels delay acceleration against force by up to 50 us."""
 
@@ -35,7 +33,6 @@ class ChannelDelay(Effect):
         return replace(bench, chain=bench.chain * np.exp(-given["tau"] * bench.pole))
 
 
-@dataclass(frozen=True)
 class HighpassCorner(Effect):
     """The IEPE supply couples by a capacitor: a first-order corner at 0.1 to 5 Hz, i w / (i w + w_c)."""
 
@@ -48,7 +45,6 @@ class HighpassCorner(Effect):
         return replace(bench, chain=bench.chain * bench.pole / (bench.pole + 2 * np.pi * given["corner"]))
 
 
-@dataclass(frozen=True)
 class SecondOrderCorner(HighpassCorner):
     """Two stages in a row, of charge amplifier and input."""
 
@@ -60,7 +56,6 @@ class SecondOrderCorner(HighpassCorner):
         return replace(bench, chain=bench.chain * passed)
 
 
-@dataclass(frozen=True)
 class ExponentialWindow(Effect):
     """An exponential window e^(-s t) on both channels that nobody stated: H at i w + s, beside a stated one."""
 
@@ -73,7 +68,6 @@ class ExponentialWindow(Effect):
         return replace(bench, pole=bench.pole + given["s"])
 
 
-@dataclass(frozen=True)
 class CrossAxisSensitivity(Effect):
     """The accelerometer reads a share of the axial motion; data sheets allow 5 %."""
 
@@ -85,7 +79,6 @@ class CrossAxisSensitivity(Effect):
         return replace(bench, cross_axis=bench.cross_axis + given["sensitivity"])
 
 
-@dataclass(frozen=True)
 class MainsHum(Effect):
     """The mains and its multiples on the accelerometer; ground loops make 0.01 to 0.1 m/s^2 with an unshielded cable.
 

@@ -1,6 +1,5 @@
 """The elastomer tester itself."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
 
 
-@dataclass(frozen=True)
 class FrameCompliance(Effect):
     """The frame gives way in series with the specimen: 1/k + c, up to 0.5 um/N for a light frame."""
 
@@ -24,7 +22,6 @@ class FrameCompliance(Effect):
         return stiffness / (1 + given["c"] * stiffness)
 
 
-@dataclass(frozen=True)
 class LossyFrame(FrameCompliance):
     """The frame loses energy too, in bolted joints and seals: c (1 - i loss)."""
 
@@ -35,7 +32,6 @@ class LossyFrame(FrameCompliance):
         return stiffness / (1 + given["c"] * (1 - 1j * given["loss"]) * stiffness)
 
 
-@dataclass(frozen=True)
 class FixtureInertia(Effect):
     """Mass between specimen and force transducer, up to 0.2 kg: k - w^2 m."""
 
@@ -53,7 +49,6 @@ SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Config
 """Parameters for the mass of each configuration's fixture, over `m`."""
 
 
-@dataclass(frozen=True)
 class InertiaOfEachFixture(FixtureInertia):
     """Each configuration has a fixture of its own, and masses differ a little."""
 
@@ -65,7 +60,6 @@ class InertiaOfEachFixture(FixtureInertia):
         return np.asarray(stiffness - given["m"] * shares * (2 * np.pi * points.frequency) ** 2)
 
 
-@dataclass(frozen=True)
 class FrameResonance(Effect):
     """The frame resonates at 250 to 800 Hz and magnifies readings below: 1 / (1 - (f / f_r)^2)."""
 
@@ -77,7 +71,6 @@ class FrameResonance(Effect):
         return stiffness / (1 - (points.frequency / given["f_r"]) ** 2)
 
 
-@dataclass(frozen=True)
 class TransducerLag(Effect):
     """Force leads displacement by different filters: e^(i w tau), up to 300 us."""
 
@@ -90,7 +83,6 @@ class TransducerLag(Effect):
         return np.asarray(stiffness * np.exp(2j * np.pi * points.frequency * given["tau"]))
 
 
-@dataclass(frozen=True)
 class FilteredDisplacement(TransducerLag):
     """Displacement passes a filter of first order that force does not pass."""
 

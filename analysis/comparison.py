@@ -18,16 +18,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.direct.cylinder_terms import AMPLITUDE_TOLERANCE, JointLaw, JointTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.joint_amplitude import JointAmplitude
 
 FLAT_BAND = (50.0, 200.0)  # Hz
@@ -41,30 +40,6 @@ class Agreement(StrEnum):
     AGREE = "agree"
     DIFFER = "differ"
     NOT_COMPARABLE = "not comparable"
-
-
-class InverseJoint(Protocol):
-    """What is needed of a joint that the inverse test identified; rows and columns are x, y, rotation."""
-
-    @property
-    def stiffness(self) -> Real:
-        """(3, 3) k."""
-
-    @property
-    def k_ci95(self) -> Real:
-        """(3, 3, 2) its 95 % interval."""
-
-    @property
-    def loss_factor(self) -> Real:
-        """(3, 3) gamma, nan where k is not distinguishable from zero."""
-
-    @property
-    def loss_factor_ci95(self) -> Real:
-        """(3, 3, 2) its 95 % interval."""
-
-    @property
-    def observable(self) -> NDArray[np.bool_]:
-        """(3, 3) false where only a prior or a sum determines the element."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +85,7 @@ class ElementComparison:
 
 def compare(
     direct: Mapping[str, Sequence[JointTerms] | JointLaw],
-    inverse: Mapping[str, InverseJoint],
+    inverse: Mapping[str, IdentifiedJoint],
     *,
     mode_frequencies: Sequence[float] = (),
     amplitude_pp: float | Mapping[str, JointAmplitude] | None = None,
@@ -311,7 +286,7 @@ def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: floa
     )
 
 
-def _inverse_bounds(joint: InverseJoint, element: str, p: int, q: int) -> tuple[Bounds | None, str]:
+def _inverse_bounds(joint: IdentifiedJoint, element: str, p: int, q: int) -> tuple[Bounds | None, str]:
     """Value and interval of one element, or None and the reason why there is none."""
     stiffness = element.startswith("k")
     value = joint.stiffness[p, q] if stiffness else joint.loss_factor[p, q]
@@ -321,7 +296,7 @@ def _inverse_bounds(joint: InverseJoint, element: str, p: int, q: int) -> tuple[
     return Bounds(float(value), float(low), float(high)), ""
 
 
-def _inverse_total(joints: tuple[InverseJoint, ...], element: str, p: int, q: int) -> tuple[Bounds | None, str]:
+def _inverse_total(joints: tuple[IdentifiedJoint, ...], element: str, p: int, q: int) -> tuple[Bounds | None, str]:
     """Sum of k over all joints, or sum of h over sum of k; the errors of joints may be correlated in any way."""
     parts = [_inverse_bounds(joint, element, p, q) for joint in joints]
     bounds = [part for part, _ in parts if part is not None]
@@ -361,11 +336,8 @@ def _verdict(inverse: Bounds, direct: Bounds) -> tuple[Agreement, str]:
             Agreement.NOT_COMPARABLE,
             f"inverse less direct is {difference:.3g} +- {half:.3g}, so wide that zero for the element would agree too",
         )
-    figures = f"inverse less direct is {_percent(difference, direct)} +- {_percent(half, direct)} % of the direct value"
+    percent = 100 / abs(direct.value)
+    figures = f"inverse less direct is {percent * difference:.1f} +- {percent * half:.1f} % of the direct value"
     if abs(difference) <= half:
         return Agreement.AGREE, f"{figures}: zero lies within"
     return Agreement.DIFFER, f"{figures}: zero lies outside"
-
-
-def _percent(number: float, direct: Bounds) -> str:
-    return f"{100 * number / abs(direct.value):.1f}"

@@ -14,7 +14,7 @@ from analysis.frequency_response import Real
 from analysis.inverse import regression
 from analysis.inverse.covariance_propagation import ModalUncertainty, propagated_covariance
 from analysis.inverse.expansion import joint_motion
-from analysis.inverse.joint_estimate import JointEstimate, estimate, joint_of
+from analysis.inverse.joint_estimate import HALF, JointEstimate, estimate, square
 from analysis.inverse.longitudinal_averaging import averaged
 from analysis.inverse.observability import modal_bound
 from analysis.inverse.undetermined_terms import WeakDirection, term_names, undetermined, weak_directions
@@ -66,7 +66,10 @@ def identify_joints(
     motion = joint_motion(free_beam, modes.poles, shapes, measured, nodes)
     solved = [regression.solve(motion.displacement[:, j], motion.force[:, j]) for j in range(len(nodes))]
 
-    joints = [joint_of(name, node, found) for (name, node), found in zip(joint_nodes.items(), solved, strict=True)]
+    joints = [
+        Joint(name, node, square(found.terms[:HALF]) + 1j * square(found.terms[HALF:]))
+        for (name, node), found in zip(joint_nodes.items(), solved, strict=True)
+    ]
     bound = information_bound(free_beam, joints, modes, measured)
     values = np.concatenate([found.terms for found in solved])
     names = term_names(tuple(joint_nodes))

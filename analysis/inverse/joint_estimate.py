@@ -104,11 +104,6 @@ def square(upper: NDArray[Scalar]) -> NDArray[Scalar]:
     return matrix
 
 
-def joint_of(name: str, node: int, regression: Regression) -> Joint:
-    """The joint that a regression found."""
-    return Joint(name, node, square(regression.terms[:HALF]) + 1j * square(regression.terms[HALF:]))
-
-
 def estimate(
     name: str, node: int, regression: Regression, propagated: Real | None, undetermined: Reasons
 ) -> JointEstimate:

@@ -99,7 +99,11 @@ def _model_change(
     rows = measured_degrees(free_beam, measured)
     count = held.size
     stiffness = block_diag(*(joint.dynamic_stiffness for joint in joints))
-    terms = _unit_changes(len(joints))
+    # change of all joints' z for a unit of each term
+    terms = np.zeros((len(TERMS) * len(joints), count, count), dtype=complex)
+    places = [(3 * joint + p, 3 * joint + q, f) for joint in range(len(joints)) for f in (1.0, 1j) for p, q in UPPER]
+    for number, (row, column, factor) in enumerate(places):
+        terms[number, [row, column], [column, row]] = factor
     poles = modes.poles
     at_joints, slope = (f(poles, held, held) for f in (free_beam.receptance, free_beam.receptance_slope))
     at_rows, rows_slope = (f(poles, rows, held) for f in (free_beam.receptance, free_beam.receptance_slope))
@@ -121,17 +125,6 @@ def _model_change(
         of_poles[mode] = change[count]
         of_shapes[mode] = at_rows[mode] @ change[:count] + np.outer(rows_slope[mode] @ p, change[count])
     return of_poles, of_shapes
-
-
-def _unit_changes(joints: int) -> Complex:
-    """(12 joints, 3 joints, 3 joints) change of all joints' z for a unit of each term."""
-    changes = np.zeros((len(TERMS) * joints, 3 * joints, 3 * joints), dtype=complex)
-    for joint in range(joints):
-        for number, factor in enumerate((1.0, 1j)):
-            for place, (p, q) in enumerate(UPPER):
-                row, column = 3 * joint + p, 3 * joint + q
-                changes[len(TERMS) * joint + len(UPPER) * number + place, [row, column], [column, row]] = factor
-    return changes
 
 
 def _whiten(covariance: Real, columns: Real) -> Real:

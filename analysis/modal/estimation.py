@@ -154,7 +154,9 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     covariance, shape_covariance = scale * covariance, scale * of_constants[rising]
     if lines.variance is None and len(lines.inputs) > 1:
         between_rows = slope @ fit.pole_covariance_between_rows @ slope.T
-        widening = _widening(covariance, between_rows, len(lines.inputs))
+        # standard deviations are at least what the rows say; few rows: Student
+        student = float(stdtrit(len(lines.inputs) - 1, 0.975)) / _NORMAL_97_5
+        widening = np.maximum(1.0, student * np.sqrt(np.diag(between_rows) / np.diag(covariance)))
         covariance = covariance * widening * widening[:, None]
         shape_covariance = shape_covariance * np.max(widening.reshape(-1, 2), axis=1)[:, None, None] ** 2
     modes = Modes(
@@ -175,9 +177,3 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
         stabilisation=chart,
         damping=data.kind,
     )
-
-
-def _widening(covariance: Real, between_rows: Real, rows: int) -> Real:
-    """(parameters,) factors, one or more, that bring standard deviations up to what the rows say; few rows: Student."""
-    student = float(stdtrit(rows - 1, 0.975)) / _NORMAL_97_5
-    return np.asarray(np.maximum(1.0, student * np.sqrt(np.diag(between_rows) / np.diag(covariance))))

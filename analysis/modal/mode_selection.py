@@ -49,9 +49,11 @@ def resolved(data: ModalData, start: Complex, terms: int) -> ModalFit:
         try:
             return refine(data, start, terms)
         except UnresolvedModesError:
-            if np.min(_distances(start)) > _MERGED:
+            distance = _distances(start)
+            if np.min(distance) > _MERGED:
                 raise
-            start = _with_closest_merged(start)
+            closest = np.unravel_index(np.argmin(distance), distance.shape)
+            start = np.append(np.delete(start, closest), np.mean(start[list(closest)]))  # the two merged half-way
 
 
 def _distances(poles: Complex) -> Real:
@@ -60,13 +62,6 @@ def _distances(poles: Complex) -> Real:
     distance = np.abs(poles[:, None] - poles) / np.minimum(half_bandwidth[:, None], half_bandwidth)
     np.fill_diagonal(distance, np.inf)
     return np.asarray(distance)
-
-
-def _with_closest_merged(poles: Complex) -> Complex:
-    """The poles (modes,) with one half-way between the two that lie closest in place of these."""
-    distance = _distances(poles)
-    pair = np.unravel_index(np.argmin(distance), distance.shape)
-    return np.append(np.delete(poles, pair), np.mean(poles[list(pair)]))
 
 
 def evidence(fit: ModalFit) -> Real:

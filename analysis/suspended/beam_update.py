@@ -251,18 +251,25 @@ def update_beam(
     free = np.flatnonzero(prior)
     if free.size == 0:
         raise AnalysisError("every tolerance of the beam is zero, so there is nothing to update")
-    model = _Model(drawn, mesh, tuple(number - 1 for number in measured.numbers), point_masses, weighed)
     data, covariance = _data(measured, tolerances.frequency, weighed)
     try:
         root = np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError as error:
         raise AnalysisError("these frequencies have no valid covariance; state a tolerance of frequency") from error
 
+    places = [number - 1 for number in measured.numbers]
     steps = np.zeros(free.size)  # in tolerances
     for _ in range(ITERATIONS):
         change = np.zeros(prior.size)
         change[free] = prior[free] * steps
-        beam, moved, expected, slopes = model.at(change)
+        scale = zip(PARAMETERS, np.exp(change).tolist(), strict=True)
+        beam = replace(drawn, **{name: getattr(drawn, name) * factor for name, factor in scale})
+        moved = replace(mesh, positions=mesh.positions * (beam.length / mesh.positions[-1]))
+        frequency, slopes = free_frequencies(beam, moved, places, point_masses=point_masses)
+        expected = np.log(frequency)
+        if weighed is not None:
+            expected = np.append(expected, np.log(beam.density * beam.area * beam.length))
+            slopes = np.vstack([slopes, _powers(MASS_POWERS)])
         columns = np.vstack([np.linalg.solve(root, slopes[:, free] * prior[free]), np.eye(free.size)])
         left = np.concatenate([np.linalg.solve(root, data - expected), -steps])
         step = np.linalg.lstsq(columns, left, rcond=None)[0]
@@ -304,28 +311,6 @@ def _data(measured: ElasticModes, model_error: float, weighed: Estimate | None) 
     if weighed is None:
         return data, covariance
     return np.append(data, np.log(weighed.value)), block_diag(covariance, (weighed.standard_error / weighed.value) ** 2)
-
-
-@dataclass(frozen=True)
-class _Model:
-    """Prediction of the data for a changed beam."""
-
-    drawn: Beam
-    mesh: Mesh
-    places: tuple[int, ...]
-    point_masses: Mapping[int, float] | None
-    weighed: Estimate | None
-
-    def at(self, change: Real) -> tuple[Beam, Mesh, Real, Real]:
-        """The beam after `change` of ln p, its mesh, the expected data, and their slopes by ln p."""
-        scale = zip(PARAMETERS, np.exp(change).tolist(), strict=True)
-        beam = replace(self.drawn, **{name: getattr(self.drawn, name) * factor for name, factor in scale})
-        moved = replace(self.mesh, positions=self.mesh.positions * (beam.length / self.mesh.positions[-1]))
-        frequency, slopes = free_frequencies(beam, moved, self.places, point_masses=self.point_masses)
-        if self.weighed is None:
-            return beam, moved, np.log(frequency), slopes
-        mass = beam.density * beam.area * beam.length
-        return beam, moved, np.log([*frequency, mass]), np.vstack([slopes, _powers(MASS_POWERS)])
 
 
 @dataclass(frozen=True)

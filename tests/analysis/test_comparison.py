@@ -1,5 +1,7 @@
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,11 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.comparison import Agreement, Bounds, ElementComparison, compare
+from analysis import comparison
+from analysis.comparison import Agreement, Bounds, ElementComparison
 from analysis.direct.cylinder_terms import JointLaw, JointTerms, cylinder_terms, fit_cylinder_law, joint_terms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.joint_amplitude import JointAmplitude
 from tests.analysis.direct.points import from_polar
 
@@ -48,14 +52,26 @@ class Identified:
     observable: NDArray[np.bool_] = field(default_factory=lambda: np.ones((3, 3), dtype=bool))
 
     @property
-    def k_ci95(self) -> Real:
-        half = 1.96 * self.error * np.abs(self.stiffness)
-        return np.stack([self.stiffness - half, self.stiffness + half], axis=-1)
+    def joint(self) -> IdentifiedJoint:
+        half_of_k, half_of_gamma = 1.96 * self.error * np.abs(self.stiffness), 1.96 * self.error
+        return IdentifiedJoint(
+            name="I",
+            node=1,
+            stiffness=self.stiffness,
+            damping=self.stiffness * self.loss_factor,
+            covariance=np.zeros((12, 12)),
+            k_ci95=np.stack([self.stiffness - half_of_k, self.stiffness + half_of_k], axis=-1),
+            h_ci95=np.zeros((3, 3, 2)),
+            loss_factor=self.loss_factor,
+            loss_factor_ci95=np.stack([self.loss_factor - half_of_gamma, self.loss_factor + half_of_gamma], axis=-1),
+            why_not=np.where(self.observable, "", "hidden"),
+        )
 
-    @property
-    def loss_factor_ci95(self) -> Real:
-        half = 1.96 * self.error
-        return np.stack([self.loss_factor - half, self.loss_factor + half], axis=-1)
+
+def compare(
+    direct: Mapping[str, Sequence[JointTerms] | JointLaw], inverse: Mapping[str, Identified], **options: Any
+) -> tuple[ElementComparison, ...]:
+    return comparison.compare(direct, {name: each.joint for name, each in inverse.items()}, **options)
 
 
 def identified(joint: str, scale: float = 1.0) -> Identified:

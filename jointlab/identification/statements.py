@@ -16,32 +16,24 @@ MOSTLY = 0.5
 
 def fit_statements(fit: JointFit) -> list[str]:
     """How joints follow frequency, and where blows lean; empty for constant joints and straight blows."""
-    return [*_exponent_statements(fit), *_lean_statements(fit)]
-
-
-def _exponent_statements(fit: JointFit) -> list[str]:
-    found = []
+    statements = []
     for name, exponent in fit.exponents.items():
         low, high = exponent.interval()
-        found.append(
+        statements.append(
             f"Joint {name} follows the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency; its terms "
             f"are those at {REFERENCE_FREQUENCY:g} Hz."
         )
-    return found
-
-
-def _lean_statements(fit: JointFit) -> list[str]:
-    """The point at which blows lean most; nothing where no lean is significant."""
     significant = {
         point: lean for point, lean in fit.leans.items() if abs(lean.value) > LEAN_SIGNIFICANCE * lean.standard_error
     }
     if not significant:
-        return []
+        return statements
     point = max(significant, key=lambda each: abs(significant[each].value))
     lean, half = math.degrees(abs(significant[point].value)), math.degrees(significant[point].half_width())
     return [
+        *statements,
         f"Blows lean most at {point}, by {lean:.1f} ± {half:.1f} degrees (95 %, from their scatter); joints and "
-        "intervals allow for it."
+        "intervals allow for it.",
     ]
 
 

@@ -3,12 +3,11 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from analysis.inverse.regression import TERMS, UPPER
 from jointlab.planning.plan import Plan
 from jointlab.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PURPLE, SKY, as_svg, figure
 
-TERMS = ("k11", "k12", "k13", "k22", "k23", "k33")
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
-PLACES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 WIDEST = 1000.0  # per cent; what is wider is not known at all
 
 
@@ -46,15 +45,15 @@ def half_widths(plan: Plan) -> str:
     """Half-width of the expected 95 % interval of every stiffness over its value, per cent."""
     drawn, (axes,) = figure(width=5.4, height=3.0)
     width = 0.8 / len(plan.joints)
-    place = np.arange(len(TERMS)) - 0.4 + width / 2
+    place = np.arange(len(UPPER)) - 0.4 + width / 2
     for index, joint in enumerate(plan.joints):
         colour = JOINT_COLOURS[index % len(JOINT_COLOURS)]
-        value = np.array([abs(joint.dynamic_stiffness[at].real) for at in PLACES])
+        value = np.array([abs(joint.dynamic_stiffness[at].real) for at in UPPER])
         half = 1.96 * plan.expectation.stiffness_deviation[joint.name]
         share = np.minimum(100 * half / np.maximum(value, 1e-9 * value.max()), WIDEST)
         axes.bar(place + width * index, share, 0.9 * width, color=colour, label=f"joint {joint.name}")
     axes.set_yscale("log")
-    axes.set_xticks(np.arange(len(TERMS)), TERMS)
+    axes.set_xticks(np.arange(len(UPPER)), TERMS[: len(UPPER)])
     axes.axhline(100.0, color=MEASURED, linewidth=0.8, linestyle="--")
     axes.set_ylabel("half-width of 95 % (%)")
     axes.legend(frameon=False)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.inverse.regression import UPPER
+from analysis.inverse.joint_estimate import square
 from jointlab.identification.document import plain
 from jointlab.planning import figures
 from jointlab.planning.plan import Plan
@@ -32,8 +32,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 joint.name: {
                     "k": joint.dynamic_stiffness.real,
                     "h": joint.dynamic_stiffness.imag,
-                    "k_half_width95": _matrix(Z95 * plan.expectation.stiffness_deviation[joint.name]),
-                    "h_half_width95": _matrix(Z95 * plan.expectation.damping_deviation[joint.name]),
+                    "k_half_width95": square(Z95 * plan.expectation.stiffness_deviation[joint.name]),
+                    "h_half_width95": square(Z95 * plan.expectation.damping_deviation[joint.name]),
                 }
                 for joint in plan.joints
             },
@@ -86,7 +86,7 @@ def _expected_table(plan: Plan) -> Table:
             ("k", joint.dynamic_stiffness.real, plan.expectation.stiffness_deviation[joint.name]),
             ("h", joint.dynamic_stiffness.imag, plan.expectation.damping_deviation[joint.name]),
         ):
-            half = _matrix(Z95 * deviation)
+            half = square(Z95 * deviation)
             for p, q in TRANSLATIONS:
                 element, share = f"{letter}{p + 1}{q + 1}", 100 * half[p, q] / abs(value[p, q])
                 width = f"± {number(half[p, q] / 1e6)} MN/m, {number(share, 2)} %"
@@ -128,11 +128,3 @@ def _studies(plan: Plan) -> Section:
             Picture("Fig. 4: natural frequencies against joint stiffness", figures.eigenvalues(plan)),
         ),
     )
-
-
-def _matrix(upper: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """(3, 3) from the six terms of the upper triangle."""
-    full = np.empty((3, 3))
-    for value, (p, q) in zip(upper, UPPER, strict=True):
-        full[p, q] = full[q, p] = value
-    return full

@@ -123,6 +123,7 @@ def before_and_after(gap: Mapping[str, Any]) -> Options:
 
 
 def _bars(name: str, colour: str, values: Sequence[float | None]) -> Options:
+    digits = [None if value is None else float(f"{value:.3g}") for value in values]
     shown = {
         "show": True,
         "position": "right",
@@ -131,8 +132,4 @@ def _bars(name: str, colour: str, values: Sequence[float | None]) -> Options:
         "backgroundColor": "#fffd",
         ":formatter": "each => `${thin(each.value)} %`",
     }
-    return {"type": "bar", "name": name, "color": colour, "data": [_tenths(value) for value in values], "label": shown}
-
-
-def _tenths(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.3g}")
+    return {"type": "bar", "name": name, "color": colour, "data": digits, "label": shown}

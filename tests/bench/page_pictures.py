@@ -59,7 +59,7 @@ def _session(browser: Browser, folder: Path, scratch: Path) -> None:
             _sweep(tab, folder, hand)
             laboratory.tester.emergency_stop()
             page = tab.go("/page/")
-            page.get_by_role("button", name="I have seen to the cause").wait_for()
+            page.get_by_role("button", name="I have removed the cause").wait_for()
             _take(page, folder, "interlock")
             laboratory.tester.release_emergency_stop()
         hand.close()

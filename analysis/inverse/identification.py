@@ -93,12 +93,7 @@ def information_bound(
     """(12 joints, 12 joints) Cramer-Rao bound of modes as uncertain as the measured ones, about identified joints.
 
     Where the modes carry no covariance, that of a careful test is taken: see `ModalUncertainty.nominal`.
-
-    Args:
-        free_beam: the beam without joints.
-        joints: as identified.
-        modes: as measured.
-        measured: components that count.
+    `joints` are as identified, `modes` as measured, with the components `measured`.
 
     Returns:
         The bound, or None where the joints do not give back as many modes as were measured.
@@ -123,11 +118,7 @@ def weakest_directions(
 ) -> tuple[WeakDirection, ...] | None:
     """Combinations of joint terms that these modes hardly determine, in words, the weakest first.
 
-    Args:
-        free_beam: the beam without joints.
-        modes: as measured.
-        estimates: by name of joint, from `identify_joints`.
-        measured: components that count.
+    `estimates` are by name of joint, from `identify_joints`, and the other arguments as there.
 
     Returns:
         The combinations, or None where the identified joints do not give back as many modes as were measured:

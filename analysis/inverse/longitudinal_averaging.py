@@ -16,12 +16,7 @@ from analysis.frequency_response import Complex
 
 
 def averaged(shapes: Complex, measured: Sequence[Dof]) -> Complex:
-    """(modes, measured) `shapes` with the x components averaged in magnitude and phase.
-
-    Args:
-        shapes: (modes, measured) components at `measured`.
-        measured: what the columns are.
-    """
+    """(modes, measured) `shapes` at `measured` with the x components averaged in magnitude and phase."""
     columns = _along_beam(measured)
     result = np.array(shapes, dtype=complex)
     if columns.size > 1:
@@ -30,13 +25,7 @@ def averaged(shapes: Complex, measured: Sequence[Dof]) -> Complex:
 
 
 def averaged_change(shapes: Complex, change: Complex, measured: Sequence[Dof]) -> Complex:
-    """(modes, directions, measured) first-order change of `averaged` for a change of the shapes.
-
-    Args:
-        shapes: (modes, measured) components at `measured`.
-        change: (modes, directions, measured) small changes of them.
-        measured: what the columns are.
-    """
+    """(modes, directions, measured) first-order change of `averaged` for a `change` of `shapes` (modes, measured)."""
     columns = _along_beam(measured)
     result = np.array(change, dtype=complex)
     if columns.size > 1:

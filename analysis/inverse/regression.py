@@ -53,10 +53,9 @@ def equations(displacement: Complex, force: Complex) -> tuple[Real, Real]:
 
 
 def weights(coefficients: Real) -> Real:
-    """(rows,) W of Eqs. (33)-(35): one over the greatest magnitude in each row, 0 for a row of rounding only.
+    """(18 modes,) W of Eqs. (33)-(35) for Y (18 modes, 18): one over the greatest magnitude in each row.
 
-    Args:
-        coefficients: (18 modes, 18) Y.
+    It is 0 for a row of rounding only.
     """
     greatest = np.max(np.abs(coefficients), axis=1)
     of_mode = np.repeat(np.max(greatest.reshape(-1, 18), axis=1), 18)
@@ -97,11 +96,7 @@ class Regression:
 
 
 def solve(displacement: Complex, force: Complex) -> Regression:
-    """Least squares for a symmetric joint matrix, Eq. (37).
-
-    Args:
-        displacement: (modes, 3) u at the joint.
-        force: (modes, 3) f = (Z psi) at the joint.
+    """Least squares for a symmetric joint matrix, Eq. (37), from the motion and force of `equations`.
 
     Raises:
         AnalysisError: the modes leave some of the twelve terms undetermined.
@@ -138,10 +133,6 @@ def solve(displacement: Complex, force: Complex) -> Regression:
 
 
 def condition_number(displacement: Complex) -> float:
-    """Condition number of Yw, Eq. (45), of all 18 unknowns without the symmetry of Eq. (36).
-
-    Args:
-        displacement: (modes, 3) u at the joint.
-    """
+    """Condition number of Yw, Eq. (45), of all 18 unknowns without Eq. (36), from (modes, 3) u at the joint."""
     coefficients, _ = equations(displacement, np.zeros_like(displacement))
     return float(np.linalg.cond(weights(coefficients)[:, None] * coefficients))

@@ -58,12 +58,9 @@ def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
 
 
 def too_wide(covariance: Real, values: Real, what: str) -> Reasons:
-    """(terms,) text where `what` leaves an interval wider than a quarter of the value; empty elsewhere.
+    """(terms,) text where an interval is wider than a quarter of the value; `what` is the cause of its width.
 
-    Args:
-        covariance: (terms, terms).
-        values: (terms,).
-        what: the cause, such as "the bench's tolerances leave".
+    Such as "the bench's tolerances leave". The text is empty elsewhere.
     """
     wide = widths(covariance, values)
     return np.array([_too_wide(what, width) if width >= ENOUGH else "" for width in wide], dtype=np.str_)

@@ -67,10 +67,5 @@ def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tupl
 
 
 def convergence(converged: bool, expected: float) -> ValidityCheck:
-    """Whether the search ended at a minimum.
-
-    Args:
-        converged: as the search reports.
-        expected: decrease of chi-square by another step.
-    """
+    """Whether the search ended at a minimum, where another step lowers chi-square by `expected`."""
     return ValidityCheck("convergence", converged, f"another step would lower chi-square by {expected:.1g}")

@@ -38,10 +38,7 @@ def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) ->
 def h2_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
     """Change of H2 by each blow, (blows, lines): as `blow_scatter` of its inverse, with the channels exchanged.
 
-    Args:
-        force: (blows, lines) spectra of the force.
-        acceleration: (blows, lines) spectra of the acceleration.
-        accelerance: (lines,) H2; zero without acceleration.
+    `accelerance` is H2 (lines,), zero without acceleration.
     """
     blows = force.shape[0]
     heard = np.maximum(np.sum(np.abs(acceleration) ** 2, axis=0), np.finfo(float).tiny)

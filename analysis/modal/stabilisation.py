@@ -47,8 +47,7 @@ def read_chart(
 
     Args:
         orders: poles of every order, rising.
-        lowest: frequency in Hz below which poles are ignored.
-        highest: frequency in Hz above which poles are ignored.
+        lowest, highest: frequencies in Hz; poles outside them are ignored.
         line_spacing: of the measured spectrum, Hz.
         decay: of the exponential window in 1/s, taken out of the poles of the chart.
     """

@@ -108,23 +108,23 @@ class Dwell:
 class _Segment:
     """Motion from one command to the next: exponential in amplitude, a ramp in mean, constant in frequency."""
 
-    start: float
-    frequency: float
-    cycles: float  # completed since the machine was switched on, at `start`
-    amplitude_from: float  # zero to peak, m
-    amplitude_to: float
-    noise_from: float  # share of the cycle noise: 0 at rest, 1 while cycling
-    noise_to: float
-    time_constant: float
-    mean_from: float
-    mean_to: float
-    ramp_velocity: float
     amplitudes: Real  # (knots,) m, rising, where stiffness and third harmonic are tabulated
     stiffness: NDArray[np.complex128]  # (knots,) N/m
     third: Real  # (knots,)
     positions: Real  # (knots,) m, rising, where the static force is tabulated
     static: Real  # (knots,) N
-    dwell: Dwell | None
+    start: float = 0.0
+    frequency: float = 0.0
+    cycles: float = 0.0  # completed since the machine was switched on, at `start`
+    amplitude_from: float = 0.0  # zero to peak, m
+    amplitude_to: float = 0.0
+    noise_from: float = 0.0  # share of the cycle noise: 0 at rest, 1 while cycling
+    noise_to: float = 0.0
+    time_constant: float = 1.0
+    mean_from: float = 0.0
+    mean_to: float = 0.0
+    ramp_velocity: float = 1.0
+    dwell: Dwell | None = None
 
     def cycles_at(self, times: Real) -> Real:
         return self.cycles + self.frequency * np.maximum(times - self.start, 0.0)
@@ -146,25 +146,7 @@ class _Segment:
         return k, np.interp(amplitude, self.amplitudes, self.stiffness.imag)
 
 
-_AT_REST = _Segment(
-    start=0.0,
-    frequency=0.0,
-    cycles=0.0,
-    amplitude_from=0.0,
-    amplitude_to=0.0,
-    noise_from=0.0,
-    noise_to=0.0,
-    time_constant=1.0,
-    mean_from=0.0,
-    mean_to=0.0,
-    ramp_velocity=1.0,
-    amplitudes=np.array([0.0, 1.0]),
-    stiffness=np.zeros(2, dtype=complex),
-    third=np.zeros(2),
-    positions=np.array([0.0, 1.0]),
-    static=np.zeros(2),
-    dwell=None,
-)
+_AT_REST = _Segment(np.array([0.0, 1.0]), np.zeros(2, dtype=complex), np.zeros(2), np.array([0.0, 1.0]), np.zeros(2))
 
 
 class Actuator:

@@ -12,7 +12,7 @@ import grpc
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 
 from simlab.daq_errors import DaqFaults, StatusError
-from simlab.daq_modules import SimulatedChassis, laboratory_chassis
+from simlab.daq_modules import laboratory_chassis
 from simlab.daq_service import NiDaqmx
 from simlab.daq_tasks import AcquisitionBench
 
@@ -46,16 +46,14 @@ class DaqServer:
         self._server.stop(grace=None).wait()
 
 
-def start_daq_server(
-    bench: AcquisitionBench, address: str = "127.0.0.1:0", chassis: SimulatedChassis | None = None
-) -> DaqServer:
-    """Serve `chassis` (default: the laboratory's) in front of `bench` at `address`; port 0 takes a free one.
+def start_daq_server(bench: AcquisitionBench, address: str = "127.0.0.1:0") -> DaqServer:
+    """Serve the laboratory's chassis in front of `bench` at `address`; port 0 takes a free one.
 
     Raises:
         OSError: the address is in use or not this computer's.
     """
     faults = DaqFaults()
-    service = NiDaqmx(chassis or laboratory_chassis(), bench, faults)
+    service = NiDaqmx(laboratory_chassis(), bench, faults)
     server = grpc.server(
         futures.ThreadPoolExecutor(THREADS, thread_name_prefix="daq"),
         options=[("grpc.max_send_message_length", -1), ("grpc.so_reuseport", 0)],

@@ -162,9 +162,11 @@ class TesterDevice:
             except ChecksumError:
                 self._refusal = Refusal.CHECKSUM
                 return self._refusal
-            if block is HEARTBEAT:
-                return self._take_heartbeat(int(cast(int, values["heartbeat"])))
-            return self._take_command(values)
+            if block is not HEARTBEAT:
+                return self._take_command(values)
+            if (count := int(cast(int, values["heartbeat"]))) != self._heartbeat:
+                self._heartbeat, self._heard = count, self._wall()
+            return Refusal.NONE
 
     def refuse(self, refusal: Refusal) -> None:
         """Say that the last command was refused for `refusal`, whatever it was."""
@@ -191,11 +193,6 @@ class TesterDevice:
             for interlock in began:
                 self._trip(interlock)
 
-    def _take_heartbeat(self, count: int) -> Refusal:
-        if count != self._heartbeat:
-            self._heartbeat, self._heard = count, self._wall()
-        return Refusal.NONE
-
     def _take_command(self, values: Mapping[str, Value]) -> Refusal:
         self.tick()
         if values == self._last:
@@ -215,7 +212,9 @@ class TesterDevice:
         if command in (CommandCode.HOLD, CommandCode.HYDRAULICS_OFF):
             return Refusal.NONE  # a stop is never refused
         if command is CommandCode.DETECTOR:
-            return self._reason_to_refuse_detector(values)
+            interlock, action = cast(int, values["detector"]), cast(int, values["action"])
+            allowed = self._detectors.may_be(interlock, cast(float, values["limit"]), action)
+            return Refusal.NONE if allowed else Refusal.DETECTOR_LIMIT
         cause_present = self._button or any(self._stops(interlock) for interlock in self._firing)
         if command is CommandCode.RESET:
             return Refusal.CAUSE_STILL_PRESENT if cause_present else Refusal.NONE
@@ -228,18 +227,10 @@ class TesterDevice:
         if cause_present:
             return Refusal.CAUSE_STILL_PRESENT
         if command is CommandCode.PRESET:
-            return self._reason_to_refuse_preset(cast(float, values["preset"]))
+            lowest, highest = self._range
+            # written so that a value that is not a number is refused
+            return Refusal.NONE if lowest <= cast(float, values["preset"]) <= highest else Refusal.PRESET_LIMIT
         return self._reason_to_refuse_cycle(cast(float, values["amplitude"]), cast(float, values["frequency"]))
-
-    def _reason_to_refuse_detector(self, values: Mapping[str, Value]) -> Refusal:
-        interlock, action = cast(int, values["detector"]), cast(int, values["action"])
-        allowed = self._detectors.may_be(interlock, cast(float, values["limit"]), action)
-        return Refusal.NONE if allowed else Refusal.DETECTOR_LIMIT
-
-    def _reason_to_refuse_preset(self, preset: float) -> Refusal:
-        lowest, highest = self._range
-        # written so that a value that is not a number is refused
-        return Refusal.NONE if lowest <= preset <= highest else Refusal.PRESET_LIMIT
 
     def _reason_to_refuse_cycle(self, amplitude_pp: float, frequency: float) -> Refusal:
         limits, omega = self._limits, 2 * math.pi * frequency

@@ -14,7 +14,6 @@ import threading
 import tty
 from collections.abc import Coroutine
 from enum import StrEnum
-from types import TracebackType
 from typing import cast
 
 from pymodbus.constants import ExcCodes
@@ -292,9 +291,7 @@ class PtyLine:
         self._loop.add_reader(self._far, self._pass, self._far, self._near)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         for descriptor in (self._near, self._far):
             self._loop.remove_reader(descriptor)
         # the near ends of both are kept open here too, so that a client may close and open again

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal
+from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal, log_uniform
 from simlab.beam import Load, Real, SimulatedBeam
 
 CONFIGURATIONS = ("compression", "shear", "angled")
@@ -189,11 +189,11 @@ def draw_campaign(rng: np.random.Generator) -> Campaign:
         order_kind=order_kind,
         tester_gain=1.0 + float(clipped_normal(rng, TOLERANCES["tester_gain"])),
         pulse_width=float(rng.uniform(0.5e-3, 0.95e-3)),
-        force_noise=_log_uniform(rng, 1e-4, 4e-4),
-        acceleration_noise=_log_uniform(rng, 1.2e-4, 4.6e-4),
+        force_noise=log_uniform(rng, 1e-4, 4e-4),
+        acceleration_noise=log_uniform(rng, 1.2e-4, 4.6e-4),
         place_scatter=0.5e-3,
         direct_noise=float(rng.uniform(0.75, 1.6)),
-        joint_amplitude=_log_uniform(rng, 1e-6, 10e-6),
+        joint_amplitude=log_uniform(rng, 1e-6, 10e-6),
         amplitude_fall=float(rng.choice([0.0, rng.uniform(1.0, 2.0)], p=[0.6, 0.4])),
         recorded=RECORDED if rng.random() < 0.3 else (),
     )
@@ -231,7 +231,3 @@ def draw_points(rng: np.random.Generator, order_kind: str, temperature: float) -
         frequency=table[:, 3],
         temperature=temperature + 0.1 * rng.standard_normal(count),
     )
-
-
-def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

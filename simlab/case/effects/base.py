@@ -153,11 +153,6 @@ class SimulatedEffect(ABC):
         return stiffness
 
 
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number whose logarithm is uniform."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
-
 def either_sign(rng: np.random.Generator) -> float:
     """1 or -1."""
     return 1.0 if rng.random() < 0.5 else -1.0

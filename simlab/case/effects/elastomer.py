@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtr
 
-from simlab.article import SimulatedArticle
+from simlab.article import SimulatedArticle, log_uniform
 from simlab.beam import Real
 from simlab.case.campaign import PRESET_MM, Campaign
-from simlab.case.effects.base import CylinderState, SimulatedEffect, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, SimulatedEffect, either_sign, one_of
 from simlab.coupling import Complex
 
 REFERENCE_AMPLITUDE = 10e-6

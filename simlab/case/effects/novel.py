@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simlab.article import JOINT_NAMES, SimulatedArticle
+from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
 from simlab.beam import FreeModes
 from simlab.case.campaign import Points
-from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect, either_sign, log_uniform, one_of
+from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect, either_sign, one_of
 from simlab.case.effects.structure import in_series, mass_at
 from simlab.coupling import Attachment, Complex
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.article import SimulatedArticle
+from simlab.article import SimulatedArticle, log_uniform
 from simlab.beam import Real
 from simlab.case.campaign import LINE_SPACING, RECORDED, Campaign
-from simlab.case.effects.base import SimulatedEffect, log_uniform, one_of
+from simlab.case.effects.base import SimulatedEffect, one_of
 from simlab.coupling import Complex
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.article import JOINT_NAMES, SimulatedArticle, SimulatedJoint
+from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
 from simlab.beam import FreeModes, Real, free_modes
-from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, log_uniform, one_of
+from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, one_of
 from simlab.coupling import Attachment, Complex
 
 
@@ -46,13 +46,7 @@ class SupportPosition(SimulatedEffect):
         return cls(size, law, {"dx_I": float(first), "dx_II": float(second)})
 
     def built(self, article: SimulatedArticle) -> SimulatedArticle:
-        return with_joints(
-            article,
-            {
-                name: replace(joint, position=joint.position + self.number(f"dx_{name}"))
-                for name, joint in article.joints.items()
-            },
-        )
+        return moved(article, "position", {name: self.number(f"dx_{name}") for name in article.joints})
 
 
 class CylinderAngle(SimulatedEffect):
@@ -63,9 +57,7 @@ class CylinderAngle(SimulatedEffect):
         return cls(size, "one_joint", {"delta_deg": either_sign(rng) * 5.0 * size, "joint": one_of(rng, *JOINT_NAMES)})
 
     def built(self, article: SimulatedArticle) -> SimulatedArticle:
-        name = str(self.values["joint"])
-        joint = article.joints[name]
-        return with_joints(article, {name: replace(joint, lean_deg=joint.lean_deg + self.number("delta_deg"))})
+        return moved(article, "lean_deg", {str(self.values["joint"]): self.number("delta_deg")})
 
 
 class VerticalOffset(SimulatedEffect):
@@ -80,13 +72,7 @@ class VerticalOffset(SimulatedEffect):
         return cls(size, law, {"shift_I": float(first), "shift_II": float(second)})
 
     def built(self, article: SimulatedArticle) -> SimulatedArticle:
-        return with_joints(
-            article,
-            {
-                name: replace(joint, shift=joint.shift + self.number(f"shift_{name}"))
-                for name, joint in article.joints.items()
-            },
-        )
+        return moved(article, "shift", {name: self.number(f"shift_{name}") for name in article.joints})
 
 
 class ContactPatch(SimulatedEffect):
@@ -230,6 +216,9 @@ def in_series(stiffness: Complex, giving: Real, base: Complex) -> Complex:
     return np.asarray(stiffness - columns @ np.linalg.solve(giving.T @ columns + base, np.swapaxes(columns, 1, 2)))
 
 
-def with_joints(article: SimulatedArticle, changed: dict[str, SimulatedJoint]) -> SimulatedArticle:
-    """The article with some joints changed."""
-    return replace(article, joints={**article.joints, **changed})
+def moved(article: SimulatedArticle, field: str, by: dict[str, float]) -> SimulatedArticle:
+    """The article with one `field` of some joints changed `by` so much."""
+    changed = {
+        name: replace(article.joints[name], **{field: getattr(article.joints[name], field) + by[name]}) for name in by
+    }
+    return replace(article, joints=article.joints | changed)

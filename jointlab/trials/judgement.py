@@ -1,12 +1,11 @@
 """One answer beside its truth, once the seal is open."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from analysis.frequency_response import Complex
 from jointlab.diagnosis.document import probability
@@ -34,9 +33,9 @@ class Coverage:
     inside: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """How good an answer was.
+    """How good an answer was; one that is an error has the defaults.
 
     Attributes:
         number, kind: of the case.
@@ -65,36 +64,26 @@ class Judgement:
     effects: tuple[str, ...]
     size: float
     d: float
-    status: str
-    named: tuple[str, ...]
-    probability: float
-    strength: str
-    right: bool
-    inseparable: bool
-    listed_twin: bool
+    status: str = FALLBACK
+    named: tuple[str, ...] = ()
+    probability: float = 0.0
+    strength: str = ""
+    right: bool = False
+    inseparable: bool = False
+    listed_twin: bool = False
     floor_percent: float
-    reported_percent: float | None
-    unseen_percent: float | None
-    before_percent: float | None
-    unseen_before_percent: float | None
+    reported_percent: float | None = None
+    unseen_percent: float | None = None
+    before_percent: float | None = None
+    unseen_before_percent: float | None = None
     seconds: float
-    coverage: tuple[Coverage, ...] = field(default_factory=tuple)
+    coverage: tuple[Coverage, ...] = ()
     without_truth: tuple[str, ...] | None = None
     honest: bool | None = None
     error: str = ""
 
-    def document(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
-    @classmethod
-    def of_document(cls, document: Mapping[str, Any]) -> Judgement:
-        """What `document` made."""
-        fields = dict(document)
-        fields["coverage"] = tuple(Coverage(**each) for each in document["coverage"])
-        for name in ("effects", "named", "without_truth"):
-            fields[name] = None if document[name] is None else tuple(document[name])
-        return cls(**fields)
+JUDGEMENT = TypeAdapter(Judgement)
 
 
 def judged(
@@ -126,7 +115,7 @@ def judged(
         "seconds": answer["seconds"],
     }
     if "error" in answer:
-        return Judgement(**common, **_failed(answer["error"]))
+        return Judgement(**common, error=answer["error"])
     verdict, gap = answer["verdict"], answer["gap"]
     named = tuple(verdict["effects"])
     right = _is_right(truth, verdict["status"], named)
@@ -150,21 +139,6 @@ def judged(
         without_truth=None if others is None else (others["status"], *others["effects"]),
         honest=None if others is None else _is_honest(others, standing),
     )
-
-
-def _failed(error: str) -> dict[str, Any]:
-    nothing = ("reported_percent", "unseen_percent", "before_percent", "unseen_before_percent")
-    return {
-        "status": FALLBACK,
-        "named": (),
-        "probability": 0.0,
-        "strength": "",
-        "right": False,
-        "inseparable": False,
-        "listed_twin": False,
-        "error": error,
-        **dict.fromkeys(nothing),
-    }
 
 
 def _is_right(truth: Mapping[str, Any], status: str, named: Sequence[str]) -> bool:

@@ -4,7 +4,7 @@ import json
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +16,7 @@ from jointlab.report.trial_figures import confusion, reliability
 from jointlab.trials.detectability import Detectability
 from jointlab.trials.folder import TrialFolder, read, write
 from jointlab.trials.instruments import measure
-from jointlab.trials.judgement import Judgement, judged
+from jointlab.trials.judgement import JUDGEMENT, Judgement, judged
 from jointlab.trials.plan import Planned, plan
 from jointlab.trials.scores import scores
 from jointlab.trials.tables import markdown
@@ -137,7 +137,7 @@ def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, pro
     with progress("judgements", len(left)) as advance:
         for _ in _in_turn((partial(begin, case) for case in left), AHEAD):
             advance(1)
-    return [Judgement.of_document(read(folder.judgement_file(case))) for case in cases]
+    return [JUDGEMENT.validate_python(read(folder.judgement_file(case))) for case in cases]
 
 
 def judge(path: Path, planned: Planned) -> dict[str, Any]:
@@ -154,7 +154,7 @@ def judge(path: Path, planned: Planned) -> dict[str, Any]:
         write_case(case, Path(scratch))
         measurement = subject_of_bundle(read_bundle(Path(scratch))).measurement
     found = judged(planned.number, truth, given, Detectability(case, measurement), again)
-    document: dict[str, Any] = json.loads(json.dumps(found.document()))
+    document: dict[str, Any] = json.loads(json.dumps(asdict(found)))
     return document
 
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.track_record import record_from
 from jointlab.report.trial_figures import confusion
-from jointlab.trials.judgement import Judgement, judged
+from jointlab.trials.judgement import JUDGEMENT, Judgement, judged
 from jointlab.trials.scores import scores
 from jointlab.trials.tables import markdown
 from simlab.case.draw import Case, CaseKind, draw_case
@@ -57,7 +58,7 @@ def test_the_right_name_is_right_and_its_parameter_is_covered(document: Make) ->
     assert (found.right, found.inseparable, found.d, found.probability) == (True, True, 100.0, 0.93)
     (coverage,) = found.coverage
     assert (coverage.parameter, coverage.truth, coverage.inside) == ("coupling", 0.021, True)
-    assert Judgement.of_document(json.loads(json.dumps(found.document()))) == found
+    assert JUDGEMENT.validate_python(json.loads(json.dumps(asdict(found)))) == found
 
 
 @pytest.mark.parametrize(("remains", "inseparable"), [(2.0, True), (50.0, False)])

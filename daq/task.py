@@ -36,7 +36,7 @@ from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665
 RATE_TOLERANCE = 1e-6  # relative difference from the requested rate above which it is reported
-LONGEST_ARMING_NAP = 5e-3  # s
+LONGEST_ARMING_SLEEP = 5e-3  # s
 CANCELLATION_POLL = 0.05  # s, between two questions whether to cancel
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
 NO_OVERLOAD_ATTRIBUTE = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
@@ -313,7 +313,7 @@ class TriggeredTask(_FiniteTask):
             while (missing := self._pre_trigger - int(self._task.in_stream.total_samp_per_chan_acquired)) > 0:
                 if time.monotonic() > deadline:
                     raise DaqError(f"{self._names}: no samples arrive; check the sample clock of the instrument")
-                time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_NAP))
+                time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_SLEEP))
 
     def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
         """The block of the trigger that comes within `timeout` seconds.

@@ -25,7 +25,7 @@ class Motion:
     force: float
     amplitude_pp: float
     commanded_pp: float  # 0 when not cycling
-    came_from_pp: float  # amplitude when that was commanded
+    previous_pp: float  # amplitude when that was commanded
     steady: bool
 
 
@@ -58,7 +58,7 @@ class Detectors:
         """The detectors beyond their limits in `motion`."""
         cycling = motion.commanded_pp > 0.0
         # on the way down from a larger amplitude, the way is no overshoot
-        allowed_pp = motion.commanded_pp if motion.steady else max(motion.commanded_pp, motion.came_from_pp)
+        allowed_pp = motion.commanded_pp if motion.steady else max(motion.commanded_pp, motion.previous_pp)
         limit = {interlock: detector.limit for interlock, detector in self._in_force.items()}
         beyond = {
             Interlock.UPPER_DISPLACEMENT: motion.highest > limit[Interlock.UPPER_DISPLACEMENT],

@@ -289,7 +289,7 @@ class TesterDevice:
                 force=abs(force_mean) + force_pp / 2,
                 amplitude_pp=amplitude_pp,
                 commanded_pp=self._amplitude,
-                came_from_pp=self._came_from_pp,
+                previous_pp=self._came_from_pp,
                 steady=self._is_steady(amplitude_pp),
             )
         )

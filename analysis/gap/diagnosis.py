@@ -24,7 +24,7 @@ from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, best_by_id, evaluate_on, refined
 from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parameter import Estimate
-from analysis.gap.search import HOPELESS, ParallelMap, search_of, serial_map
+from analysis.gap.search import HOPELESS_COST, ParallelMap, search_of, serial_map
 from analysis.gap.two_effect_search import pairs
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, listed, model_of_verdict, weigh
 
@@ -153,7 +153,7 @@ def diagnose(
     chosen = _contest(found, 1, REFINED_SINGLES) + _contest(found, 2, REFINED_PAIRS)
     best = max((each.log_evidence for each in chosen), default=0.0)
     clean = any(each.clean for each in chosen)
-    hopeless = [clean and each.log_evidence < best - HOPELESS / 2 for each in chosen]
+    hopeless = [clean and each.log_evidence < best - HOPELESS_COST / 2 for each in chosen]
     contest = list(parallel_map(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
     weighed = weigh(none, contest)
     report("measuring the gap on held-out data", 0.85)

@@ -18,8 +18,7 @@ from analysis.inverse.levenberg_marquardt import Linearised
 FORM_ERROR = 2000.0
 """Misfit of the paper's model over which a law that is roughly right leaves about one standard deviation.
 
-In sealed trials laws of the right kind left up to a five-hundredth of a large one, and wrong explanations from half as
-much again upwards.
+In sealed trials laws of the right kind left at most 1/500 of a large misfit. Wrong explanations left 1.5/500 or more.
 """
 KNOWN_FORM = 20_000.0
 """The same for effects whose form is known. In trials they left nothing at all beyond noise, of gaps up to 1e9."""
@@ -30,8 +29,8 @@ PATTERNS = 10.0
 def tempered(found: Fit, temperature: float = 1.0) -> Fit:
     """A fit as it would have ended with chi-square over T, to second order about where it ended with noise alone.
 
-    With noise alone, a law that is not quite right drives tolerances far off to take up what it leaves; how far is
-    dear to its prior and next to nothing to chi-square over T.
+    With noise alone, a law that is not quite right drives tolerances far off to take up what it leaves.
+    That costs much in the prior, and almost nothing in chi-square over T.
     """
     unit = np.eye(len(found.scores))
     normal = np.asarray(unit + (found.at.normal - unit) / temperature)

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.gap.fit import Fit, in_other_set_up
-from analysis.gap.held_out import HOLDS, HeldOut, held_out
+from analysis.gap.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
 from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
 from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
@@ -102,7 +102,7 @@ def measured_gaps(
     coarse = measurement.thinned(COARSE_LINES)
     fits = {id(each.model): evaluate_on(each.model, coarse).fit for each in listed(weighed) if each.effects != UNKNOWN}
     for each in (none, model_of_verdict(weighed[0], none)):  # where a model does not hold, every fold is a fit
-        fits[id(each)] = each.fit if each.fit.per_datum < HOLDS else evaluate_on(each, coarse).fit
+        fits[id(each)] = each.fit if each.fit.per_datum < MODEL_HOLDS_BELOW else evaluate_on(each, coarse).fit
     return dict(zip(fits, parallel_map(held_out, list(fits.values())), strict=True))
 
 

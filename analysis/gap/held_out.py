@@ -24,9 +24,9 @@ RESAMPLED = 400
 """Draws with replacement for the interval of a gap."""
 LEVEL = 90.0
 """Per cent of the draws that the interval contains."""
-ASTRAY = 2.0
+LARGEST_OFFSET = 2.0
 """Standard deviations up to which a residual counts as an offset of the blows; more is the model's error."""
-HOLDS = 1.5
+MODEL_HOLDS_BELOW = 1.5
 """Chi-square per datum up to which a row is left out by a step of the linearised fit."""
 REFIT_GAIN, REFIT_STEPS = 3.0, 4
 
@@ -85,7 +85,7 @@ def _rows(found: Fit) -> list[Real]:
     """Every row of every set, left out once."""
     sets = found.likelihood.measurement.sets
     only = sum(len(each.inputs) for each in sets) == 1  # no row would remain for another fit
-    predicted_without = _by_a_step(found) if only or found.per_datum < HOLDS else _refitted_without
+    predicted_without = _by_a_step(found) if only or found.per_datum < MODEL_HOLDS_BELOW else _refitted_without
     sums = []
     for fold in _folds(sets):
         for number, (accelerance, by_blow) in predicted_without(found, fold).items():
@@ -185,7 +185,7 @@ def _sums(measured: Complex, predicted: Complex, deviation: Real, by_blow: Compl
     left = measured - predicted
     slope = by_blow / deviation
     precision = np.sum(np.abs(slope) ** 2) + 1  # of the row, and of the tolerance
-    offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -ASTRAY, ASTRAY)
+    offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -LARGEST_OFFSET, LARGEST_OFFSET)
     residual, model = np.abs(left) ** 2, np.abs(left - offset * by_blow) ** 2
     whitened, own = residual / deviation**2, model - 2 * deviation**2
     sums = [np.sum(each) for each in (residual, own, np.abs(measured) ** 2, whitened)]

@@ -73,19 +73,23 @@ FAR = 3.0
 """Standard deviations from the prior to which starting points are limited."""
 FITTED_SINGLES = 7
 """Effects that are fitted by themselves, those that promise most."""
-AFTER_CLEAN = 3
+FITTED_AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model is clean."""
-AT_ONCE = 2
+BATCH_SIZE = 2
 """Effects that are fitted in one batch; the first is a batch of its own, as it often settles the matter."""
-LAWS = 3
-"""Of an effect that are fitted: those that promise most."""
+MOST_LAWS_FITTED = 3
+"""Rival laws of one effect that are fitted: those with the highest expected gain."""
 FITTED_BY_TESTER = 3
+"""Effects that are fitted because they explain the tester by themselves."""
 FITTED_SEEDS = 2
+"""Best single effects to which second effects are added."""
 MOST_STEPS = 10
+"""Steps of one fit while candidates are compared."""
 SETTLING_STEPS = 30
-HOPELESS = 1000.0
+"""Steps of the fit that lets a model converge before other effects are added to it."""
+HOPELESS_COST = 1000.0
 """Cost (twice the log evidence) by which a model may exceed a clean one, and still matter."""
-FAR_BEHIND = 3.0
+HOPELESS_RATIO = 3.0
 """Ratio of cost to that of the best so far, or to that of noise, beyond which a model does not matter."""
 
 
@@ -166,7 +170,12 @@ class Search:
         )
 
     def fitted(
-        self, on: Model, ranked: Sequence[Promise], count: int, laws: int = LAWS, known: Sequence[Model] = ()
+        self,
+        on: Model,
+        ranked: Sequence[Promise],
+        count: int,
+        laws: int = MOST_LAWS_FITTED,
+        known: Sequence[Model] = (),
     ) -> list[Model]:
         """The effects of a ranking fitted on top of a model, `count` of them, each under its most promising laws.
 
@@ -174,14 +183,14 @@ class Search:
         """
         found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
         while remaining:
-            at_once = AT_ONCE if found else 1
+            at_once = BATCH_SIZE if found else 1
             names, remaining = remaining[:at_once], remaining[at_once:]
             own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
             promises = [each for promises in own for each in promises]
             models = self._fitted(on, promises, laws, _hopeless((on, *known, *found)))
             found += models
             if any(model.clean for model in models):
-                remaining = remaining[:AFTER_CLEAN]
+                remaining = remaining[:FITTED_AFTER_CLEAN]
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
@@ -279,7 +288,7 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
         seen = (
             replace(likelihood, inflation=stage.inflation, tester=stage.tester, last_state=last_state).at(scores).cost
         )
-        return seen + HOPELESS if best.clean else FAR_BEHIND * max(seen, likelihood.data)
+        return seen + HOPELESS_COST if best.clean else HOPELESS_RATIO * max(seen, likelihood.data)
 
     return {stage: bound(stage) for stage in (*CLOSE, *FROM_TESTER)}
 

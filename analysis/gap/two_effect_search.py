@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.fit import CLOSE, fit
 from analysis.gap.model import ENOUGH, Model, best_by_id, best_by_law
-from analysis.gap.search import AFTER_CLEAN, LAWS, SETTLING_STEPS, Search, seeds
+from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
 
 FITTED_PAIRS = 6
 """Second effects that are fitted on top of a first one."""
@@ -60,7 +60,7 @@ def _with_second(search: Search, seed: Model, found: Sequence[Model]) -> list[Mo
     others = [each for each in search.candidates if frozenset((*seed.ids, each.id)) not in known]
     ranked = search.screened(seed, [each for each in others if each.id not in seed.ids])
     clean = seed.clean or any(model.clean for model in found)
-    return search.fitted(seed, ranked, AFTER_CLEAN if clean else FITTED_PAIRS, laws=1, known=found)
+    return search.fitted(seed, ranked, FITTED_AFTER_CLEAN if clean else FITTED_PAIRS, laws=1, known=found)
 
 
 def _leading(found: Sequence[Model], singles: Sequence[Model]) -> list[Model]:
@@ -82,7 +82,7 @@ def _with_other_laws(search: Search, pair: Model, firsts: Sequence[Model], singl
     if pair.clean:
         return found
     rivals = best_by_law([each for each in singles if each.ids == seed.ids and each.effects != seed.effects])
-    for rival in rivals[:LAWS]:
+    for rival in rivals[:MOST_LAWS_FITTED]:
         ranked = search.screened(rival, [each for each in search.candidates if each.id == second.id])
         found += search.fitted(rival, ranked, 1, known=[pair])
     return found

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from analysis.frequency_response import Real
 from analysis.inverse.regression import TERMS, UPPER
 
-ENOUGH = 0.25  # half-width of the 95 % interval of a determined term, as a share of the term
+DETERMINED_HALF_WIDTH = 0.25  # half-width of the 95 % interval of a determined term, as a share of the term
 HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
 SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
-TOGETHER = 0.9  # least correlation of a weakly known term with another one that is named
-ALIKE = 0.1  # largest deviation from one of the weights of a sum that is written without them
+NAMED_CORRELATION = 0.9  # least correlation of a weakly known term with another one that is named
+EQUAL_WEIGHTS = 0.1  # largest deviation from one of the weights of a sum that is written without them
 
 Reasons = NDArray[np.str_]
 LEADING = 0.3  # weights below this share of the largest are left out of the text
@@ -43,13 +43,13 @@ def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
         other = int(np.argmax(np.abs(correlation[term])))
         if abs(correlation[term, other]) >= SUM_ONLY:
             known_is_sum = correlation[term, other] < 0
-            if names[term][:3] == names[other][:3] and abs(deviation[term] / deviation[other] - 1) < ALIKE:
+            if names[term][:3] == names[other][:3] and abs(deviation[term] / deviation[other] - 1) < EQUAL_WEIGHTS:
                 found.append(f"only {names[term]} {'+' if known_is_sum else '-'} {names[other]} is seen")
             else:
                 word = "sum" if known_is_sum else "difference"
                 found.append(f"only a weighted {word} of {names[term]} and {names[other]} is seen")
-        elif width >= ENOUGH:
-            partners = [names[at] for at in np.flatnonzero(np.abs(correlation[term]) >= TOGETHER).tolist()]
+        elif width >= DETERMINED_HALF_WIDTH:
+            partners = [names[at] for at in np.flatnonzero(np.abs(correlation[term]) >= NAMED_CORRELATION).tolist()]
             together = f"; it goes with {', '.join(partners)}" if partners else ""
             found.append(_too_wide("these data leave", width) + together)
         else:
@@ -63,7 +63,7 @@ def too_wide(covariance: Real, values: Real, what: str) -> Reasons:
     Such as "the bench's tolerances leave". The text is empty elsewhere.
     """
     wide = widths(covariance, values)
-    return np.array([_too_wide(what, width) if width >= ENOUGH else "" for width in wide], dtype=np.str_)
+    return np.array([_too_wide(what, width) if width >= DETERMINED_HALF_WIDTH else "" for width in wide], dtype=np.str_)
 
 
 def widths(covariance: Real, values: Real) -> Real:
@@ -76,7 +76,7 @@ def widths(covariance: Real, values: Real) -> Real:
 def _too_wide(what: str, width: float) -> str:
     if width >= 1:
         return f"the 95 % interval that {what} is wider than the value"
-    return f"{what} ±{100 * width:.0f} % (95 %), ±{100 * ENOUGH:.0f} % would be enough"
+    return f"{what} ±{100 * width:.0f} % (95 %), ±{100 * DETERMINED_HALF_WIDTH:.0f} % would be enough"
 
 
 @dataclass(frozen=True, eq=False)

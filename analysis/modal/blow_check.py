@@ -22,12 +22,12 @@ _FILTER = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
 _FALSE_ALARM = 1e-6  # for a blow
 _MISS = 1e-2  # of a bounce at the limit
 _CHANCE_OF_TIES = 1e-4  # for a blow, below which equal samples at the extreme are taken for clipping
-_TOP = 10  # distinct values next to the extreme, whose spacing says how likely ties are
+_EXTREME_VALUES = 10  # distinct values next to the extreme, whose spacing says how likely ties are
 _OUT_OF_NOISE = 8.0  # standard deviations; below them equal extremes are the converter's steps
 _FEWEST_QUIET_SAMPLES = 8
 _RESPONSE = 0.05  # s after the trigger in which an accelerometer has to respond
-_FEWEST = 3  # of two blows that disagree nobody knows which is wrong
-_LARGEST = 0.25  # difference of blows at one mark; neighbouring marks differ by 0.45 and more
+_FEWEST_BLOWS = 3  # of two blows that disagree nobody knows which is wrong
+_LARGEST_DIFFERENCE = 0.25  # difference of blows at one mark; neighbouring marks differ by 0.45 and more
 _OVER_THE_OTHERS = 4.0  # times the difference of the others among themselves
 
 
@@ -206,9 +206,9 @@ def _clipped(signal: Real) -> bool:
     spacing of the largest values. With 24 bits two ties tell, with 16 it takes more.
     """
     values, counts = np.unique(signal, return_counts=True)
-    if values.size <= _TOP:
+    if values.size <= _EXTREME_VALUES:
         return False
-    chance = np.min(np.diff(values)) / ((values[-1] - values[-1 - _TOP]) / _TOP)
+    chance = np.min(np.diff(values)) / ((values[-1] - values[-1 - _EXTREME_VALUES]) / _EXTREME_VALUES)
     return bool(counts[-1] > 1 and chance ** (counts[-1] - 1) < _CHANCE_OF_TIES)
 
 
@@ -302,7 +302,7 @@ def check_point(
     if not np.any(within):
         raise AnalysisError(f"there are no lines between {band[0]:g} and {band[1]:g} Hz")
     blows = len(force)
-    if blows < _FEWEST:
+    if blows < _FEWEST_BLOWS:
         return (None,) * blows
     accelerance = np.fft.rfft(acceleration)[:, within] / np.fft.rfft(force)[:, within]
     difference = _differences(accelerance, accelerance)
@@ -323,7 +323,7 @@ def _judged(difference: Real, opposite: Real, blow: int, band: tuple[float, floa
     own = float(np.median(difference[blow, others]))
     pairs = difference[np.ix_(others, others)][np.triu_indices(others.size, 1)]
     among_others = float(np.median(pairs))
-    limit = max(_LARGEST, _OVER_THE_OTHERS * among_others)
+    limit = max(_LARGEST_DIFFERENCE, _OVER_THE_OTHERS * among_others)
     if own <= limit:
         return None
     turned = float(np.median(opposite[others])) <= limit

@@ -1,1 +1,1 @@
-"""Before the test: what a bench will tell, what would mend it, and how it lies to the paper's design studies."""
+"""Before the test: what a bench will tell, what would improve it, and how it compares with the design studies."""

@@ -56,7 +56,7 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         with ui.element("section").classes("card"):
             now = show(_now(services.rig_state, None))
             with ui.element("div").classes("row-of"):
-                ways_on = ui.element("div").classes("row-of")
+                next_links = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
             trouble = show(_interlocks(services.rig_state))
             reset = ui.element("div").classes("row-of")
@@ -78,9 +78,9 @@ def build(frame: Frame, _query: Mapping[str, str]) -> None:
         if [steady] == shown:
             return
         shown[:] = [steady]
-        ways_on.clear()
-        with ways_on:
-            _ways_on(state)
+        next_links.clear()
+        with next_links:
+            _next_links(state)
         reset.clear()
         if state is not None and state.interlocks and state.phase is Phase.IDLE:
             with reset:
@@ -93,7 +93,7 @@ async def _reset(frame: Frame) -> None:
     await frame.actions.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
 
 
-def _ways_on(state: RigState | None) -> None:
+def _next_links(state: RigState | None) -> None:
     if state is None:
         return
     if state.phase is Phase.IDLE:

@@ -18,9 +18,9 @@ from analysis.gap.measurement import Configuration, TesterPoints
 def test_frame_compliance_is_in_series(points: TesterPoints) -> None:
     found = FrameCompliance().tester({"c": 2e-7}, points.stiffness, points)
     assert np.allclose(1 / found, 1 / points.stiffness + 2e-7, rtol=1e-12)
-    missing_evidence = 1 - np.abs(found / points.stiffness)
+    lost_share = 1 - np.abs(found / points.stiffness)
     compressed, sheared = (points.configuration == each for each in (Configuration.COMPRESSION, Configuration.SHEAR))
-    assert np.min(missing_evidence[compressed]) > np.max(missing_evidence[sheared])
+    assert np.min(lost_share[compressed]) > np.max(lost_share[sheared])
 
 
 def test_a_frame_with_loss_dissipates_in_series(points: TesterPoints) -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from analysis.inverse.undetermined_terms import (
-    ENOUGH,
+    DETERMINED_HALF_WIDTH,
     HALF_WIDTH,
     SUM_ONLY,
     term_names,
@@ -59,8 +59,8 @@ def test_a_term_has_no_reason_exactly_where_it_is_known_alone_and_well(root: np.
     bound = root @ root.T + 0.01 * np.eye(4)
     deviation = np.sqrt(np.diag(bound))
     tied = np.abs(bound / np.outer(deviation, deviation) - np.eye(4)).max(axis=1) >= SUM_ONLY
-    assume(not np.isclose(HALF_WIDTH * deviation, ENOUGH * np.abs(values)).any())
-    known = ~tied & (HALF_WIDTH * deviation < ENOUGH * np.abs(values))
+    assume(not np.isclose(HALF_WIDTH * deviation, DETERMINED_HALF_WIDTH * np.abs(values)).any())
+    known = ~tied & (HALF_WIDTH * deviation < DETERMINED_HALF_WIDTH * np.abs(values))
     np.testing.assert_array_equal(undetermined(bound, values, NAMES) == "", known)
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from starlette.types import Message, Receive, Scope, Send
@@ -50,7 +51,8 @@ def run(test: Callable[[], Awaitable[None]]) -> None:
     async def whole() -> None:
         await test()
 
-    asyncio.run(whole())
+    with ThreadPoolExecutor(1) as thread:  # a browser of another test may have left a loop running in this thread
+        thread.submit(asyncio.run, whole()).result()
 
 
 def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:

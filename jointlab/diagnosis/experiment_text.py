@@ -47,7 +47,7 @@ CORRECTIONS: Mapping[str, str] = {
 def request(experiment: NextExperiment) -> str:
     """The experiment as a request, without its purpose."""
     if experiment.id is Experiment.CORRECT_EFFECTS:
-        return f"repeat the measurement with {' and '.join(experiment.effects)} put right"
+        return f"repeat the measurement with {' and '.join(experiment.effects)} corrected"
     return TEXTS[experiment.id]
 
 

@@ -132,7 +132,7 @@ def test_the_site_has_every_page_and_no_other() -> None:
             return [entry]
         children = entry.values() if isinstance(entry, dict) else entry
         assert not isinstance(children, (str, int))
-        return [page for child in children or () for page in pages(child)]  # type: ignore[attr-defined]
+        return [page for child in children or () for page in pages(child)]  # type: ignore[attr-defined]  # YAML
 
     shown = {f"docs/{page}" for page in pages(config["nav"])}
     assert shown == {name(page) for page in PAGES if name(page).startswith("docs/")} | GENERATED

@@ -29,7 +29,7 @@ def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correc
         ),
         (
             NextExperiment(Experiment.CORRECT_EFFECTS, ("density", "mesh_error")),
-            "repeat the measurement with density and mesh_error put right",
+            "repeat the measurement with density and mesh_error corrected",
         ),
         (
             NextExperiment(Experiment.NOTHING),

@@ -118,7 +118,7 @@ def test_a_gap_that_nothing_explains_asks_for_a_new_set_up_another_level_and_a_s
 
 def test_an_effect_to_be_corrected_is_a_prompt_before_all_is_measured_again(paper: Sequence) -> None:
     found = next_sequence(NextExperiment(Experiment.CORRECT_EFFECTS, ("mesh_error",)), paper, LIMITS)
-    assert steps_of(found, PromptStep)[0].text == "Repeat the measurement with mesh_error put right"
+    assert steps_of(found, PromptStep)[0].text == "Repeat the measurement with mesh_error corrected"
     assert found.steps[1:] == paper.steps
 
 

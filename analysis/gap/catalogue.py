@@ -1,11 +1,12 @@
 """The catalogue: every effect found in the files of `analysis.gap.effects`, with its rival laws."""
 
 import pkgutil
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 
 from analysis.gap import effects
-from analysis.gap.effect import Effect, acts_on
+from analysis.gap.effect import Effect, Mechanism, acts_on
 from analysis.gap.measurement import Measurement
 
 
@@ -21,14 +22,32 @@ def laws() -> tuple[type[Effect], ...]:
 
 
 def effect_ids() -> tuple[str, ...]:
-    """Ids of all effects, in order."""
-    return tuple(dict.fromkeys(law.id for law in laws()))
+    """Ids of all effects, in order; smooth functions in place of a law are none."""
+    return tuple(dict.fromkeys(law.id for law in laws() if not law.law_free))
+
+
+def mechanism_of(effect_id: str) -> Mechanism:
+    """The mechanism of an effect.
+
+    Raises:
+        KeyError: the catalogue has no such effect.
+    """
+    return {law.id: law.mechanism for law in laws()}[effect_id]
 
 
 def candidates(measurement: Measurement, without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
     """Every variant of every law that could show in what was measured, but for the ids in `without`."""
-    found = [variant for law in laws() if law.id not in without for variant in law.variants(measurement)]
-    return tuple(each for each in found if shows(each, measurement))
+    return _showing([law for law in laws() if not law.law_free and law.id not in without], measurement)
+
+
+def law_free(measurement: Measurement, without: frozenset[Mechanism] = frozenset()) -> tuple[Effect, ...]:
+    """Every smooth function in place of a law that could show in what was measured: one or more for each mechanism."""
+    return _showing([law for law in laws() if law.law_free and law.mechanism not in without], measurement)
+
+
+def _showing(chosen: Sequence[type[Effect]], measurement: Measurement) -> tuple[Effect, ...]:
+    variants = [variant for law in chosen for variant in law.variants(measurement)]
+    return tuple(each for each in variants if shows(each, measurement))
 
 
 def shows(effect: Effect, measurement: Measurement) -> bool:

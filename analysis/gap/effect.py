@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import ClassVar, Self
 
 import numpy as np
@@ -13,6 +14,29 @@ from analysis.gap.parameter import Estimate, Parameter
 
 Given = Mapping[str, float]
 """Values of an effect's own parameters, by name."""
+
+
+class Mechanism(StrEnum):
+    """What an effect is about; laws of one mechanism compete with each other within it."""
+
+    JOINT_AMPLITUDE = "joint_amplitude"
+    """Joints follow how far they move."""
+    JOINT_FREQUENCY = "joint_frequency"
+    """Joints follow frequency."""
+    JOINT_STATE = "joint_state"
+    """Joints differ with temperature, preload and history."""
+    JOINT_GEOMETRY = "joint_geometry"
+    """Where and how joints hold the beam."""
+    ATTACHMENT = "attachment"
+    """What is fixed to the joints or under them."""
+    BEAM = "beam"
+    """The beam and what rides on it."""
+    BLOW = "blow"
+    """How the hammer strikes."""
+    MEASURING_CHAIN = "measuring_chain"
+    """Sensors, cables and windows."""
+    TESTER = "tester"
+    """The elastomer tester itself."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +52,10 @@ class Effect:
     """Name in the catalogue, in JSON and on pages."""
     title: ClassVar[str]
     """A few words for tables and reports."""
+    mechanism: ClassVar[Mechanism]
+    law_free: ClassVar[bool] = False
+    """Whether this is a smooth function in place of a law: it decides whether its mechanism acts, and its id is that of
+    the mechanism."""
     law: ClassVar[str] = "the only one"
     """Name of the law, where rival laws share an id."""
     form_is_known: ClassVar[bool] = False

@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.effect import Effect, EffectOfEachJoint, Given
+from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
@@ -16,6 +16,7 @@ class JointMass(Effect):
 
     id = "joint_mass"
     title = "mass at the joints"
+    mechanism = Mechanism.ATTACHMENT
     law = "equal masses"
     form_is_known = True
     own_parameters = (Parameter("m", "kg", 0.0, 0.2, least=0.0),)
@@ -29,6 +30,7 @@ class MassOfEachJoint(EffectOfEachJoint):
 
     id = "joint_mass"
     title = "mass at the joints"
+    mechanism = Mechanism.ATTACHMENT
     law = "each joint its own"
     form_is_known = True
 
@@ -57,6 +59,7 @@ class FoundationCompliance(Effect):
 
     id = "foundation_compliance"
     title = "foundation that gives way"
+    mechanism = Mechanism.ATTACHMENT
     law = "across the beam"
     own_parameters = (
         Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),

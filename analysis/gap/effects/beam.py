@@ -8,7 +8,7 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
@@ -19,6 +19,7 @@ class YoungsModulus(Effect):
 
     id = "youngs_modulus"
     title = "Young's modulus off"
+    mechanism = Mechanism.BEAM
     form_is_known = True
     own_parameters = (Parameter("relative", "1", 0.0, 0.02),)
 
@@ -31,6 +32,7 @@ class Density(Effect):
 
     id = "density"
     title = "density off"
+    mechanism = Mechanism.BEAM
     form_is_known = True
     own_parameters = (Parameter("relative", "1", 0.0, 0.0133),)
 
@@ -46,6 +48,7 @@ class MeshError(Effect):
 
     id = "mesh_error"
     title = "mesh of the simulation"
+    mechanism = Mechanism.BEAM
     own_parameters = (Parameter("third_mode", "1", 0.0, 0.0025),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
@@ -62,6 +65,7 @@ class BeamDamping(Effect):
 
     id = "beam_damping"
     title = "damping in the beam"
+    mechanism = Mechanism.BEAM
     law = "structural"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (ETA,)
 
@@ -113,6 +117,7 @@ class AccelerometerMass(Effect):
 
     id = "accelerometer_mass"
     title = "mass of the accelerometer"
+    mechanism = Mechanism.BEAM
     form_is_known = True
     own_parameters = (Parameter("m", "kg", 0.0, 0.027, least=0.0),)
 
@@ -140,6 +145,7 @@ class OutOfPlaneBending(Effect):
 
     id = "out_of_plane_bending"
     title = "bending out of plane"
+    mechanism = Mechanism.BEAM
     law = "two modes"
     frequencies: tuple[float, ...] = ()
     at_sensor: tuple[float, ...] = ()

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.gap.bench import BeamBench, Setting
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
@@ -17,6 +17,7 @@ class ImpactAngle(Effect):
 
     id = "impact_angle"
     title = "blows that lean"
+    mechanism = Mechanism.BLOW
     law = "transverse blows, at the axis"
     own_parameters = (Parameter("angle_deg", "deg", 0.0, 2.7),)
 
@@ -75,6 +76,7 @@ class ImpactPosition(Effect):
 
     id = "impact_position"
     title = "points struck beside their marks"
+    mechanism = Mechanism.BLOW
     law = "each point its own"
     form_is_known = True
     nodes: tuple[int, ...] = ()
@@ -104,5 +106,6 @@ class DoubleHit(Effect):
 
     id = "double_hit"
     title = "double hits of the hammer"
+    mechanism = Mechanism.BLOW
     law = "found in records"
     own_parameters = (Parameter("ratio", "1", 0.0, 0.4, least=0.0),)

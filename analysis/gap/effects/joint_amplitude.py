@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
@@ -48,6 +48,7 @@ class AmplitudeDependence(Effect):
 
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
+    mechanism = Mechanism.JOINT_AMPLITUDE
     law = "Kraus"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("k0_over_kinf", "1", 2.0, 0.35, positive=True),
@@ -113,6 +114,7 @@ class AmplitudeTable(Effect):
 
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
+    mechanism = Mechanism.JOINT_AMPLITUDE
     law = "table"
     interpolates = False
     amplitudes: tuple[float, ...] = ()
@@ -165,6 +167,7 @@ class CubicStiffness(Effect):
 
     id = "cubic_stiffness"
     title = "cubic stiffness"
+    mechanism = Mechanism.JOINT_AMPLITUDE
     law = "square of amplitude"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE, FALL)
 
@@ -195,6 +198,7 @@ class CoulombFriction(Effect):
 
     id = "coulomb_friction"
     title = "dry friction"
+    mechanism = Mechanism.JOINT_AMPLITUDE
     law = "sliding"
     own_parameters = (Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-2.5, -1.2, 0.8)), BLOW_AMPLITUDE, FALL)
 
@@ -212,6 +216,7 @@ class StickingFriction(Effect):
 
     id = "coulomb_friction"
     title = "dry friction"
+    mechanism = Mechanism.JOINT_AMPLITUDE
     law = "sticking and sliding"
     own_parameters = (
         Parameter("F_c", "N", 1.5, 0.9, positive=True),

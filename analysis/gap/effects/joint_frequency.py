@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.parameter import Parameter
 
 REFERENCE = 50.0
@@ -25,6 +25,7 @@ class FrequencyDependence(Effect):
 
     id = "frequency_dependence"
     title = "stiffness and loss that follow frequency"
+    mechanism = Mechanism.JOINT_FREQUENCY
     law = "relaxations"
 
     own_parameters = tuple(
@@ -112,6 +113,7 @@ class LossLaw(Effect):
 
     id = "loss_law"
     title = "loss that follows frequency"
+    mechanism = Mechanism.JOINT_FREQUENCY
     law = "power"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("p", "1", 0.0, 0.6),)
 

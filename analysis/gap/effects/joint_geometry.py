@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from analysis.gap.bench import Mounting
-from analysis.gap.effect import Effect, EffectOfEachJoint, Given
+from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
@@ -16,6 +16,7 @@ class SupportPosition(EffectOfEachJoint):
 
     id = "support_position"
     title = "joints beside their drawn place"
+    mechanism = Mechanism.JOINT_GEOMETRY
     form_is_known = True
 
     @property
@@ -37,6 +38,7 @@ class CylinderAngle(Effect):
 
     id = "cylinder_angle"
     title = "cylinders at another angle"
+    mechanism = Mechanism.JOINT_GEOMETRY
     form_is_known = True
     own_parameters = (Parameter("delta_deg", "deg", 0.0, 3.3),)
     joint: int = 0
@@ -60,6 +62,7 @@ class VerticalOffset(EffectOfEachJoint):
 
     id = "vertical_offset"
     title = "cylinders off the beam's axis"
+    mechanism = Mechanism.JOINT_GEOMETRY
     form_is_known = True
 
     @property
@@ -75,6 +78,7 @@ class ContactPatch(Effect):
 
     id = "contact_patch"
     title = "stiffness spread over a length"
+    mechanism = Mechanism.JOINT_GEOMETRY
     own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
@@ -23,6 +23,7 @@ class TemperatureShift(Effect):
 
     id = "temperature_shift"
     title = "another temperature in each rig"
+    mechanism = Mechanism.JOINT_STATE
     own_parameters = (Parameter("delta_t", "K", 0.0, 6.7), Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
@@ -42,6 +43,7 @@ class PreloadStiffening(Effect):
 
     id = "preload_stiffening"
     title = "stiffening under the tester's preset"
+    mechanism = Mechanism.JOINT_STATE
     law = "stiffness alone"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("s", "1/mm", 0.0, 0.67),)
     preset_mm: float = 0.5
@@ -86,6 +88,7 @@ class ConditioningDrift(Effect):
 
     id = "conditioning_drift"
     title = "drift in the order of measuring"
+    mechanism = Mechanism.JOINT_STATE
     law = "straight"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("d", "1", 0.0, 0.067),)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.gap.bench import BeamBench, Setting
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.parameter import Parameter
 
 
@@ -14,6 +14,7 @@ class SensorGain(Effect):
 
     id = "sensor_gain"
     title = "gain of hammer or accelerometer"
+    mechanism = Mechanism.MEASURING_CHAIN
     form_is_known = True
     own_parameters = (Parameter("gain", "1", 0.0, 0.033),)
 
@@ -26,6 +27,7 @@ class ChannelDelay(Effect):
 
     id = "channel_delay"
     title = "delay between the channels"
+    mechanism = Mechanism.MEASURING_CHAIN
     form_is_known = True
     own_parameters = (Parameter("tau", "s", 0.0, 33e-6),)
 
@@ -38,6 +40,7 @@ class HighpassCorner(Effect):
 
     id = "highpass_corner"
     title = "high-pass corner of the acceleration channel"
+    mechanism = Mechanism.MEASURING_CHAIN
     law = "first order"
     own_parameters = (Parameter("corner", "Hz", 0.8, 1.0, positive=True, starts=(-0.5, 1.0)),)
 
@@ -61,6 +64,7 @@ class ExponentialWindow(Effect):
 
     id = "exponential_window"
     title = "exponential window not corrected"
+    mechanism = Mechanism.MEASURING_CHAIN
     form_is_known = True
     own_parameters = (Parameter("s", "1/s", 0.0, 6.7, least=0.0),)
 
@@ -73,6 +77,7 @@ class CrossAxisSensitivity(Effect):
 
     id = "cross_axis_sensitivity"
     title = "cross-axis sensitivity of the accelerometer"
+    mechanism = Mechanism.MEASURING_CHAIN
     own_parameters = (Parameter("sensitivity", "1", 0.0, 0.033),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
@@ -88,5 +93,6 @@ class MainsHum(Effect):
 
     id = "mains_hum"
     title = "mains hum"
+    mechanism = Mechanism.MEASURING_CHAIN
     law = "found in records"
     own_parameters = (Parameter("amplitude", "m/s^2", 0.0, 0.05, least=0.0),)

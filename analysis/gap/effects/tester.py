@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from analysis.frequency_response import Complex
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
 
@@ -15,6 +15,7 @@ class FrameCompliance(Effect):
 
     id = "frame_compliance"
     title = "compliance of the tester's frame"
+    mechanism = Mechanism.TESTER
     law = "elastic"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c", "m/N", 0.0, 0.33e-6, least=0.0),)
 
@@ -37,6 +38,7 @@ class FixtureInertia(Effect):
 
     id = "fixture_inertia"
     title = "inertia of the tester's fixture"
+    mechanism = Mechanism.TESTER
     law = "one fixture"
     form_is_known = True
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("m", "kg", 0.0, 0.133, least=0.0),)
@@ -65,6 +67,7 @@ class FrameResonance(Effect):
 
     id = "frame_resonance"
     title = "resonance of the tester's frame"
+    mechanism = Mechanism.TESTER
     own_parameters = (Parameter("f_r", "Hz", 450.0, 0.5, positive=True, starts=(0.0, 1.2)),)
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
@@ -76,6 +79,7 @@ class TransducerLag(Effect):
 
     id = "transducer_lag"
     title = "lag between the tester's transducers"
+    mechanism = Mechanism.TESTER
     law = "delay"
     own_parameters = (Parameter("tau", "s", 0.0, 200e-6),)
 

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from analysis.gap.catalogue import candidates, effect_ids, laws, shows
-from analysis.gap.effect import Effect
+from analysis.gap.catalogue import candidates, effect_ids, laws, mechanism_of, shows
+from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.joint_geometry import SupportPosition
 from analysis.gap.effects.measuring_chain import SensorGain
 from analysis.gap.effects.tester import FrameCompliance
@@ -52,6 +52,13 @@ def test_ids_are_unique_and_rival_laws_have_names_of_their_own() -> None:
     titles = {law.id: {each.title for each in laws() if each.id == law.id} for law in laws()}
     assert all(len(each) == 1 for each in titles.values())
     assert len({title for each in titles.values() for title in each}) == len(titles)
+
+
+def test_every_effect_belongs_to_the_mechanism_that_its_file_is_named_after() -> None:
+    for law in laws():
+        assert law.__module__.endswith(f".{law.mechanism}"), law
+    assert {law.mechanism for law in laws()} == set(Mechanism)
+    assert mechanism_of("coulomb_friction") is Mechanism.JOINT_AMPLITUDE
 
 
 def test_every_candidate_has_a_title_and_parameters_with_units_and_starts(empty: Measurement) -> None:

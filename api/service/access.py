@@ -3,7 +3,6 @@
 As long as no key was ever made, a service on the loopback address is open to everybody at its computer.
 """
 
-import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -11,7 +10,8 @@ from typing import Annotated, Any
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
-from api.service.context import Context, Services
+from api.service.context import Context, Services, services
+from api.service.deadlines import within
 from api.service.problems import AccessError
 from store.keys import count_keys, find_key
 from store.states import Scope
@@ -19,6 +19,8 @@ from store.states import Scope
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
 # Apart from the threads in which requests wait for the store, so that a stop waits for none of those.
 _key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup")
+LONGEST_LOOKUP = 15.0
+"""Seconds that a request waits for the lookup of its key; a database that is locked answers within ten."""
 _bearer = HTTPBearer(
     auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
 )
@@ -65,13 +67,26 @@ def authenticate(context: Services, secret: str | None, host: str | None) -> Cal
     return Caller(f"key {key.id} ({key.name})", key.scopes)
 
 
-async def caller(
-    request: Request, context: Context, given: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]
-) -> Caller:
-    """The sender of a request."""
-    secret = None if given is None else given.credentials
-    loop = asyncio.get_running_loop()
-    return await loop.run_in_executor(_key_lookup, authenticate, context, secret, request.url.hostname)
+async def caller_of(request: Request) -> Caller:
+    """The sender of a request, who is looked up once.
+
+    Raises:
+        AccessError: as in `authenticate`.
+        StoreError: the database does not answer.
+    """
+    if not hasattr(request.state, "caller"):
+        given = await _bearer(request)
+        secret = None if given is None else given.credentials
+        context = await services(request)
+        host = request.url.hostname
+        request.state.caller = await within(LONGEST_LOOKUP, _key_lookup, authenticate, context, secret, host)
+    found: Caller = request.state.caller
+    return found
+
+
+async def caller(request: Request, _given: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)]) -> Caller:
+    """A dependency: the sender of a request. The schema has from `_given` that a key is wanted."""
+    return await caller_of(request)
 
 
 def check_scope(who: Caller, scope: Scope) -> None:

@@ -10,6 +10,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
+from api.service.bodies import BodyLimit
 from api.service.context import Services
 from api.service.middleware import LimitedReads, SameOriginDocumentation
 from api.service.problems import Problem, handle_problems
@@ -75,6 +76,7 @@ def create_app(services: Services) -> FastAPI:
     _describe_problems(app)
     app.add_middleware(LimitedReads, is_at_work=partial(_is_at_work, services))
     app.add_middleware(SameOriginDocumentation)
+    app.add_middleware(BodyLimit)
     return app
 
 

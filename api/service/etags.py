@@ -5,8 +5,8 @@ from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
 
 from fastapi import Header, Request, Response
-from fastapi.routing import APIRoute
 
+from api.service.bodies import GuardedRoute
 from api.service.problems import PreconditionError
 
 IfMatch = Annotated[
@@ -32,7 +32,7 @@ def check_unchanged(if_match: str | None, tag: str | None) -> None:
         raise PreconditionError(f"If-Match is {if_match}, but it is {tag or 'not there'}; read it again")
 
 
-class TaggedRoute(APIRoute):
+class TaggedRoute(GuardedRoute):
     """A route whose JSON documents have an entity tag; a reader who sends it back gets 304 if nothing has changed."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:

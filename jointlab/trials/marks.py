@@ -1,0 +1,179 @@
+"""One answer beside its truth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from jointlab.trials.claims import CLAIMED, MECHANISM_OF, Claims
+
+VISIBLE = 5.0
+"""Standard deviations from which an effect is to be found."""
+RECORD_FAULTS = {"polarity", "label_swap"}
+"""To find and repair these faults of a record, and to say that nothing else is there, is right."""
+FAILED = "failed"
+"""Status of an answer that is an error."""
+SURE = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """What is there.
+
+    Attributes:
+        case, kind: its name; none, single, pair, mixture or novel.
+        effects, novel: of the catalogue, and in no catalogue.
+        size: fraction of each effect's plausible range.
+        parameters: by effect and name.
+        d: standard deviations that remain after the baseline has been fitted.
+        d_each: the same for each of several effects; 0 or absent where it is not known.
+        inseparable: effects that these data cannot tell from those that are there.
+        floor_percent: how far an honest new measurement is off.
+        remainder_percent: what all effects of no catalogue leave; None where it is not known.
+    """
+
+    case: str
+    kind: str
+    effects: tuple[str, ...]
+    novel: tuple[str, ...]
+    size: dict[str, float]
+    parameters: dict[str, dict[str, Any]]
+    d: float
+    d_each: dict[str, float] = field(default_factory=dict)
+    inseparable: tuple[str, ...] = ()
+    floor_percent: float
+    remainder_percent: float | None = None
+
+    @property
+    def visible(self) -> tuple[str, ...]:
+        """Effects of the catalogue that these data show."""
+        if len(self.effects) == 1:
+            return self.effects if self.d >= VISIBLE else ()
+        return tuple(effect for effect in self.effects if self.d_each.get(effect, 0.0) >= VISIBLE)
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Whether the 90 % interval of one parameter holds its truth."""
+
+    effect: str
+    parameter: str
+    truth: float
+    value: float
+    inside: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """How good an answer is; one that is an error has the defaults.
+
+    Attributes:
+        truth: what is there.
+        status, named, probability: of the verdict.
+        included: probability of each effect.
+        mechanisms: what the verdict claims.
+        right: whether exactly the effects that are there are named, or what a case without them asks for is said.
+        inseparable: right, or only effects that these data cannot tell from the true ones.
+        mechanism_right: whether exactly the mechanisms that are there are claimed.
+        found, spurious: effects that are said with more than even odds, rightly and wrongly.
+        surely_wrong: effects said with a probability of 0.9 or more that are not there.
+        before, after, unseen: held-out gap as reported, and the true one on rows that were never shown, floor
+            included; percent.
+        worsened: rigs whose gap grows with the verdict.
+        remainder: what the verdict says that it leaves, percent.
+        coverage: of parameters that both sides call by one name.
+        seconds, error: of the diagnosis.
+    """
+
+    truth: Truth
+    status: str = FAILED
+    named: tuple[str, ...] = ()
+    probability: float = 0.0
+    included: dict[str, float] = field(default_factory=dict)
+    mechanisms: tuple[str, ...] = ()
+    right: bool = False
+    inseparable: bool = False
+    mechanism_right: bool = False
+    found: tuple[str, ...] = ()
+    spurious: tuple[str, ...] = ()
+    surely_wrong: tuple[str, ...] = ()
+    before: float | None = None
+    after: float | None = None
+    unseen: float | None = None
+    worsened: tuple[str, ...] = ()
+    remainder: float | None = None
+    coverage: tuple[Coverage, ...] = ()
+    seconds: float = 0.0
+    error: str = ""
+
+
+TRUTH = TypeAdapter(Truth)
+MARK = TypeAdapter(Mark)
+
+
+def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None) -> Mark:
+    """Set an answer beside its truth.
+
+    Args:
+        truth: of the case.
+        answer: a diagnosis document, or an ``error``; both with ``seconds``.
+        unseen: true gap of the predictions on rows that were never shown, percent.
+    """
+    if "error" in answer:
+        return Mark(truth=truth, seconds=answer["seconds"], error=answer["error"])
+    claims = Claims.of(answer)
+    said, allowed = claims.said, {*truth.effects, *truth.inseparable}
+    right = _right(truth, claims)
+    mechanisms = {MECHANISM_OF[effect] for effect in truth.effects}
+    return Mark(
+        truth=truth,
+        status=claims.status,
+        named=claims.named,
+        probability=claims.probability,
+        included=claims.included,
+        mechanisms=tuple(sorted(claims.said_mechanisms)),
+        right=right,
+        inseparable=right or (bool(claims.named) and set(claims.named) <= allowed and bool(truth.inseparable)),
+        mechanism_right=claims.said_mechanisms == mechanisms if truth.effects else right,
+        found=tuple(sorted(said & set(truth.effects))),
+        spurious=tuple(sorted(said - allowed)),
+        surely_wrong=tuple(sorted(effect for effect in said - allowed if claims.included.get(effect, 0.0) >= SURE)),
+        before=claims.before,
+        after=claims.after,
+        unseen=unseen,
+        worsened=tuple(rig for rig, (before, after) in claims.rigs.items() if _grows(before, after)),
+        remainder=claims.remainder,
+        coverage=_coverage(truth, claims),
+        seconds=answer["seconds"],
+    )
+
+
+def _right(truth: Truth, claims: Claims) -> bool:
+    if truth.novel and set(truth.novel) <= RECORD_FAULTS:
+        return claims.status == "none" and claims.faults > 0
+    if truth.novel:
+        return claims.status in ("unknown", "partial") and not claims.said
+    if not truth.effects:
+        return claims.status == "none"
+    return set(claims.named) == set(truth.effects)
+
+
+def _grows(before: float | None, after: float | None) -> bool:
+    return before is not None and after is not None and after > before
+
+
+def _coverage(truth: Truth, claims: Claims) -> tuple[Coverage, ...]:
+    found = []
+    for effect in sorted(set(claims.named) & set(truth.effects)):
+        own = truth.parameters.get(effect, {})
+        for name, interval in claims.intervals.get(effect, {}).items():
+            if isinstance(true := own.get(name), int | float) and not isinstance(true, bool):
+                inside = interval.low <= true <= interval.high
+                found.append(Coverage(effect, name, float(true), interval.value, inside))
+    return tuple(found)
+
+
+def accepted(mark: Mark, least: float = CLAIMED) -> bool:
+    """Whether an effect in no catalogue got a known name with a probability above `least`."""
+    return any(mark.included.get(effect, 0.0) >= least for effect in mark.spurious)

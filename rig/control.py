@@ -7,19 +7,13 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from daq.errors import AcquisitionCancelledError
-from rig.errors import RigError
+from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
+from rig.stop_latch import StopLatch
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError
 
 _Result = TypeVar("_Result")
-
-
-class RunStoppedError(RigError):
-    """The run was stopped as asked; what was measured before is kept."""
-
-    def __init__(self) -> None:
-        super().__init__("the run was stopped as asked; what was measured before is kept")
 
 
 class RunControl:
@@ -27,9 +21,15 @@ class RunControl:
 
     A request acts at once: where the run drives a tester, the actuator is at rest when `pause` or `stop` returns, with
     hydraulics on and the preset kept. A measurement that is interrupted is repeated after `resume`.
+
+    Args:
+        latch: of the rig; while it is set, no step begins. None: one of its own.
+        lease: number of the lease with which the run was asked for; None where the rig has no leases.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, latch: StopLatch | None = None, lease: int | None = None) -> None:
+        self._latch = latch or StopLatch()
+        self._lease = lease
         self._requests = threading.Lock()  # one at a time
         self._may_run = threading.Event()
         self._may_run.set()
@@ -46,9 +46,19 @@ class RunControl:
             self._may_run.clear()
             self._interrupt()
 
-    def resume(self) -> None:
-        """Continue a paused run; a stopped run stays stopped."""
-        with self._requests:
+    def begin(self) -> None:
+        """Check, as the last thing before the first step, that the run may still begin.
+
+        Raises RunStoppedError where STOP is in force, LeaseLostError where another client has taken the rig.
+        """
+        self._latch.check(self._lease)
+
+    def resume(self, lease: int | None = None) -> None:
+        """Continue a paused run; a stopped run stays stopped.
+
+        Raises RunStoppedError where STOP is in force, LeaseLostError where `lease` is not the present one any more.
+        """
+        with self._requests, self._latch.moving(lease):
             if self._tester is not None and not self._stopped:
                 self._tester.release()
             self._may_run.set()
@@ -71,7 +81,7 @@ class RunControl:
 
     def is_interrupted(self) -> bool:
         """Whether the run is to pause or to end."""
-        return self._stopped or not self._may_run.is_set()
+        return self._stopped or not self._may_run.is_set() or self._latch.in_force is not None
 
     @contextmanager
     def driving(self, tester: Tester) -> Iterator[None]:
@@ -108,7 +118,7 @@ class RunControl:
                     recover()
                 return step()
             except (MotionHaltedError, AcquisitionCancelledError):
-                if self._count == requests:
+                if self._count == requests and self._latch.in_force is None:
                     raise  # not because of a request
                 interrupted = True
 
@@ -126,3 +136,4 @@ class RunControl:
                 observer(RunResumed(time.monotonic() - began))
         if self._stopped:
             raise RunStoppedError
+        self._latch.check()

@@ -14,6 +14,13 @@ class RequestError(RigError):
     """The request is wrong, whatever the instruments are like; nothing moved."""
 
 
+class RunStoppedError(RigError):
+    """The run was stopped as asked, or STOP is in force; what was measured before is kept."""
+
+    def __init__(self, message: str = "the run was stopped as asked; what was measured before is kept") -> None:
+        super().__init__(message)
+
+
 def failure_reason(error: Exception, expected: tuple[type[Exception], ...]) -> str:
     """Why something failed, for people: the message of an `expected` error; for any other a reference to the log."""
     return str(error) if isinstance(error, expected) else UNEXPECTED

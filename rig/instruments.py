@@ -10,6 +10,7 @@ from daq.device import connect as connect_daq
 from daq.errors import ChannelError
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
+from rig.stop_latch import StopLatch
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
@@ -30,6 +31,7 @@ class Instruments:
         channels: the channel table.
         limits: what the rig may ask of the tester.
         rig: name of the rig, for its stored limits and for the lock that the driving process holds.
+        latch: STOP of the rig, for all that moves its actuator.
     """
 
     daq_address: str
@@ -38,6 +40,7 @@ class Instruments:
     channels: tuple[Channel, ...]
     limits: TesterLimits = field(default_factory=TesterLimits)
     rig: str = "rig"
+    latch: StopLatch = field(default_factory=StopLatch, compare=False)
 
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.
@@ -68,7 +71,7 @@ class Instruments:
         """
         if self.tester_url is None:
             raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
-        with connect_tester(self.tester_url, self.limits) as tester, tester.reporting_to(observer):
+        with connect_tester(self.tester_url, self.limits, latch=self.latch) as tester, tester.reporting_to(observer):
             yield tester
 
 

@@ -10,7 +10,7 @@ import math
 import select
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TypeVar
 from urllib.parse import parse_qs, urlsplit
 
@@ -39,6 +39,9 @@ _WORDS = {
     ExcCodes.GATEWAY_PATH_UNAVIABLE: "the gateway has no path to it",
     ExcCodes.GATEWAY_NO_RESPONSE: "it does not answer the gateway",
 }
+
+Around = Callable[[], AbstractContextManager[None]]
+"""Makes a context in which a frame is passed to the operating system; it raises where that must not happen any more."""
 
 _Response = TypeVar("_Response", bound=ModbusPDU)
 
@@ -103,15 +106,17 @@ class ModbusLink:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
         return list(response.registers)
 
-    def write_holding(self, address: int, words: Sequence[int], by: float = math.inf) -> None:
-        """Write `words` to the holding registers from `address`, sent once; ends `by` then.
+    def write_holding(
+        self, address: int, words: Sequence[int], by: float = math.inf, sending: Around = nullcontext
+    ) -> None:
+        """Write `words` to the holding registers from `address`, sent once, in the context `sending`; ends `by` then.
 
         Raises:
             ModbusUnreachableError: no reply; whether the words were taken is unknown.
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write {len(words)} holding registers from {address}"
-        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=DEVICE_ID), by)
+        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=DEVICE_ID), by, sending)
 
     def write_coil(self, address: int, value: bool, by: float = math.inf) -> None:
         """Write one coil, sent once; ends `by` this time of `time.monotonic`.
@@ -131,8 +136,9 @@ class ModbusLink:
     def _disconnect(self) -> None:
         self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
-    def _ask(self, what: str, request: Callable[[], _Response], by: float) -> _Response:
+    def _ask(self, what: str, request: Callable[[], _Response], by: float, sending: Around = nullcontext) -> _Response:
         with self._locked(what, by):
+            self._client.sending = sending
             try:
                 response = request()
             except (ConnectionException, OSError) as error:
@@ -167,12 +173,14 @@ class ModbusLink:
 class _TcpClient(ModbusTcpClient):
     """A client whose timeout is that of the whole reply; in pymodbus it is that of each piece of one."""
 
+    sending: Around = nullcontext
     _end = 0.0
 
     def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send `request`, and begin to wait."""
         self._end = time.monotonic() + (self.comm_params.timeout_connect or 0.0)
-        return int(super().send(request, addr))
+        with self.sending():
+            return int(super().send(request, addr))
 
     def recv(self, size: int | None) -> bytes:
         """The bytes that have come; none once the time is over."""
@@ -182,7 +190,18 @@ class _TcpClient(ModbusTcpClient):
         return bytes(super().recv(size))
 
 
-def _client(url: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
+class _SerialClient(ModbusSerialClient):
+    """A client on a serial line."""
+
+    sending: Around = nullcontext
+
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
+        """Send `request`."""
+        with self.sending():
+            return int(super().send(request, addr))
+
+
+def _client(url: str, timeout: float) -> _TcpClient | _SerialClient:
     try:
         parts = urlsplit(url)
         if parts.scheme == "tcp" and parts.hostname:
@@ -190,7 +209,7 @@ def _client(url: str, timeout: float) -> ModbusTcpClient | ModbusSerialClient:
         port = parts.netloc + parts.path
         if parts.scheme == "rtu" and port:
             options = {name: values[-1] for name, values in parse_qs(parts.query).items()}
-            return ModbusSerialClient(
+            return _SerialClient(
                 port,
                 framer=FramerType.RTU,
                 baudrate=int(options.get("baudrate", DEFAULT_BAUD_RATE)),

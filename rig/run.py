@@ -13,8 +13,8 @@ from typing import Any
 from analysis.errors import AnalysisError
 from daq.errors import DaqError
 from rig.completed_points import CompletedPoints, ResumeError, completed_points
-from rig.control import RunControl, RunStoppedError
-from rig.errors import RigError, failure_reason
+from rig.control import RunControl
+from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
@@ -94,7 +94,7 @@ def run_sequence(
         RigError, DaqError: a step is impossible, or an instrument is absent, refuses or fails.
         StoreError: the measurement cannot be stored.
     """
-    control = control or RunControl()
+    control = control or RunControl(instruments.latch)
     sequence = sequence.with_seed()
     check_plan(sequence, instruments.limits)
     who = who or who_is_here()
@@ -145,7 +145,7 @@ def resume_run(
         RigError, DaqError: an instrument is absent, refuses or fails.
         StoreError: there is no such run, or the measurement cannot be stored.
     """
-    control = control or RunControl()
+    control = control or RunControl(instruments.latch)
     with catalogue.reading() as session:
         run = get_run(session, run_id)
     with run_lock(catalogue, run):
@@ -243,6 +243,7 @@ class _Work:
 def _carry_out(work: _Work) -> None:
     """Carry out the remaining steps and store how the run ended."""
     try:
+        work.control.begin()
         for step, number in work.completed.remaining_steps(work.sequence):
             work.do(step, number)
     except (KeyboardInterrupt, RunStoppedError):

@@ -28,6 +28,7 @@ from rig.registers import (
     Units,
     name_of,
 )
+from rig.stop_latch import StopLatch
 from rig.tester_limits import TesterLimits
 from rig.tester_status import (
     ActuatorNotAtRestError,
@@ -51,7 +52,12 @@ log = logging.getLogger(__name__)
 
 @contextmanager
 def connect(
-    url: str, limits: TesterLimits | None = None, *, timeout: float = 0.5, observer: Observer = ignore_event
+    url: str,
+    limits: TesterLimits | None = None,
+    *,
+    timeout: float = 0.5,
+    observer: Observer = ignore_event,
+    latch: StopLatch | None = None,
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
 
@@ -60,6 +66,7 @@ def connect(
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
         observer: gets events about interlocks.
+        latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
 
     Raises:
         TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops
@@ -68,7 +75,7 @@ def connect(
         RigError: no tester answers at `url`.
     """
     with closing(ModbusLink(url, timeout)) as link:
-        tester = Tester(TesterWire(link), limits or TesterLimits(), observer)
+        tester = Tester(TesterWire(link), limits or TesterLimits(), observer, latch)
         try:
             with tester.at_rest_afterwards():
                 yield tester
@@ -79,11 +86,19 @@ def connect(
 class Tester:
     """The driver of one tester, made by `connect`. Any thread may call it.
 
-    Every method that talks to the instrument raises RigError where that does not answer.
+    Every method that talks to the instrument raises RigError where that does not answer; every one that moves the
+    actuator raises RunStoppedError where STOP is in force.
     """
 
-    def __init__(self, wire: TesterWire, limits: TesterLimits, observer: Observer = ignore_event) -> None:
+    def __init__(
+        self,
+        wire: TesterWire,
+        limits: TesterLimits,
+        observer: Observer = ignore_event,
+        latch: StopLatch | None = None,
+    ) -> None:
         self.limits = limits
+        self._latch = latch or StopLatch()
         self._wire = wire
         self._observer = observer
         self._reported = NO_INTERLOCK
@@ -143,7 +158,7 @@ class Tester:
         """
         self._halted = True  # before the command, so that no other thread's slips in after it
         try:
-            self._wire.command(CommandCode.HOLD, self._disturb)
+            self._wire.command(CommandCode.HOLD, self._disturbing)
             self._wait_for_rest()
         except RigError as error:
             log.warning("the tester did not halt as asked (%s); pulling the emergency stop", error)
@@ -321,17 +336,23 @@ class Tester:
         return TesterIdentity(str(found["serial"]), watchdog_time, limits, detectors)
 
     def _move(self, code: CommandCode, **values: float) -> None:
-        self._wire.command(code, self._check_not_halted, **values)
+        self._wire.command(code, self._moving, **values)
 
-    def _check_not_halted(self) -> None:
-        if self._failure is not None:
-            raise self._failure
-        if self._halted:
-            raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
-        self._undisturbed = True
+    @contextmanager
+    def _moving(self) -> Iterator[None]:
+        """The context in which each attempt at a motion command is written: no STOP and no halt came before."""
+        with self._latch.moving():
+            if self._failure is not None:
+                raise self._failure
+            if self._halted:
+                raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
+            self._undisturbed = True
+            yield
 
-    def _disturb(self) -> None:
+    @contextmanager
+    def _disturbing(self) -> Iterator[None]:
         self._undisturbed = False
+        yield
 
     def _wait_for_rest(self) -> None:
         end = time.monotonic() + MOTION_TIMEOUT

@@ -9,11 +9,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from typing import TypeVar, cast
 
 from rig.errors import RigError
 from rig.fair_lock import FairLock
-from rig.modbus import ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
+from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.registers import (
     COMMAND,
     DETECTORS,
@@ -110,12 +111,12 @@ class TesterWire:
         allowance = _Allowance(self._link.timeout)
         self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, allowance.by), allowance)
 
-    def command(self, code: CommandCode, may_go: Callable[[], None] = lambda: None, **values: float) -> None:
+    def command(self, code: CommandCode, sending: Around = nullcontext, **values: float) -> None:
         """Have one command applied, once, and read it back.
 
         Args:
             code: what to ask for.
-            may_go: raises where the command must not be sent any more; called just before sending.
+            sending: a context for each attempt to send it, which raises where it must not be sent any more.
             values: registers of the COMMAND block that this command uses.
 
         Raises:
@@ -128,7 +129,6 @@ class TesterWire:
         if not self._lock.acquire(allowance.by - time.monotonic()):
             raise ModbusUnreachableError(f"{self.url}: {code.name} was not sent, another command still waits")
         try:
-            may_go()
             self._sequence = self._sequence % 0xFFFF + 1
             self._in_force.add(self._sequence)
             asked: dict[str, Value] = {
@@ -143,7 +143,7 @@ class TesterWire:
                 "sequence": self._sequence,
             }
             words = COMMAND.pack(asked)
-            self._try(lambda: self._send(code, words, allowance), allowance)
+            self._try(lambda: self._send(code, words, allowance, sending), allowance)
             self._verify(code, asked, allowance)
             self._in_force = {self._sequence}
         finally:
@@ -155,9 +155,9 @@ class TesterWire:
             f"{self.url} was stopped by {interlock_text(interlocks)}; remove the cause, then reset", interlocks
         )
 
-    def _send(self, code: CommandCode, words: list[int], allowance: _Allowance) -> None:
+    def _send(self, code: CommandCode, words: list[int], allowance: _Allowance, sending: Around) -> None:
         try:
-            self._link.write_holding(COMMAND.address, words, allowance.by)
+            self._link.write_holding(COMMAND.address, words, allowance.by, sending)
         except ModbusRefusedError as error:
             status = status_from(self._read(STATUS, allowance))
             if status.refusal is Refusal.TRIPPED:

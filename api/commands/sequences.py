@@ -14,7 +14,8 @@ from jointlab.instruments import instruments_of
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
 from rig.instruments import Instruments, stored_limits, with_stored_limits
 from rig.run import CarryOut, resume_run, run_sequence

@@ -16,8 +16,8 @@ from jointlab.supervision.journal import Journal
 from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.prompts import AutomaticOperator, Prompt, PromptingOperator
 from jointlab.supervision.state import RigState, after, starting
-from rig.control import RunControl, RunStoppedError
-from rig.errors import failure_reason
+from rig.control import RunControl
+from rig.errors import RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
 from rig.instruments import Instruments, save_limits, with_stored_limits
 from rig.registers import Interlock
@@ -266,7 +266,7 @@ class RunManager:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
             operator = PromptingOperator(self._observe, self._automatic_operator, automatic=automatic)
-            active = self._active = _Active(run_id, RunControl(), operator)
+            active = self._active = _Active(run_id, RunControl(self._instruments.latch), operator)
             with self._state_lock:
                 self._state = starting(self._state, sequence, run_id)
             self._thread = threading.Thread(

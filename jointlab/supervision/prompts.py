@@ -7,7 +7,7 @@ from typing import Protocol
 from analysis.dof import Dof
 from jointlab.errors import ConflictError
 from jointlab.supervision.events import OperatorAnswered, OperatorAsked, PromptKind
-from rig.control import RunStoppedError
+from rig.errors import RunStoppedError
 from rig.events import Event, Observer
 from rig.operator import Operator, mounting_text
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from jointlab.instruments import instruments_of
 from jointlab.trials.simulated_laboratory import simulated_settings
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.operator import Operator
 from rig.sweep import SinePoint, run_sweep
 from rig.sweep_plan import SweepPlan

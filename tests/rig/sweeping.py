@@ -12,6 +12,7 @@ from rig.control import RunControl
 from rig.events import Event
 from rig.operator import Operator
 from rig.registers import CommandCode, State
+from rig.stop_latch import StopLatch
 from rig.sweep import SinePoint, run_sweep
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
@@ -40,6 +41,7 @@ class SweepLaboratory(Operator):
     tester: TesterServer
     thermometer: ThermometerServer
     limits: TesterLimits = field(default_factory=TesterLimits)
+    latch: StopLatch = field(default_factory=StopLatch)
     points: list[SinePoint] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
@@ -48,7 +50,9 @@ class SweepLaboratory(Operator):
             device.connect(self.daq.address) as chassis,
             chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
             Thermometer(self.thermometer.url, 0.2) as thermometer,
-            tester.connect(self.tester.url, self.limits, timeout=1.0, observer=self.events.append) as driver,
+            tester.connect(
+                self.tester.url, self.limits, timeout=1.0, observer=self.events.append, latch=self.latch
+            ) as driver,
         ):
             run_sweep(self.plan, driver, recorder, thermometer, self, self, self.events.append, control)
 

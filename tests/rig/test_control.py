@@ -12,7 +12,8 @@ from daq import device
 from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError
 from rig import tester
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.events import Event, RunPaused, RunResumed, SinePointMeasured
 from rig.hammer import BlowSink, run_hammer_session
 from rig.operator import Operator

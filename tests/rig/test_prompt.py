@@ -6,7 +6,8 @@ import pytest
 
 from analysis.dof import Dof
 from rig.completed_points import CompletedPoints
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.events import Event, PromptStarted
 from rig.hammer import PointProgress
 from rig.instruments import Instruments

@@ -14,7 +14,8 @@ from analysis.dof import Dof
 from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
 from rig.completed_points import CompletedPoints, ResumeError, completed_points
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.events import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
 from rig.hammer import PointProgress
 from rig.instruments import Instruments

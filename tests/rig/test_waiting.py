@@ -8,7 +8,8 @@ from typing import Any, cast
 import pytest
 from sqlalchemy import text
 
-from rig.control import RunControl, RunStoppedError
+from rig.control import RunControl
+from rig.errors import RunStoppedError
 from rig.events import Event, RunPaused, SoakEnded, SoakStarted, WaitStarted, ignore_event
 from rig.instruments import Instruments
 from rig.operator import Operator

@@ -1,0 +1,116 @@
+"""The latch that STOP sets: while it is set no motion command is written, and only a deliberate reset releases it.
+
+There is one latch for each rig, in the process that drives it, made when that process starts and given to all that
+moves the actuator: `Instruments.latch`, and from there `RunControl` and `Tester`. That process uses it like this:
+
+- STOP, from any thread: `latch.stop(who, why)` first, which never waits for an instrument, then `RunControl.stop` where
+  a run is carried out, or else `Tester.halt`. From the moment that `stop` returns no motion command is written.
+- Reset, asked for by the holder of the lease: `latch.reset(epoch, lease)` with the epoch that was shown to this person.
+  It fails where a newer STOP came, or another client holds the lease by now.
+- Lease: `latch.let_drive(lease)` with a new number each time that another client takes it. A start and a resume carry
+  the number of the lease that they were asked for with (`RunControl(latch, lease)`, `RunControl.resume(lease)`).
+"""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from rig.errors import RequestError, RigError, RunStoppedError
+
+LONGEST_TEXT = 200  # characters kept of who and why: callers may send anything, a latch has constant memory
+
+
+class StopNotResetError(RequestError):
+    """STOP stays in force: another one came after the one that was to be reset."""
+
+
+class LeaseLostError(RigError):
+    """Another client has taken the right to drive the rig since this was asked for; nothing moved."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A STOP in force: its number, counted up with every STOP of this process, and who asked for it last, and why."""
+
+    epoch: int
+    who: str
+    why: str
+
+
+class StopLatch:
+    """The STOP of one rig. Any thread and a signal handler may call it; no call waits for an instrument."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()  # a signal handler may interrupt the thread that holds it
+        self._epoch = 0
+        self._stop: Stop | None = None
+        self._lease: int | None = None
+
+    @property
+    def in_force(self) -> Stop | None:
+        """The STOP that is in force; None where there is none."""
+        return self._stop
+
+    def stop(self, who: str, why: str) -> Stop:
+        """Set the latch; when this returns, no motion command is written until it is reset."""
+        with self._lock:
+            self._epoch += 1
+            self._stop = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT])
+            return self._stop
+
+    def reset(self, epoch: int, lease: int | None = None) -> None:
+        """Release the latch; nothing moves by this.
+
+        Args:
+            epoch: of the STOP that was looked at.
+            lease: number of the lease of the client that asks; None where the rig has no leases.
+
+        Raises:
+            StopNotResetError: a newer STOP came.
+            LeaseLostError: another client holds the lease.
+        """
+        with self._lock:
+            self._check_lease(lease)
+            if epoch != self._epoch:
+                raise StopNotResetError(
+                    f"STOP {self._epoch} came after STOP {epoch}; see why it was pressed, then reset that one"
+                )
+            self._stop = None
+
+    def let_drive(self, lease: int) -> None:
+        """Let only the client with this lease number start, resume and reset; when this returns, no other does."""
+        with self._lock:
+            self._lease = lease
+
+    def check(self, lease: int | None = None) -> None:
+        """Check that the actuator may move, by now.
+
+        Raises:
+            RunStoppedError: STOP is in force.
+            LeaseLostError: `lease` is given, and not the present one.
+        """
+        with self.moving(lease):
+            pass
+
+    @contextmanager
+    def moving(self, lease: int | None = None) -> Iterator[None]:
+        """Check that the actuator may move; STOP and a change of lease wait until the context is left.
+
+        For the few microseconds in which a command is passed to the operating system; never wait for a reply in it.
+
+        Raises:
+            RunStoppedError, LeaseLostError: as for `check`.
+        """
+        with self._lock:
+            if self._stop is not None:
+                raise RunStoppedError(
+                    f"STOP is in force ({self._stop.who}: {self._stop.why}); what was measured before is kept. Reset "
+                    "STOP before anything moves"
+                )
+            self._check_lease(lease)
+            yield
+
+    def _check_lease(self, lease: int | None) -> None:
+        if lease is not None and lease != self._lease:
+            raise LeaseLostError("another client has taken the rig since this was asked for; nothing moved")

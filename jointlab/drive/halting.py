@@ -1,0 +1,89 @@
+"""Halting the machine from a thread of its own, so that who asks for it waits for nothing: requests are coalesced."""
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rig.errors import RigError
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Halted:
+    """The outcome of halting: whether the actuator was confirmed at rest, and a sentence to show."""
+
+    at_rest: bool
+    detail: str
+
+
+class Halter:
+    """Latches a STOP at once, and halts the machine as often as needed, not as often as asked.
+
+    Args:
+        latch: sets the stop latch; it must not block.
+        halt: brings the actuator to rest and returns when that is confirmed; raises RigError where it is not.
+    """
+
+    def __init__(self, latch: Callable[[str], object], halt: Callable[[], object]) -> None:
+        self._latch = latch
+        self._halt = halt
+        self._changed = threading.Condition()
+        self._asked = 0  # requests so far
+        self._done = 0  # requests that a halt which began after them has served
+        self._outcome = Halted(False, "nothing was halted yet")
+        self._closed = False
+        self.finished: Callable[[], object] = lambda: None
+        """Called after each halt, from the halting thread; set by who cannot wait."""
+        self._thread = threading.Thread(target=self._run, name="halting", daemon=True)
+        self._thread.start()
+
+    def press(self, who: str) -> int:
+        """Latch a STOP and ask for a halt; returns at once, with the number of this request."""
+        self._latch(who)
+        with self._changed:
+            self._asked += 1
+            self._changed.notify_all()
+            return self._asked
+
+    def outcome(self, request: int) -> Halted | None:
+        """The outcome of a request; None while halting is under way."""
+        with self._changed:
+            return self._outcome if self._done >= request else None
+
+    def wait(self, request: int, timeout: float) -> Halted | None:
+        """The outcome of a request as soon as it is there; None where that takes longer than `timeout` s."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._done >= request, timeout)
+        return self.outcome(request)
+
+    def close(self) -> None:
+        """End the thread after a halt that is under way."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or self._asked > self._done)
+                if self._asked == self._done:
+                    return
+                serving = self._asked
+            outcome = self._outcome_of_a_halt()
+            with self._changed:
+                self._done, self._outcome = serving, outcome
+                self._changed.notify_all()
+            self.finished()
+
+    def _outcome_of_a_halt(self) -> Halted:
+        try:
+            self._halt()
+        except RigError as error:
+            return Halted(False, str(error))
+        except Exception:
+            log.exception("halting ended with an unexpected error")
+            return Halted(False, "an unexpected error in the program; its log has the details")
+        return Halted(True, "the actuator is at rest")

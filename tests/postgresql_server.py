@@ -3,6 +3,7 @@
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,6 +30,12 @@ class Server:
 
     def connect(self, database: str = "postgres") -> psycopg.Connection[tuple[object, ...]]:
         return psycopg.connect(host=str(self.folder), user="postgres", dbname=database, autocommit=True)
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to every process of the server; SIGSTOP makes a database that accepts and answers nothing."""
+        first = int((self.folder / "data" / "postmaster.pid").read_text().splitlines()[0])
+        for process in (first, *map(int, Path(f"/proc/{first}/task/{first}/children").read_text().split())):
+            os.kill(process, number)
 
     def execute(self, statement: str, *names: str) -> None:
         with self.connect() as connection:

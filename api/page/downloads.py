@@ -3,15 +3,14 @@
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI
 from fastapi.responses import FileResponse, Response
 from sqlalchemy.orm import Session
 
-from api.page.login import login_of
-from api.service.access import check_scope
 from api.service.context import Services
+from api.service.parameters import RunNumber, number_of
 from jointlab.documents.results import StiffnessPoint
 from jointlab.identification.save import unobservable_reasons
 from jointlab.jobs.kinds import export_file
@@ -22,7 +21,7 @@ from store.errors import NotFoundError
 from store.frequency_responses import list_frequency_responses
 from store.joint_matrices import list_joint_matrices
 from store.modes import get_modes
-from store.states import AnalysisKind, Scope
+from store.states import AnalysisKind
 
 Rows = Iterable[tuple[Any, ...]]
 MEDIA = {".html": "text/html", ".zip": "application/zip", ".h5": "application/x-hdf5"}
@@ -32,15 +31,11 @@ POINT_COLUMNS = tuple(name for name in StiffnessPoint.model_fields if name not i
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:
-    """Routes of files, for every key that may read."""
-
-    def check(request: Request) -> None:
-        check_scope(login_of(services, request).caller(), Scope.READ)
+    """Routes of files, behind the door of the page."""
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
-    def file(request: Request, job_id: int) -> Response:
+    def file(job_id: Annotated[int, number_of("job")]) -> Response:
         """The file of an export; a report opens in the browser."""
-        check(request)
         path = export_file(services.catalogue, job_id)
         shown = "inline" if path.suffix == ".html" else "attachment"
         return FileResponse(
@@ -48,9 +43,8 @@ def add_downloads(app: FastAPI, services: Services) -> None:
         )  # fmt: skip
 
     @app.get("/page/tables/{run_id}/{name}.csv", include_in_schema=False)
-    def csv_table(request: Request, run_id: int, name: str) -> Response:
+    def csv_table(run_id: RunNumber, name: str) -> Response:
         """One table of a run: SI units, decimals after a point."""
-        check(request)
         if name not in TABLES:
             raise NotFoundError(f"there is no table {name}; there are {', '.join(TABLES)}")
         with services.catalogue.reading() as session:

@@ -1,17 +1,19 @@
 """The frame of every view: state of the rig, STOP, links to the other views, and a place for messages."""
 
 from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from html import escape
 from typing import TypeVar
 
-from nicegui import run, ui
+from nicegui import ui
 
 from api.page.actions import PageActions, token_of
 from api.page.controls import button
 from api.page.login import STOP, Login, file_text
 from api.page.markup import show, tabs
 from api.service.access import Caller
+from api.service.deadlines import SilentError, within
 from api.service.problems import AccessError
 from jointlab.errors import EXPECTED
 from jointlab.supervision.phase import Phase
@@ -31,8 +33,11 @@ VIEWS = {
 }
 POLL_INTERVAL = 0.25
 """Seconds between two checks for events of the rig."""
-RENEW_AFTER = 40
-"""The number of such checks after which the lease is renewed and the key is checked."""
+RENEW_INTERVAL = 10.0
+"""Seconds between two renewals of the lease, at which the key is checked, too."""
+LONGEST_READ = 8.0
+"""Seconds that a view waits for the database; then it says so, and asks again."""
+_readers = ThreadPoolExecutor(4, thread_name_prefix="page")
 NO_CONNECTION = (
     '<div id="dead" role="alert">No connection to the service. The values shown may be old, and only STOP works. '
     "If STOP does not answer, press the red button on the machine.</div>"
@@ -90,8 +95,9 @@ class Frame:
         self._take_over = button("Drive from here", self.actions.take_over)
         self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
-        self._polls = 0
+        self._is_database_silent = False
         ui.timer(POLL_INTERVAL, self._poll)
+        ui.timer(RENEW_INTERVAL, self._renew, immediate=False)
 
     def tell(self, text: str, *, another_drives: bool = False) -> None:
         """Show a sentence of trouble at the top of the view; an empty one removes it.
@@ -104,14 +110,24 @@ class Frame:
     async def read(self, query: Callable[[], ResultT]) -> ResultT | None:
         """The result of `query`, which runs in another thread; None where it fails, and the page then shows why."""
         try:
-            return await self.reading(query)
+            found = await self.reading(query)
         except EXPECTED as error:
+            self._is_database_silent = isinstance(error, SilentError)
             self.tell(str(error))
             return None
+        if self._is_database_silent:
+            self._is_database_silent = False
+            self.tell("")
+        return found
 
-    async def reading(self, query: Callable[[], ResultT]) -> ResultT | None:
-        """The result of `query`, which runs in another thread; None where the service is being stopped."""
-        return await run.io_bound(query)
+    async def reading(self, query: Callable[[], ResultT]) -> ResultT:
+        """The result of `query`, which runs in another thread.
+
+        Raises:
+            SilentError: the database has not answered within `LONGEST_READ`.
+            Exception: what `query` raises.
+        """
+        return await within(LONGEST_READ, _readers, query)
 
     def _may_take_over(self) -> bool:
         runs = self.services.runs
@@ -127,27 +143,23 @@ class Frame:
     async def _poll(self) -> None:
         """Refresh the view where something has happened at the rig since the last time."""
         runs = self.services.runs
-        self._polls += 1
-        if runs is not None and self._polls % RENEW_AFTER == 0:
-            runs.lease.keep(token_of(self.caller, self._tab()))  # a tab that stays open keeps the lease
-        if self._polls % RENEW_AFTER == 0 and not self._is_still_logged_in():
-            return
         now: tuple[object, ...] = () if runs is None else (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
-        if now == self._seen:
+        if now == self._seen and not self._is_database_silent:
             return
         self._seen = now
         self._top.set_content(self._state())
         for refresh in self.refreshes:
             await refresh()
 
-    def _is_still_logged_in(self) -> bool:
-        """Whether the key still opens the page; where it does not, the browser goes to the form."""
+    async def _renew(self) -> None:
+        """Keep the lease for a tab that stays open, as long as its key opens the page; else go to the form."""
+        runs = self.services.runs
+        if runs is not None:
+            runs.lease.keep(token_of(self.caller, self._tab()))
         try:
-            self.login.caller()
+            await self.read(self.login.caller)
         except AccessError as error:
             ui.navigate.to(f"/log-in?why={error}")
-            return False
-        return True
 
     def _state(self) -> str:
         runs = self.services.runs

@@ -1,6 +1,7 @@
 """Logging in to the page by a key, which the browser keeps in a cookie that no script can read."""
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from typing import Annotated
 from urllib.parse import quote
@@ -8,6 +9,7 @@ from urllib.parse import quote
 import jinja2
 from fastapi import FastAPI, Form, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from starlette.requests import HTTPConnection
 
 from api.service.access import Caller, authenticate
 from api.service.context import Services
@@ -44,8 +46,8 @@ class Login:
         return authenticate(self.services, self.secret, self.host)
 
 
-def login_of(services: Services, request: Request) -> Login:
-    """The login of the browser that sent a request."""
+def login_of(services: Services, request: HTTPConnection) -> Login:
+    """The login of the browser that sent a request or opens a socket."""
     return Login(services, request.cookies.get(COOKIE), request.url.hostname)
 
 
@@ -54,19 +56,25 @@ def file_text(name: str) -> str:
     return resources.files("api.page").joinpath(name).read_text(encoding="utf-8")
 
 
+def log_in_form(trouble: str, target: str, status: int = 200) -> HTMLResponse:
+    """The form to log in, which says what the trouble is and leads to `target`; STOP is on it, too."""
+    css, js = file_text("page.css"), file_text("page.js")
+    return HTMLResponse(_template().render(css=css, js=js, stop=STOP, trouble=trouble, next=target), status)
+
+
+@cache
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(loader=jinja2.PackageLoader("api.page", ""), autoescape=True)
+    return environment.get_template("log_in.html")
+
+
 def add_log_in(app: FastAPI, services: Services) -> None:
     """Routes to log in and out: plain forms, which need no socket."""
-    environment = jinja2.Environment(loader=jinja2.PackageLoader("api.page", ""), autoescape=True)
-    template = environment.get_template("log_in.html")
-    css, js = file_text("page.css"), file_text("page.js")
-
-    def form(trouble: str, target: str, status: int = 200) -> HTMLResponse:
-        return HTMLResponse(template.render(css=css, js=js, stop=STOP, trouble=trouble, next=target), status)
 
     @app.get("/page/log-in", include_in_schema=False)
     def ask(request: Request, why: str = "", next: str = HOME) -> Response:
         """The form."""
-        return form(why, _own_address(next, request))
+        return log_in_form(why, _own_address(next, request))
 
     @app.post("/page/log-in", include_in_schema=False)
     def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
@@ -75,7 +83,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
         try:
             authenticate(services, secret, request.url.hostname)
         except AccessError as error:
-            return form(str(error), target, error.status)
+            return log_in_form(str(error), target, error.status)
         answer = RedirectResponse(target, 303)
         answer.set_cookie(
             COOKIE, secret, max_age=30 * DAYS, httponly=True, samesite="strict", secure=request.url.scheme == "https"

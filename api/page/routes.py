@@ -1,22 +1,22 @@
 """Routes of the page: each view under /page, on the same rig and catalogue as the service."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 
 import nicegui
 from fastapi import FastAPI, Request
-from fastapi.responses import RedirectResponse, Response
+from fastapi.responses import RedirectResponse
 from nicegui import ui
 
 from api.page import views
+from api.page.door import Door
 from api.page.downloads import add_downloads
 from api.page.frame import VIEWS, Frame
-from api.page.login import HOME, add_log_in, log_in_address, login_of
+from api.page.login import HOME, add_log_in
 from api.service.context import Services
-from api.service.problems import AccessError
-from store.states import Scope
 
-Build = Callable[[Frame, Mapping[str, str]], None]
-
+Build = Callable[[Frame, Mapping[str, str]], Awaitable[None]]
+LONGEST_BUILD = 30.0
+"""Seconds that a view may take until it is sent; each of its reads has a deadline of its own."""
 
 BUILDERS: Mapping[str, Build] = {
     "Dashboard": views.dashboard.build,
@@ -37,30 +37,22 @@ def mount(app: FastAPI, services: Services) -> None:
     nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
     add_log_in(app, services)
     add_downloads(app, services)
+    app.add_middleware(Door, services=services)
 
     @app.get("/", include_in_schema=False)
-    def home() -> Response:
+    def home() -> RedirectResponse:
         """To the dashboard."""
         return RedirectResponse(HOME)
 
     for title, address in VIEWS.items():
-        _add_view(title, address, services)
+        _add_view(title, address)
     ui.run_with(
         app, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
         show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
 
 
-def _add_view(title: str, address: str, services: Services) -> None:
-    @ui.page(address.removeprefix("/page"), title=f"{title} · Jointlab")
-    def page(request: Request) -> Response | None:
-        login = login_of(services, request)
-        try:
-            caller = login.caller()
-            if Scope.READ not in caller.scopes:
-                raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
-        except AccessError as error:
-            why = str(error) if login.secret else ""  # without any key there is nothing to explain
-            return RedirectResponse(log_in_address(request, why))
-        BUILDERS[title](Frame(login, caller, title), request.query_params)
-        return None
+def _add_view(title: str, address: str) -> None:
+    @ui.page(address.removeprefix("/page"), title=f"{title} · Jointlab", response_timeout=LONGEST_BUILD)
+    async def page(request: Request) -> None:
+        await BUILDERS[title](Frame(request.state.login, request.state.caller, title), request.query_params)

@@ -6,8 +6,8 @@ from html import escape
 
 from nicegui import ui
 
+from api.page.address import current_run
 from api.page.controls import button
-from api.page.current_run import current_run
 from api.page.frame import Frame
 from api.page.markup import show
 from jointlab.supervision.phase import Phase

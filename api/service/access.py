@@ -19,8 +19,8 @@ from store.states import Scope
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
 # Apart from the threads in which requests wait for the store, so that a stop waits for none of those.
 _key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup")
-LONGEST_LOOKUP = 15.0
-"""Seconds that a request waits for the lookup of its key; a database that is locked answers within ten."""
+LONGEST_LOOKUP = 5.0
+"""Seconds that a request waits for the lookup of its key."""
 _bearer = HTTPBearer(
     auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
 )

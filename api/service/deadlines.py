@@ -10,16 +10,20 @@ from store.errors import StoreError
 ResultT = TypeVar("ResultT")
 
 
+class SilentError(StoreError):
+    """The database has not answered in time."""
+
+
 async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
     """What `do` returns in a thread of `pool`, which goes on where it is late.
 
     Raises:
-        StoreError: it has not returned within so many seconds.
+        SilentError: it has not returned within so many seconds.
         Exception: what `do` raises.
     """
     working = asyncio.get_running_loop().run_in_executor(pool, do, *arguments)
     done, _ = await asyncio.wait({working}, timeout=seconds)
     if not done:
         working.cancel()  # one that has not begun need not
-        raise StoreError(f"the database has not answered within {seconds:g} s; look at its server and the line to it")
+        raise SilentError(f"the database has not answered within {seconds:g} s; look at its server and the line to it")
     return working.result()

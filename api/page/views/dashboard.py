@@ -49,7 +49,7 @@ def overview(services: Services, state: RigState | None) -> Overview:
     return Overview(runs, known[-1] if known else None, time_left([at for at, _ in taken], left) if busy else None)
 
 
-def build(frame: Frame, _query: Mapping[str, str]) -> None:
+async def build(frame: Frame, _query: Mapping[str, str]) -> None:
     """Build the view."""
     services = frame.services
     with ui.element("div").classes("cards"):

@@ -6,6 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
+from api.page.address import number
 from api.page.charts import gap as charts
 from api.page.controls import chart
 from api.page.formatting import moment
@@ -13,10 +14,12 @@ from api.page.frame import Frame
 from api.page.gap_curves import gap_curves
 from api.page.markup import Link, paragraph, show, show_table, table
 from api.page.results.part import show_origin
+from api.service.context import Services
 from jointlab.diagnosis import wording
+from jointlab.errors import EXPECTED
 from jointlab.report.gap_tables import parameters_table, places_table, ranking_table
 from store.analyses import Analysis, get_analysis
-from store.diagnoses import StoredDiagnosis, get_diagnosis, list_diagnoses
+from store.diagnoses import StoredDiagnosis, StoredVerdict, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
 
 STATUS = {
@@ -27,25 +30,39 @@ STATUS = {
 }
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the diagnosis that the address names, or the list of them."""
-    asked = query.get("diagnosis", "")
-    if not asked.isdecimal():
-        _list(frame)
-        return
     try:
-        with frame.services.catalogue.reading() as session:
-            found, analysis = get_diagnosis(session, int(asked)), get_analysis(session, int(asked))
+        asked = await frame.reading(lambda: _asked(frame.services, query))
     except NotFoundError as error:
         frame.tell(f"{error}; the list below has those that there are")
-        _list(frame)
+        asked = None
+    except EXPECTED as error:
+        frame.tell(str(error))
         return
-    _draw(found, analysis)
+    if asked is None:
+        await _list(frame)
+    else:
+        _draw(*asked)
 
 
-def _list(frame: Frame) -> None:
-    with frame.services.catalogue.reading() as session:
-        found = list_diagnoses(session)
+def _asked(services: Services, query: Mapping[str, str]) -> tuple[StoredDiagnosis, Analysis] | None:
+    asked = number(query, "diagnosis")
+    if asked is None:
+        return None
+    with services.catalogue.reading() as session:
+        return get_diagnosis(session, asked), get_analysis(session, asked)
+
+
+def _stored(services: Services) -> list[StoredVerdict]:
+    with services.catalogue.reading() as session:
+        return list_diagnoses(session)
+
+
+async def _list(frame: Frame) -> None:
+    found = await frame.read(lambda: _stored(frame.services))
+    if found is None:
+        return
     if not found:
         show(
             "<p>No diagnosis yet. Measure hammer and sweep in one run, open its <a href='/page/results'>results</a>, "

@@ -6,10 +6,10 @@ from html import escape
 import numpy as np
 from nicegui import ui
 
+from api.page.address import current_run
 from api.page.charts import blows as charts
 from api.page.charts.beam import beam_drawing
 from api.page.controls import chart, redraw
-from api.page.current_run import current_run
 from api.page.formatting import quantity
 from api.page.frame import Frame
 from api.page.markup import show, table
@@ -20,7 +20,7 @@ from jointlab.supervision.hammer_progress import HammerProgress, hammer_progress
 from store.blows import Blow
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run that the address names, or of the present or the latest one."""
     steering(frame, query)
     drawing = show("")
@@ -36,15 +36,13 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     repeat = RepeatPoint(frame)
 
     async def refresh() -> None:
-        run_id = current_run(frame.services, query)
-        if run_id is None:
+        read = await frame.read(lambda: _progress(frame, query))
+        if read is None:
+            return
+        if not read:
             drawing.set_content("<p>No hammer session yet. Press <a href='/page/measure'>Measure</a> to start one.</p>")
             return
-        found = await frame.read(
-            lambda: hammer_progress(frame.services.catalogue, run_id, _present_point(frame, run_id))
-        )
-        if found is None:
-            return
+        (found,) = read
         drawing.set_content(_drawing(found))
         verdict.set_content(_verdict(found))
         listed.set_content(_list(found))
@@ -52,6 +50,14 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
         _draw(drawn, found)
 
     frame.refreshes.append(refresh)
+
+
+def _progress(frame: Frame, query: Mapping[str, str]) -> tuple[HammerProgress, ...]:
+    """The progress of the run that the view shows, if there is one."""
+    run_id = current_run(frame.services, query)
+    if run_id is None:
+        return ()
+    return (hammer_progress(frame.services.catalogue, run_id, _present_point(frame, run_id)),)
 
 
 def _present_point(frame: Frame, run_id: int) -> str | None:

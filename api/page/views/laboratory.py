@@ -1,6 +1,6 @@
 """The laboratory: instruments with their calibrations, limits in force, keys, and the audit log."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import fields
 from datetime import UTC, date, datetime, timedelta
 from functools import partial
@@ -13,8 +13,9 @@ from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
-from store.audit import list_audit_entries
-from store.instruments import list_calibrations, list_known_instruments
+from api.service.context import Services
+from store.audit import AuditEntry, list_audit_entries
+from store.instruments import Calibration, KnownInstrument, list_calibrations, list_known_instruments
 from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.states import Scope
 
@@ -23,21 +24,26 @@ DUE = timedelta(days=365)
 KEY_DAYS = 365
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the part that the address names."""
     part = query.get("part", INSTRUMENTS)
     show(tabs("parts", {name: f"/page/laboratory?part={name}" for name in (INSTRUMENTS, KEYS, AUDIT)}, part))
     if part == KEYS:
-        _keys(frame)
+        await _keys(frame)
     elif part == AUDIT:
-        _audit(frame, query)
+        await _audit(frame, query)
     else:
-        _instruments(frame)
+        await _instruments(frame)
         _limits(frame)
     show('<form method="post" action="/page/log-out"><button class="act">Log out</button></form>')
 
 
-def _instruments(frame: Frame) -> None:
+def _known(services: Services) -> list[tuple[KnownInstrument, list[Calibration]]]:
+    with services.catalogue.reading() as session:
+        return [(each, list_calibrations(session, each.id)) for each in list_known_instruments(session)]
+
+
+async def _instruments(frame: Frame) -> None:
     runs = frame.services.runs
     if runs is not None:
         rows: list[tuple[Cell, ...]] = [
@@ -46,12 +52,12 @@ def _instruments(frame: Frame) -> None:
         ]
         head = ("channel", "terminal", "sensitivity", "sensor", "calibrated on")
         show(table("Channels of the next run", head, rows))
-    with frame.services.catalogue.reading() as session:
-        known = list_known_instruments(session)
-        calibrations = {each.id: list_calibrations(session, each.id) for each in known}
+    known = await frame.read(lambda: _known(frame.services))
+    if known is None:
+        return
     rows = [
-        (each.kind, each.model, each.serial, ", ".join(due(found.calibrated_on) for found in calibrations[each.id]))
-        for each in known
+        (each.kind, each.model, each.serial, ", ".join(due(found.calibrated_on) for found in calibrations))
+        for each, calibrations in known
     ]
     if rows:
         show(table("Instruments that were ever used", ("kind", "model", "serial", "calibrated on"), rows))
@@ -76,16 +82,22 @@ def _limits(frame: Frame) -> None:
     show(table("Limits of the tester that runs keep to, SI units", ("limit", "value"), rows))
 
 
-def _keys(frame: Frame) -> None:
+def _stored_keys(services: Services) -> list[ApiKey]:
+    with services.catalogue.reading() as session:
+        return list_keys(session)
+
+
+async def _keys(frame: Frame) -> None:
     if Scope.ADMIN not in frame.caller.scopes:
         show(f"<p>Only a key with the scope {Scope.ADMIN} manages keys.</p>")
         return
     place = ui.element("div").classes("w-full")
 
-    def draw() -> None:
+    async def draw() -> None:
+        keys = await frame.read(lambda: _stored_keys(frame.services))
+        if keys is None:
+            return
         place.clear()
-        with frame.services.catalogue.reading() as session:
-            keys = list_keys(session)
         with place:
             show(table("Keys", ("key", "name", "scopes", "made", "ends", "revoked"), map(_key, keys)))
             with ui.element("div").classes("row-of"):
@@ -93,7 +105,7 @@ def _keys(frame: Frame) -> None:
                     if key.is_valid(datetime.now(UTC)):
                         button(f"Revoke key {key.id}", partial(_revoke, frame, key.id, draw))
 
-    draw()
+    await draw()
     show("<h2>Make a key</h2>")
     with ui.element("div").classes("row-of"):
         name = ui.input("Name of the person or program").props("outlined")
@@ -113,18 +125,18 @@ def _keys(frame: Frame) -> None:
             secret.set_content(
                 f'<p class="notice">The new key, shown only now: <code id="secret">{escape(made)}</code></p>'
             )
-            draw()
+            await draw()
 
     button("Make the key", make, main=True)
 
 
-async def _revoke(frame: Frame, number: int, draw: Callable[[], None]) -> None:
+async def _revoke(frame: Frame, number: int, draw: Callable[[], Awaitable[None]]) -> None:
     def revoke(_caller: Caller) -> ApiKey:
         with frame.services.catalogue.writing() as session:
             return revoke_key(session, number)
 
     if await frame.actions.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
-        draw()
+        await draw()
 
 
 def _key(key: ApiKey) -> tuple[Cell, ...]:
@@ -132,13 +144,19 @@ def _key(key: ApiKey) -> tuple[Cell, ...]:
     return str(key.id), key.name, scopes, moment(key.created_at), moment(key.expires_at), moment(key.revoked_at)
 
 
-def _audit(frame: Frame, query: Mapping[str, str]) -> None:
+def _entries(services: Services, action: str) -> list[AuditEntry]:
+    with services.catalogue.reading() as session:
+        return list_audit_entries(session, action=action or None, limit=200)
+
+
+async def _audit(frame: Frame, query: Mapping[str, str]) -> None:
     action, words = query.get("action", ""), query.get("text", "")
     if Scope.ADMIN not in frame.caller.scopes:
         show(f"<p>Only a key with the scope {Scope.ADMIN} reads the audit log.</p>")
         return
-    with frame.services.catalogue.reading() as session:
-        found = list_audit_entries(session, action=action or None, limit=200)
+    found = await frame.read(lambda: _entries(frame.services, action))
+    if found is None:
+        return
     show(
         filters({"part": ("Part", AUDIT, (AUDIT,)), "action": ("Action", action, ()), "text": ("Contains", words, ())})
     )

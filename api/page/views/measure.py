@@ -5,10 +5,12 @@ from html import escape
 
 from nicegui import ui
 
+from api.page.address import number
 from api.page.controls import button
 from api.page.frame import Frame
 from api.page.markup import filters, paragraph, show
 from api.service.access import Caller
+from api.service.context import Services
 from jointlab.errors import EXPECTED
 from jointlab.sequences import BUILT_IN, sequence_named
 from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
@@ -32,40 +34,45 @@ LABELS = {
 }
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view: first the choice of a sequence, in the address; then its fields; then the start."""
     part = query.get("parts", "")
-    show(filters(_source(frame, query) | {"parts": ("Part of it", part, tuple(STEPS_OF_PART))}, "Choose"))
-    try:
-        base = _base(frame, query)
-    except EXPECTED as error:
-        frame.tell(str(error))
+    source = await frame.read(lambda: _source(frame.services, query))
+    if source is None:
         return
+    show(filters(source | {"parts": ("Part of it", part, tuple(STEPS_OF_PART))}, "Choose"))
+    read = await frame.read(lambda: _base(frame.services, query))
+    if read is None:
+        return
+    base, experiment = read
+    if experiment:
+        paragraph(f"Diagnosis {query['next']} asks for this: {experiment}.", "notice")
     _form(frame, base, part, form_of(base) | {name: query[name] for name in LABELS if name in query})
 
 
-def _source(frame: Frame, query: Mapping[str, str]) -> dict[str, tuple[str, str, Sequence[str]]]:
+def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str, str, Sequence[str]]]:
     """The source of the sequence, as a field of the address: a diagnosis, a run, or a name."""
     for name, label in (("next", "For diagnosis"), ("like", "Like run")):
-        if query.get(name, "").isdecimal():
+        if number(query, name) is not None:
             return {name: (label, query[name], (query[name],))}
-    with frame.services.catalogue.reading() as session:
+    with services.catalogue.reading() as session:
         names = (BUILT_IN, *(stored.name for stored in list_sequences(session)))
     return {"sequence": ("Sequence", query.get("sequence", "") or names[0], names)}
 
 
-def _base(frame: Frame, query: Mapping[str, str]) -> Document:
-    """The sequence to change: the one that the diagnosis `next` asks for, that of the run `like`, or a named one."""
-    diagnosis, like, runs = query.get("next", ""), query.get("like", ""), frame.services.runs
-    with frame.services.catalogue.reading() as session:
-        if diagnosis.isdecimal():
+def _base(services: Services, query: Mapping[str, str]) -> tuple[Document, str]:
+    """The sequence to change: the one that the diagnosis `next` asks for, that of the run `like`, or a named one; and
+    the experiment that the diagnosis asks for, in words.
+    """
+    diagnosis, like, runs = number(query, "next"), number(query, "like"), services.runs
+    with services.catalogue.reading() as session:
+        if diagnosis is not None:
             limits = TesterLimits() if runs is None else runs.instruments.limits
-            experiment, sequence = sequence_for_diagnosis(session, int(diagnosis), limits)
-            paragraph(f"Diagnosis {diagnosis} asks for this: {experiment}.", "notice")
-            return sequence
-        if like.isdecimal():
-            return sequence_of_run(session, int(like))
-        return sequence_named(session, query.get("sequence") or BUILT_IN)
+            experiment, sequence = sequence_for_diagnosis(session, diagnosis, limits)
+            return sequence, experiment
+        if like is not None:
+            return sequence_of_run(session, like), ""
+        return sequence_named(session, query.get("sequence") or BUILT_IN), ""
 
 
 def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) -> None:

@@ -1,36 +1,40 @@
 """Results of a run: modes, accelerances, joints, tester, comparison of both experiments, files and origin."""
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any
 
 from nicegui import ui
 
-from api.page.current_run import current_run
+from api.page.address import current_run
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
 from api.page.results import files, hammer, tester
 from api.page.results.part import Part
+from api.service.context import Services
+from jointlab.errors import EXPECTED
 from store.errors import NotFoundError
-from store.instruments import list_channels
-from store.runs import Run, get_run, list_run_events
+from store.instruments import StoredChannel, list_channels
+from store.runs import Run, RunEvent, get_run, list_run_events
 
 PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)
 EVERYTHING, ORIGIN = "Everything", "Measured how"
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run and the part that the address names."""
-    run_id = current_run(frame.services, query)
-    if run_id is None:
-        show("<p>Nothing was measured yet. Press <a href='/page/measure'>Measure</a>, or import a bundle.</p>")
-        return
     part = query.get("part", PARTS[0].title)
     try:
-        with frame.services.catalogue.reading() as session:
-            run = get_run(session, run_id)
+        run = await frame.reading(lambda: _run(frame.services, query))
     except NotFoundError as error:
         frame.tell(f"{error}; the list of runs has those that there are")
+        return
+    except EXPECTED as error:
+        frame.tell(str(error))
+        return
+    if run is None:
+        show("<p>Nothing was measured yet. Press <a href='/page/measure'>Measure</a>, or import a bundle.</p>")
         return
     how = run_state(run, frame.services.rig_state)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
@@ -45,11 +49,20 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
     ui.timer(0, refresh, once=True)
 
 
+def _run(services: Services, query: Mapping[str, str]) -> Run | None:
+    """The run that the address names, or the latest; None where there is none."""
+    run_id = current_run(services, query)
+    if run_id is None:
+        return None
+    with services.catalogue.reading() as session:
+        return get_run(session, run_id)
+
+
 async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
     place.clear()
     if part == ORIGIN:
         with place:
-            _origin(frame, run)
+            await _origin(frame, run)
         return
     for each in PARTS:
         if part in (each.title, EVERYTHING):
@@ -65,15 +78,24 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     except NotFoundError:
         waiting.set_content(f'<p class="notice">{part.missing}</p>')
         return
+    except EXPECTED as error:
+        waiting.set_content(f'<p class="notice trouble">{escape(str(error))}</p>')
+        return
     waiting.delete()
-    if found is not None:
-        part.draw(run, found)
+    part.draw(run, found)
 
 
-def _origin(frame: Frame, run: Run) -> None:
+def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[RunEvent]]:
+    with services.catalogue.reading() as session:
+        return list_channels(session, run.id), list_run_events(session, run.id)
+
+
+async def _origin(frame: Frame, run: Run) -> None:
     """Instruments, calibrations and history of the run."""
-    with frame.services.catalogue.reading() as session:
-        channels, events = list_channels(session, run.id), list_run_events(session, run.id)
+    found = await frame.read(lambda: _recorded(frame.services, run))
+    if found is None:
+        return
+    channels, events = found
     said: dict[str, Cell] = {
         "started": moment(run.started_at),
         "ended": moment(run.finished_at),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from api.page.address import number
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
@@ -14,10 +15,10 @@ KINDS = ("sequence", "import")
 LARGEST_PAGE = 100
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the list that the address asks for."""
     state, kind = query.get("state", ""), query.get("kind", "")
-    article, words, before = query.get("article", ""), query.get("text", ""), query.get("before", "")
+    article, words = query.get("article", ""), query.get("text", "")
     show(
         filters(
             {
@@ -28,16 +29,23 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
             }
         )
     )
-    with frame.services.catalogue.reading() as session:
-        found = list_runs(
-            session,
-            kind=kind or None,
-            state=RunState(state) if state in tuple(RunState) else None,
-            article=article or None,
-            before=int(before) if before.isdecimal() else None,
-            limit=LARGEST_PAGE,
-        )
-        specimens = list_specimens(session, article=article or None)
+
+    def look() -> tuple[list[Run], list[Specimen]]:
+        with frame.services.catalogue.reading() as session:
+            found = list_runs(
+                session,
+                kind=kind or None,
+                state=RunState(state) if state in tuple(RunState) else None,
+                article=article or None,
+                before=number(query, "before"),
+                limit=LARGEST_PAGE,
+            )
+            return found, list_specimens(session, article=article or None)
+
+    read = await frame.read(look)
+    if read is None:
+        return
+    found, specimens = read
     shown = [run for run in found if words.lower() in run.title.lower()]
     if not shown:
         show(

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from nicegui import ui
 
+from api.page.address import current_run
 from api.page.charts import sines
 from api.page.controls import chart, redraw
-from api.page.current_run import current_run
 from api.page.formatting import duration, quantity, scaled
 from api.page.frame import Frame
 from api.page.markup import show, tabs
@@ -18,7 +18,7 @@ from jointlab.supervision.state import RigState
 from jointlab.supervision.sweep_progress import SweepProgress, UncorrectedPoint, sweep_progress
 
 
-def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run and the mounting that the address names, or of what is carried out or was last."""
     steering(frame, query)
     progress = show("")
@@ -32,14 +32,18 @@ def build(frame: Frame, query: Mapping[str, str]) -> None:
         ]
     mounting = (query["specimen"], query["configuration"]) if {"specimen", "configuration"} <= set(query) else None
 
-    async def refresh() -> None:
+    def look() -> tuple[SweepProgress, ...]:
         run_id = current_run(frame.services, query)
-        if run_id is None:
+        return () if run_id is None else (sweep_progress(frame.services.catalogue, run_id, mounting),)
+
+    async def refresh() -> None:
+        read = await frame.read(look)
+        if read is None:
+            return
+        if not read:
             progress.set_content("<p>No sweep yet. Press <a href='/page/measure?parts=sweep'>Measure</a>.</p>")
             return
-        found = await frame.read(lambda: sweep_progress(frame.services.catalogue, run_id, mounting))
-        if found is None:
-            return
+        (found,) = read
         progress.set_content(_progress(found, frame.services.rig_state))
         choice.set_content(_choice(found))
         _draw(drawn, found)

@@ -30,27 +30,35 @@ class Service:
     """`jointlab serve` on one port, that can be killed and started again.
 
     Attributes:
-        folder: where database and configuration are.
+        folder: where the configuration is, and the database where `database` is empty.
         key: opens everything.
     """
 
     folder: Path
     port: int = 0
     key: str = ""
+    database: str = ""
     _process: subprocess.Popen[bytes] | None = None
 
     @property
     def address(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
+    def __post_init__(self) -> None:
+        self.database = self.database or f"sqlite:///{self.folder / 'jointlab.db'}"
+
     @property
-    def database(self) -> str:
-        return f"sqlite:///{self.folder / 'jointlab.db'}"
+    def waveforms(self) -> Path:
+        return self.folder / "jointlab-waveforms"
 
     def start(self) -> None:
         """Start it; returns when it answers."""
         kept = {name: value for name, value in os.environ.items() if not name.startswith(("JOINTLAB_", "PYTEST"))}
-        where = {"JOINTLAB_DATABASE_URL": self.database, "JOINTLAB_CONFIG": str(self.folder / "jointlab.toml")}
+        where = {
+            "JOINTLAB_DATABASE_URL": self.database,
+            "JOINTLAB_WAVEFORM_FOLDER": str(self.waveforms),
+            "JOINTLAB_CONFIG": str(self.folder / "jointlab.toml"),
+        }
         self._process = process = subprocess.Popen(
             [sys.executable, "-m", "api.cli", "serve", f"--port={self.port}"],
             env=kept | where,
@@ -89,12 +97,12 @@ class Service:
 
 
 @contextmanager
-def serving(folder: Path) -> Iterator[Service]:
+def serving(folder: Path, database: str = "") -> Iterator[Service]:
     """A service on the database and configuration of `folder`, with a key."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
-    service = Service(folder, port)
-    with Catalogue.open(service.database) as catalogue, catalogue.writing() as session:
+    service = Service(folder, port, database=database)
+    with Catalogue.open(service.database, service.waveforms) as catalogue, catalogue.writing() as session:
         service.key = add_key(session, "technician", Scope)[1]
     try:
         service.start()

@@ -1,0 +1,38 @@
+"""What the address of a view names."""
+
+from collections.abc import Mapping
+
+from api.service.context import Services
+from jointlab.documents.fields import LARGEST
+from store.errors import NotFoundError
+from store.runs import list_runs
+
+
+def number(query: Mapping[str, str], name: str) -> int | None:
+    """The number that the address has under this name; None where it has none.
+
+    Raises:
+        NotFoundError: nothing can have that number.
+    """
+    text = query.get(name, "")
+    if not (text.isascii() and text.isdecimal()):
+        return None
+    if len(text) > len(str(LARGEST)) or not 1 <= int(text) <= LARGEST:
+        raise NotFoundError(f"nothing has the number {text[:20]} that the address gives as {name}")
+    return int(text)
+
+
+def current_run(services: Services, query: Mapping[str, str]) -> int | None:
+    """The run that the address names, else the present or the latest one; None where there is none.
+
+    Raises:
+        NotFoundError: no run can have that number.
+    """
+    named = number(query, "run")
+    if named is not None:
+        return named
+    if services.runs is not None and services.runs.state.run_id is not None:
+        return services.runs.state.run_id
+    with services.catalogue.reading() as session:
+        latest = list_runs(session, limit=1)
+    return latest[0].id if latest else None

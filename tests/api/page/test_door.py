@@ -1,0 +1,107 @@
+"""The door of the page: a stranger costs nothing, and a database that is silent stops neither the page nor STOP."""
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from store.catalogue import Catalogue
+from store.keys import add_key
+from store.runs import start_run
+from store.states import Scope
+from tests.api.page.technician import Service, Tab, serving
+from tests.postgresql_server import NotInstalledError, Server, running_server
+
+SOCKET = "/page/_nicegui_ws/socket.io/?EIO=4&transport=polling"
+NUMBER = 30 * "9"
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service without a rig."""
+    folder = tmp_path_factory.mktemp("door")
+    (folder / "jointlab.toml").write_text("", encoding="utf-8")
+    with serving(folder) as service:
+        yield service
+
+
+@pytest.fixture(scope="module")
+def on_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Service, Server]]:
+    """A service without a rig on PostgreSQL, with a run."""
+    folder = tmp_path_factory.mktemp("server")
+    (folder / "jointlab.toml").write_text("", encoding="utf-8")
+    try:
+        with running_server() as server:
+            server.execute("CREATE DATABASE {}", "door")
+            with serving(folder, server.url("door")) as service:
+                with Catalogue.open(service.database, service.waveforms) as catalogue, catalogue.writing() as session:
+                    start_run(session, kind="import", title="seen", article="beam", setup={})
+                yield service, server
+    except NotInstalledError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("path", ["/page", "/page/", "/page/measure", "/page/nowhere", "/page/results?run=1"])
+def test_a_stranger_is_led_to_the_form(empty: Service, path: str) -> None:
+    answer = httpx.get(empty.address + path, timeout=30)
+    assert (answer.status_code, answer.headers["location"].split("?")[0]) == (307, "/page/log-in")
+
+
+@pytest.mark.parametrize("path", [SOCKET, "/page/files/1", "/page/tables/1/modes.csv"])
+def test_a_stranger_gets_no_socket_and_no_file(empty: Service, path: str) -> None:
+    assert httpx.get(empty.address + path, timeout=30).status_code == 401
+
+
+def test_a_key_that_may_not_read_is_refused(empty: Service) -> None:
+    with Catalogue.open(empty.database) as catalogue, catalogue.writing() as session:
+        _, secret = add_key(session, "who only controls", [Scope.CONTROL])
+    answer = httpx.get(empty.address + SOCKET, cookies={"jointlab-key": secret}, timeout=30)
+    assert answer.status_code == 403
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        f"/page/results?run={NUMBER}", f"/page/results?run={5000 * '9'}", f"/page/hammer?run={NUMBER}",
+        f"/page/gap?diagnosis={NUMBER}", f"/page/measure?next={NUMBER}", f"/page/measure?like={NUMBER}",
+        f"/page/runs?before={NUMBER}", "/page/results?run=0", f"/page/results?run={5 * chr(0x661)}",
+    ],
+)  # fmt: skip
+def test_a_number_that_nothing_can_have_is_said_in_words(empty: Service, path: str) -> None:
+    answer = httpx.get(empty.address + path, cookies={"jointlab-key": empty.key}, timeout=30)
+    assert answer.status_code == 200, answer.text
+
+
+@pytest.mark.parametrize("path", [f"/page/files/{NUMBER}", f"/page/tables/{NUMBER}/modes.csv"])
+def test_a_file_of_a_number_that_nothing_can_have_is_not_asked_for(empty: Service, path: str) -> None:
+    answer = httpx.get(empty.address + path, cookies={"jointlab-key": empty.key}, timeout=30)
+    assert answer.status_code == 422
+
+
+def test_a_silent_database_is_shown_and_stop_answers_all_the_same(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab]
+) -> None:
+    service, server = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    page = tab.go("/page/results?run=1")
+    expect(page.get_by_text("Run 1: seen")).to_be_visible()
+    server.send(signal.SIGSTOP)
+    try:
+        stops = []
+        with httpx.Client(base_url=service.address, cookies={"jointlab-key": service.key}, timeout=30) as client:
+            for _ in range(10):
+                began = time.perf_counter()
+                assert client.post("/api/rig/stop").status_code == 409  # it drives no rig
+                stops.append(time.perf_counter() - began)
+                time.sleep(0.1)
+            refused = client.get("/page/measure")
+        assert max(stops) < 2.0, stops
+        assert (refused.status_code, "has not answered" in refused.text, "STOP" in refused.text) == (503, True, True)
+        expect(page.get_by_role("alert").first).to_contain_text("the database has not answered within")
+    finally:
+        server.send(signal.SIGCONT)
+    expect(page.get_by_text("has not answered")).to_be_hidden()

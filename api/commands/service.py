@@ -13,13 +13,13 @@ import uvicorn
 from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.drive.prompts import AutomaticOperator
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.prompts import AutomaticOperator
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
 from store.deferred_run_end import store_deferred_ends

@@ -3,9 +3,9 @@
 from datetime import UTC, datetime
 
 from jointlab import durations
+from jointlab.drive.state import RigState
 from jointlab.report.section import ends, number
 from jointlab.supervision.run_progress import is_cut_off
-from jointlab.supervision.state import RigState
 from rig.registers import Interlock
 from store.runs import Run
 

@@ -15,9 +15,9 @@ from api.page.markup import show, tabs
 from api.service.access import Caller
 from api.service.deadlines import SilentError, within
 from api.service.problems import AccessError
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from jointlab.errors import EXPECTED
-from jointlab.supervision.phase import Phase
-from jointlab.supervision.state import RigState
 from rig.tester_status import interlock_text
 from store.states import Scope
 

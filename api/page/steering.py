@@ -10,9 +10,9 @@ from api.page.address import current_run
 from api.page.controls import button
 from api.page.frame import Frame
 from api.page.markup import show
-from jointlab.supervision.phase import Phase
-from jointlab.supervision.prompts import Prompt
-from jointlab.supervision.state import RigState
+from jointlab.drive.phase import Phase
+from jointlab.drive.prompts import Prompt
+from jointlab.drive.state import RigState
 from store.runs import Run, get_run
 from store.states import RunState
 

@@ -15,7 +15,7 @@ from api.service.context import Services
 from api.service.middleware import LimitedReads, SameOriginDocumentation
 from api.service.problems import Problem, handle_problems
 from api.service.resources import administration, jobs, laboratory, records, results, rig, runs, sequences
-from jointlab.supervision.phase import Phase
+from jointlab.drive.phase import Phase
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (

@@ -12,10 +12,10 @@ from fastapi import Depends, Request
 
 from api.service.monotonic_clock import MonotonicClock
 from jointlab.audit import RefusalLog
+from jointlab.drive.state import RigState
 from jointlab.errors import ConflictError
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.state import RigState
 from store.catalogue import Catalogue
 
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import BaseModel, Field, create_model
 
 from analysis.dof import Dof
-from jointlab.supervision import events as supervision_events
-from jointlab.supervision.events import PromptKind
+from jointlab.drive import events as drive_events
+from jointlab.drive.events import PromptKind
 from rig import events
 from rig.events import Event
 from rig.registers import Interlock
@@ -24,7 +24,7 @@ PLAIN_TYPES: dict[object, object] = {
 """How a field of an event appears in the data of a server-sent event, where that is another type."""
 EVENTS: tuple[type[Event], ...] = tuple(
     kind
-    for module in (events, supervision_events)
+    for module in (events, drive_events)
     for kind in vars(module).values()
     if isinstance(kind, type) and issubclass(kind, Event) and kind.__module__ == module.__name__ and kind is not Event
 )

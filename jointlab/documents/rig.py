@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, Field, model_validator
 
 from jointlab.documents.fields import OneLine, Request
-from jointlab.supervision.phase import Phase
+from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
 

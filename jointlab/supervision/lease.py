@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from jointlab.drive.events import LeaseChanged
 from jointlab.errors import ConflictError
-from jointlab.supervision.events import LeaseChanged
 from rig.events import Observer
 
 DURATION = 60.0  # s

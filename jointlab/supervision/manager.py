@@ -9,13 +9,13 @@ import threading
 from dataclasses import dataclass, field
 from functools import partial
 
+from jointlab.drive.events import BlowWithdrawn, RunEnded, RunStopping
+from jointlab.drive.idle_monitor import IdleMonitor
+from jointlab.drive.journal import Journal
+from jointlab.drive.prompts import AutomaticOperator, Prompt, PromptingOperator
+from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
-from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping
-from jointlab.supervision.idle_monitor import IdleMonitor
-from jointlab.supervision.journal import Journal
 from jointlab.supervision.lease import ControlLease
-from jointlab.supervision.prompts import AutomaticOperator, Prompt, PromptingOperator
-from jointlab.supervision.state import RigState, after, starting
 from rig.control import RunControl
 from rig.errors import RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted

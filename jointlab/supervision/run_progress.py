@@ -5,8 +5,8 @@ from datetime import datetime
 from itertools import pairwise
 from statistics import median
 
-from jointlab.supervision.phase import Phase
-from jointlab.supervision.state import RigState
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.runs import Run

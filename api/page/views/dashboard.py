@@ -13,10 +13,10 @@ from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, without_counts
 from api.service.context import Services
-from jointlab.supervision.idle_monitor import INTERVAL
-from jointlab.supervision.phase import Phase
+from jointlab.drive.idle_monitor import INTERVAL
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import points_taken, time_left
-from jointlab.supervision.state import RigState
 from store.runs import Run, list_runs
 
 

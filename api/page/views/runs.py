@@ -6,7 +6,7 @@ from api.page.address import number
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, filters, show, table
-from jointlab.supervision.state import RigState
+from jointlab.drive.state import RigState
 from store.runs import Run, list_runs
 from store.specimens import Specimen, list_specimens
 from store.states import RunState

@@ -12,9 +12,9 @@ from api.page.formatting import duration, quantity, scaled
 from api.page.frame import Frame
 from api.page.markup import show, tabs
 from api.page.steering import steering
-from jointlab.supervision.phase import Phase
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import time_left
-from jointlab.supervision.state import RigState
 from jointlab.supervision.sweep_progress import SweepProgress, UncorrectedPoint, sweep_progress
 
 

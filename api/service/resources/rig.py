@@ -17,7 +17,7 @@ from api.service.parameters import document
 from api.service.problems import problems
 from api.service.rig_events import described_events
 from jointlab.documents.rig import LeaseDocument, LeaseRequest, Limits, PromptDocument, RigDocument, Stopped
-from jointlab.supervision.journal import Journal
+from jointlab.drive.journal import Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.registers import interlock_names

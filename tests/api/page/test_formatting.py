@@ -4,8 +4,8 @@ from types import SimpleNamespace
 from typing import cast
 
 from api.page.formatting import INTERLOCKS, duration, interval, quantity, run_state, scaled
-from jointlab.supervision.phase import Phase
-from jointlab.supervision.state import RigState
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from rig.registers import Interlock
 from store.runs import Run
 from store.states import RunState

@@ -23,7 +23,7 @@ from tests.waiting import until
 
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
-    "jointlab.supervision.journal", "api.service.monotonic_clock", "daq.task",
+    "jointlab.drive.journal", "api.service.monotonic_clock", "daq.task",
     "rig.recording", "store.jobs", "store.keys", "store.models.base", "store.runs",
 )  # fmt: skip
 SWEEP = {

@@ -5,8 +5,8 @@ from typing import Any
 import httpx
 import pytest
 
+from jointlab.drive.phase import Phase
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.phase import Phase
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
 from store.runs import finish_run, start_run

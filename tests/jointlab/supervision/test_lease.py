@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jointlab.supervision.events import LeaseChanged
+from jointlab.drive.events import LeaseChanged
 from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
 from rig.events import Event
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from jointlab.drive.phase import Phase
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.phase import Phase
 from rig.registers import State
 from rig.sequence import sequence_from
 from simlab.laboratory import Laboratory

@@ -14,9 +14,9 @@ import httpx
 import pytest
 
 from api.service.application import THREADS
+from jointlab.drive.phase import Phase
 from jointlab.instruments import instruments_of
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.phase import Phase
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.errors import RigError
 from rig.registers import Interlock, State

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jointlab.supervision.events import TesterAnswers, TesterSilent
-from jointlab.supervision.idle_monitor import MISSES, IdleMonitor, PollResult, events_of
+from jointlab.drive.events import TesterAnswers, TesterSilent
+from jointlab.drive.idle_monitor import MISSES, IdleMonitor, PollResult, events_of
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState, after
 from jointlab.supervision.manager import RunManager
-from jointlab.supervision.phase import Phase
-from jointlab.supervision.state import RigState, after
 from rig.errors import RigError
 from rig.events import Event, InterlockReset, InterlockTripped
 from rig.registers import CommandCode, Interlock, Refusal, State

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from analysis.dof import Dof
+from jointlab.drive.events import OperatorAnswered, OperatorAsked, PromptKind
 from jointlab.errors import ConflictError
-from jointlab.supervision.events import OperatorAnswered, OperatorAsked, PromptKind
 from rig.errors import RunStoppedError
 from rig.events import Event, Observer
 from rig.operator import Operator, mounting_text

@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from jointlab.supervision.events import TesterAnswers, TesterSilent
-from jointlab.supervision.state import RigState
+from jointlab.drive.events import TesterAnswers, TesterSilent
+from jointlab.drive.state import RigState
 from rig.errors import RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer
 from rig.tester_status import TesterStatus

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from jointlab.supervision.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
-from jointlab.supervision.phase import Phase
+from jointlab.drive.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
+from jointlab.drive.phase import Phase
 from rig.events import (
     BlowAccepted,
     Event,

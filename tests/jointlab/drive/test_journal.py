@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 from analysis.dof import Direction, Dof
-from jointlab.supervision.journal import Journal
+from jointlab.drive.journal import Journal
 from rig.events import BlowAccepted, WaitStarted
 
 Heard = TypeVar("Heard")

@@ -1,20 +1,16 @@
-"""The points that a run has completed, read from the store before it is resumed, so that none is measured twice."""
+"""The points that a run has completed, which are not measured again when it goes on."""
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Base64Bytes
 
 from analysis.dof import Dof
+from analysis.frequency_response import Real
 from rig.errors import RequestError
 from rig.hammer import PointProgress
 from rig.point_blows import PointBlows
 from rig.sequence import HammerStep, Sequence, SineStep, Step
-from rig.steps import sweep_plan
-from rig.sweep_plan import SweepPlan
-from store.blows import Blow, list_blows
-from store.catalogue import Catalogue
-from store.runs import Run
-from store.sine_records import SineRecord, list_sine_records
 
 
 class ResumeError(RequestError):
@@ -22,33 +18,88 @@ class ResumeError(RequestError):
 
 
 @dataclass(frozen=True)
+class StruckBlow:
+    """An accepted blow of a point that needs more: force in N and acceleration in m/s^2 as float64, little-endian."""
+
+    number: int
+    sample_rate: float
+    force: Base64Bytes
+    acceleration: Base64Bytes
+
+    @classmethod
+    def of(cls, number: int, sample_rate: float, force: Real, acceleration: Real) -> "StruckBlow":
+        """The blow with its record: force (samples,) in N, acceleration (samples,) in m/s^2."""
+        return cls(number, sample_rate, force.astype("<f8").tobytes(), acceleration.astype("<f8").tobytes())
+
+
+@dataclass(frozen=True)
+class CompletedPoint:
+    """The blows that are stored at one point of a set.
+
+    Attributes:
+        point: such as 3y.
+        accepted, refused: number of blows.
+        last_blow: number of the last one.
+        compared: the records among which the next ones are judged, where the point needs more.
+    """
+
+    set_number: int
+    point: str
+    accepted: int
+    refused: int
+    last_blow: int
+    compared: tuple[StruckBlow, ...] = ()
+
+    def progress(self, highest_frequency: float) -> PointProgress:
+        """The same for a session that compares blows up to `highest_frequency` in Hz."""
+        return PointProgress(
+            self.accepted, self.refused, self.last_blow, compared_blows(self.compared, highest_frequency)
+        )
+
+
+def compared_blows(blows: tuple[StruckBlow, ...], highest_frequency: float) -> PointBlows | None:
+    """Accepted blows, compared with each other up to `highest_frequency` in Hz; None where there are none."""
+
+    def values(row: bytes) -> Real:
+        return np.frombuffer(row, "<f8")
+
+    struck = [(each.number, values(each.force), values(each.acceleration)) for each in blows]
+    return PointBlows.of(highest_frequency, struck, blows[0].sample_rate) if blows else None
+
+
+@dataclass(frozen=True)
 class CompletedPoints:
     """The stored measurements of a run.
 
     Attributes:
-        points: progress of each point, by set number and point.
+        points: with one blow or more.
         sines: order numbers of the sine points.
         elapsed: s from the start of the run to the latest sine point.
     """
 
-    points: Mapping[tuple[int, Dof], PointProgress] = field(default_factory=dict)
+    points: tuple[CompletedPoint, ...] = ()
     sines: frozenset[int] = frozenset()
     elapsed: float = 0.0
 
     @property
     def blows(self) -> int:
         """Number of accepted blows."""
-        return sum(point.accepted for point in self.points.values())
+        return sum(point.accepted for point in self.points)
 
-    def points_of(self, set_number: int) -> dict[Dof, PointProgress]:
-        """Progress of the points of a set."""
-        return {point: progress for (number, point), progress in self.points.items() if number == set_number}
+    def points_of(self, set_number: int, step: HammerStep) -> dict[Dof, PointProgress]:
+        """Progress of the points of a set, which `step` measures."""
+        return {
+            Dof.parse(each.point): each.progress(step.highest_frequency)
+            for each in self.points
+            if each.set_number == set_number
+        }
 
     def remaining_steps(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
         """The steps that are not complete, each with its set number, or the order number of its first sine point, or 0.
 
         A wait, a soak or a prompt serves the step after it, and is repeated where that is not complete.
         """
+        accepted = {(each.set_number, each.point): each.accepted for each in self.points}
         remaining = list[tuple[Step, int]]()
         set_number = len(sequence.hammer_steps) + 1
         sine_steps = list(sequence.sine_steps)
@@ -57,8 +108,7 @@ class CompletedPoints:
             number = 0
             if isinstance(step, HammerStep):
                 number = set_number = set_number - 1
-                points = self.points_of(set_number)
-                needed = any(points.get(Dof.parse(p), PointProgress()).accepted < step.blows for p in step.points)
+                needed = any(accepted.get((number, point), 0) < step.blows for point in step.points)
             elif isinstance(step, SineStep):
                 _, number = sine_steps.pop()
                 needed = not self.sines.issuperset(range(number, number + step.points))
@@ -67,59 +117,5 @@ class CompletedPoints:
         return tuple(reversed(remaining))
 
 
-def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> CompletedPoints:
-    """The stored measurements of `run`, which carries out `sequence`.
-
-    The accepted blows of a point are compared once more, because the store has no results of the comparison; an
-    inconsistent blow does not count. Raises ResumeError where the stored measurements are not those that the sequence
-    asks for; StoreError where the catalogue cannot be read, or a blow's record is damaged.
-    """
-    with catalogue.reading() as session:
-        blows, records = list_blows(session, run.id), list_sine_records(session, run.id)
-    _check_order(run, records, [sweep_plan(step, first) for step, first in sequence.sine_steps])
-    points = dict[tuple[int, Dof], list[Blow]]()
-    for blow in blows:
-        points.setdefault((blow.set_number, Dof.parse(str(blow.point))), []).append(blow)
-    steps = dict(enumerate(sequence.hammer_steps, 1))
-    if unknown := sorted({blow.set_number for blow in blows} - set(steps)):
-        raise ResumeError(f"run {run.id} holds blows of set {unknown[0]}, its sequence has {len(steps)} hammer steps")
-    return CompletedPoints(
-        {place: _progress(catalogue, struck, steps[place[0]]) for place, struck in points.items()},
-        frozenset(record.order_number for record in records),
-        max((record.elapsed for record in records), default=0.0),
-    )
-
-
-def _progress(catalogue: Catalogue, struck: list[Blow], step: HammerStep) -> PointProgress:
-    compared = _compared(catalogue, [blow for blow in struck if blow.accepted], step)
-    accepted = 0 if compared is None else compared.accepted
-    return PointProgress(accepted, len(struck) - accepted, max(blow.number for blow in struck), compared)
-
-
-def _compared(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> PointBlows | None:
-    """The accepted blows of a point for comparison; blows without a record (never stored here) are left out."""
-    records = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
-    if not records:
-        return None
-    blows = [(number, found.value(step.hammer), found.value(step.accelerometer)) for number, found in records]
-    return PointBlows.of(step.highest_frequency, blows, records[0][1].sample_rate)
-
-
-def _check_order(run: Run, records: list[SineRecord], plans: list[SweepPlan]) -> None:
-    asked = {
-        sine.order_number: (mounting.specimen, mounting.configuration, sine.amplitude_pp, sine.frequency)
-        for plan in plans
-        for mounting in plan.mountings()
-        for sine in mounting.sines
-    }
-    for record in records:
-        specimen, configuration, amplitude_pp, frequency = asked.get(record.order_number, ("", "", 0.0, 0.0))
-        if (specimen, configuration) != (record.specimen, record.configuration) or not (
-            math.isclose(1e3 * amplitude_pp, record.commanded_pp_mm, rel_tol=1e-6)
-            and math.isclose(frequency, record.frequency, rel_tol=1e-9)
-        ):
-            raise ResumeError(
-                f"run {run.id}: sine record {record.order_number} ({record.specimen}, {record.configuration}, "
-                f"{record.commanded_pp_mm:g} mm, {record.frequency:g} Hz) is not what its sequence asks for there; "
-                "resume it with the version that began it"
-            )
+NOTHING = CompletedPoints()
+"""Of a run that begins."""

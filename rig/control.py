@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+from analysis.dof import Dof
 from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
@@ -36,6 +37,7 @@ class RunControl:
         self._stopped = False
         self._count = 0
         self._tester: Tester | None = None
+        self._withdrawn = set[tuple[int, Dof, int]]()
 
     def pause(self) -> None:
         """Hold the run until `resume` or `stop`.
@@ -74,6 +76,14 @@ class RunControl:
                 self._interrupt()
             finally:
                 self._may_run.set()
+
+    def withdraw(self, set_number: int, point: Dof, blow: int) -> None:
+        """Let an accepted blow of the run count no more; its point gets one more where the run is still at its set."""
+        self._withdrawn = self._withdrawn | {(set_number, point, blow)}
+
+    def withdrawn(self, set_number: int, point: Dof) -> int:
+        """Number of accepted blows at a point of a set that were withdrawn while the run is carried out."""
+        return sum((number, struck) == (set_number, point) for number, struck, _ in self._withdrawn)
 
     def is_paused(self) -> bool:
         """Whether the run is to wait until it is resumed or stopped."""

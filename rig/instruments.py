@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 
 from daq.channels import Channel
 from daq.device import Chassis
@@ -15,9 +15,7 @@ from rig.tester import Tester
 from rig.tester import connect as connect_tester
 from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
-from store.catalogue import Catalogue
-from store.instruments import Instrument, StoredChannel
-from store.rig_limits import rig_limits, save_rig_limits
+from store.instrument import Instrument, StoredChannel
 
 
 @dataclass(frozen=True)
@@ -95,42 +93,3 @@ def stored_channel(channel: Channel) -> StoredChannel:
             sensitivity_unit=f"V/({channel.unit})",
         ),
     )
-
-
-def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
-    """The limits that were set last for `rig`; None where none were set.
-
-    Raises RigError where another version of this software has set limits that this one does not know, StoreError where
-    the catalogue cannot be read.
-    """
-    with catalogue.reading() as session:
-        kept = rig_limits(session, rig)
-    if kept is None:
-        return None
-    try:
-        return TesterLimits(**kept)
-    except TypeError as error:
-        raise RigError(
-            f"the limits that are kept for {rig!r} do not fit this version ({error}); install the version "
-            "that set them, or give this rig another name"
-        ) from error
-
-
-def with_stored_limits(instruments: Instruments, catalogue: Catalogue) -> Instruments:
-    """The instruments with the limits that were set for their rig, or unchanged where none were set.
-
-    Raises:
-        RigError, StoreError: as for `stored_limits`.
-    """
-    kept = stored_limits(catalogue, instruments.rig)
-    return instruments if kept is None else replace(instruments, limits=kept)
-
-
-def save_limits(instruments: Instruments, catalogue: Catalogue, limits: TesterLimits, who: str) -> Instruments:
-    """The instruments with `limits`, which are in force from now on, also after the program is restarted.
-
-    Raises StoreError where they cannot be stored; the former ones stay in force.
-    """
-    with catalogue.writing() as session:
-        save_rig_limits(session, instruments.rig, asdict(limits), who)
-    return replace(instruments, limits=limits)

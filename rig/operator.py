@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from analysis.dof import Dof
-from store.sine_records import BLANK
+from store.states import BLANK
 
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 """The beam as a specimen to mount, and its two ways of mounting: in cords, and on its joints."""

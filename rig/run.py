@@ -1,18 +1,16 @@
-"""Running a sequence: its steps one after the other, each on the instruments that it needs, into one run.
+"""Carrying out a run: the steps of its sequence one after the other, each on the instruments that it needs.
 
-A run that was stopped, failed or lost its process can be resumed with the rest of its sequence: every completed
-measurement is in the store, and the store tells the rest.
+What is measured goes to the records of the run (`rig/records.py`); this module knows no catalogue.
 """
 
 import logging
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from datetime import UTC, datetime
 
 from analysis.errors import AnalysisError
 from daq.errors import DaqError
-from rig.completed_points import CompletedPoints, ResumeError, completed_points
+from rig.completed_points import ResumeError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
@@ -20,168 +18,92 @@ from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
 from rig.recording import BlowRecorder, SineRecorder
+from rig.records import BeginRecord, BegunWith, EndRecord, ResetRecord, RunOrder, RunRecords
 from rig.registers import NO_INTERLOCK, Interlock, interlock_names
-from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SineStep, SoakStep, Step, SweepStep, sequence_from
+from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SineStep, SoakStep, Step, SweepStep
 from rig.steps import channel_names, channels_of, check_instruments, check_plan, sweep_plan
 from rig.sweep import run_sweep
-from rig.tester_limits import TesterLimits
 from rig.tester_status import interlock_text
 from rig.waiting import soak, wait
-from store.audit import add_audit_entry
-from store.catalogue import Catalogue
-from store.deferred_run_end import defer_run_end, store_deferred_end
 from store.errors import StoreError
-from store.instruments import Instrument, list_channels, list_instruments
-from store.locks import discard_run_lock, run_lock
+from store.instrument import Instrument
 from store.provenance import who_is_here
-from store.runs import Run, begin_run, finish_run, get_run, reopen_run, start_run
 from store.states import RunState
 
 EXPECTED = (RigError, DaqError, StoreError, AnalysisError)
-KIND = "sequence"
-RESUMED_WITHOUT_END = (
-    "resumed; how it ended before could not be stored: its process was lost, or nothing could be written"
-)
 LONGEST_RECORD = 12.0  # s, the record that the sweep's task is made for; each record has a length of its own
-CarryOut = Callable[[Instruments, Catalogue, Operator, Observer, RunControl], object]
-"""`run_sequence` or `resume_run`, when it is known which run to carry out."""
 log = logging.getLogger(__name__)
 
 
-def plan_run(sequence: Sequence, limits: TesterLimits, catalogue: Catalogue, who: str | None = None) -> int:
-    """Store a run that `run_sequence` carries out later, and return its number; no instrument is connected.
-
-    Raises PlanError, LimitExceededError where a step asks for something impossible, StoreError where it cannot be
-    stored.
-    """
-    check_plan(sequence, limits)
-    with catalogue.writing() as session:
-        return start_run(session, **_described(sequence), who=who or who_is_here(), state=RunState.CREATED).id
-
-
-def run_sequence(
-    sequence: Sequence,
+def carry_out(
+    order: RunOrder,
     instruments: Instruments,
-    catalogue: Catalogue,
     operator: Operator,
+    records: RunRecords,
     observer: Observer = ignore_event,
     control: RunControl | None = None,
-    *,
-    planned: int | None = None,
-    reset: bool = False,
-    who: str | None = None,
-) -> int:
-    """Run every step of `sequence`; returns the number of the run that holds the measurements.
+) -> None:
+    """Carry out every step of `order` that is not complete.
 
-    The plan and the instruments are checked before a run is stored: where a step exceeds a limit or an instrument is
-    absent, nothing is stored. A run that fails or is stopped keeps what was measured and the reason, and can be
-    resumed.
+    The plan and the instruments are checked before the run begins: where a step exceeds a limit or an instrument is
+    absent, no record is written but that of a reset. A run that fails or is stopped keeps what was measured and the
+    reason, and can be resumed.
 
     Args:
-        sequence: the steps.
-        instruments: of the rig.
-        catalogue: stores the run.
+        order: what to do.
+        instruments: of the rig; for a run that goes on, those that it began with.
         operator: strikes and mounts.
+        records: get what is measured.
         observer: gets events.
         control: may pause and stop the run.
-        planned: number of the run that `plan_run` stored for this sequence; None for a new one.
-        reset: whether to reset the tester first, because the cause of its trip is removed; the audit log has it even if
-            the run does not begin, the history of the run if it does.
-        who: for the history of the run; by default the user of this process.
 
     Raises:
         RunStoppedError: `control` asked for it.
+        ResumeError: other instruments are connected than the run began with; nothing moved.
         RigError, DaqError: a step is impossible, or an instrument is absent, refuses or fails.
-        StoreError: the measurement cannot be stored.
+        StoreError: a record cannot be written.
     """
     control = control or RunControl(instruments.latch)
-    sequence = sequence.with_seed()
-    check_plan(sequence, instruments.limits)
-    who = who or who_is_here()
-    target = "new run" if planned is None else f"run {planned}"
-    reset_done = _reset(sequence, instruments, catalogue, observer, target, who) if reset else None
-    identities = check_instruments(sequence, instruments, observer)
+    check_plan(order.sequence, instruments.limits)
+    steps = order.completed.remaining_steps(order.sequence)
+    left = order.sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
+    reset_done = _reset(order, left, instruments, records, observer) if order.reset else None
+    found = check_instruments(left, instruments, observer) if steps else ()
+    begun = order.begun_with
+    if begun is not None:
+        _check_same(order.run_id, begun, left, instruments, found)
     control.carry_out(lambda: None, observer)  # a stop before this line stores nothing
-    with ExitStack() as held:
-        named = channel_names(sequence.steps)
-        channels = [stored_channel(channel) for channel in instruments.channels if channel.name in named]
-        described = _described(sequence)
-        begun: dict[str, Any] = {"channels": channels, "instruments": identities, "who": who, "reason": reset_done}
-        with catalogue.writing() as session:
-            if planned is None:
-                run = start_run(session, **described, **begun)
-            else:
-                run = begin_run(session, planned, sequence=described["sequence"], **begun)
-            held.enter_context(run_lock(catalogue, run))  # before another process can see it
-        observer(RunStarted(run.id))
-        _carry_out(_Work(run, sequence, CompletedPoints(), instruments, catalogue, operator, observer, control))
-    return run.id
-
-
-def resume_run(
-    run_id: int,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    operator: Operator,
-    observer: Observer = ignore_event,
-    control: RunControl | None = None,
-    *,
-    reset: bool = False,
-    who: str | None = None,
-) -> None:
-    """Continue a run that was stopped, failed or lost its process, at the first point that is not measured.
-
-    Blow and order numbers continue, and so does the time. The history of the run gets an entry.
-
-    Args:
-        run_id: number of the run.
-        instruments: the same that the run began with.
-        catalogue, operator, observer, control, reset, who: as for `run_sequence`; specimens are mounted again.
-
-    Raises:
-        RunBusyError: another living process carries out the run.
-        ResumeError: the run is finished or was not measured here, or other instruments are connected; nothing moved.
-        RunStoppedError: `control` asked for it.
-        RigError, DaqError: an instrument is absent, refuses or fails.
-        StoreError: there is no such run, or the measurement cannot be stored.
-    """
-    control = control or RunControl(instruments.latch)
-    with catalogue.reading() as session:
-        run = get_run(session, run_id)
-    with run_lock(catalogue, run):
-        store_deferred_end(catalogue, run)
-        with catalogue.reading() as session:
-            run = get_run(session, run_id)  # again, now that no other process can change it
-        if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
-            why = f"is {run.state}" if run.kind == KIND else "was not measured from a sequence here"
-            raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
-        sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
-        check_plan(sequence, instruments.limits)
-        completed = completed_points(catalogue, run, sequence)
-        steps = completed.remaining_steps(sequence)
-        left = sequence.model_copy(update={"steps": tuple(step for step, _ in steps)})
-        reason = RESUMED_WITHOUT_END if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
-        who = who or who_is_here()
-        if reset and (reset_done := _reset(left, instruments, catalogue, observer, f"run {run_id}", who)):
-            reason += f", {reset_done}"
-        if steps:
-            _check_same(catalogue, run, left, instruments, check_instruments(left, instruments, observer))
-        control.carry_out(lambda: None, observer)
-        with catalogue.writing() as session:
-            run = reopen_run(session, run_id, reason, who)
-        observer(RunContinued(run.id, completed.blows, len(completed.sines)))
-        _carry_out(_Work(run, sequence, completed, instruments, catalogue, operator, observer, control))
+    begin = _begin(order, instruments, found, reset_done)
+    records.write(begin)
+    if begun is None:
+        observer(RunStarted(order.run_id))
+    else:
+        observer(RunContinued(order.run_id, order.completed.blows, len(order.completed.sines)))
+    started_at = begin.at if begun is None else begun.started_at
+    work = _Work(order, started_at, instruments, records, operator, observer, control)
+    try:
+        control.begin()
+        for step, number in steps:
+            work.do(step, number)
+    except (KeyboardInterrupt, RunStoppedError):
+        _end(order, records, RunState.STOPPED, "stopped by hand")
+        raise
+    except Exception as error:
+        if not isinstance(error, EXPECTED):
+            log.exception("run %s ended with an unexpected error", order.run_id)
+        _end(order, records, RunState.FAILED, failure_reason(error, EXPECTED))
+        raise
+    _end(order, records, RunState.FINISHED)
 
 
 @dataclass(frozen=True)
 class _Work:
     """The steps of one run."""
 
-    run: Run
-    sequence: Sequence
-    completed: CompletedPoints
+    order: RunOrder
+    started_at: datetime
     instruments: Instruments
-    catalogue: Catalogue
+    records: RunRecords
     operator: Operator
     observer: Observer
     control: RunControl
@@ -204,11 +126,11 @@ class _Work:
 
     def _hammer(self, step: HammerStep, set_number: int) -> None:
         channels = channels_of(step, self.instruments)
-        if self.sequence.hangs_beam:
+        if self.order.sequence.hangs_beam:
             self.operator.mount(BEAM, step.beam)
         self.observer(HammerStarted(set_number, step.peak_force))
         with self.instruments.acquisition() as (chassis, thermometer):
-            recorder = BlowRecorder(self.catalogue, self.run, set_number, thermometer)
+            recorder = BlowRecorder(self.records, set_number, thermometer, self.control)
             run_hammer_session(
                 chassis,
                 channels,
@@ -217,7 +139,7 @@ class _Work:
                 recorder,
                 self.observer,
                 self.control,
-                self.completed.points_of(set_number),
+                self.order.completed.points_of(set_number, step),
             )
 
     def _sweep(self, step: SineStep, first_number: int) -> None:
@@ -233,81 +155,53 @@ class _Work:
                 recorder,
                 thermometer,
                 self.operator,
-                SineRecorder(self.catalogue, self.run, self.completed.elapsed),
+                SineRecorder(self.records, self.started_at, self.order.completed.elapsed),
                 self.observer,
                 self.control,
-                self.completed.sines,
+                self.order.completed.sines,
             )
 
 
-def _carry_out(work: _Work) -> None:
-    """Carry out the remaining steps and store how the run ended."""
-    try:
-        work.control.begin()
-        for step, number in work.completed.remaining_steps(work.sequence):
-            work.do(step, number)
-    except (KeyboardInterrupt, RunStoppedError):
-        _end(work, RunState.STOPPED, "stopped by hand")
-        raise
-    except Exception as error:
-        if not isinstance(error, EXPECTED):
-            log.exception("run %s ended with an unexpected error", work.run.id)
-        _end(work, RunState.FAILED, failure_reason(error, EXPECTED))
-        raise
-    _end(work, RunState.FINISHED)
-    discard_run_lock(work.catalogue, work.run)
+def _begin(
+    order: RunOrder, instruments: Instruments, found: tuple[Instrument, ...], reset_done: str | None
+) -> BeginRecord:
+    if order.begun_with is None:
+        named = channel_names(order.sequence.steps)
+        channels = tuple(stored_channel(channel) for channel in instruments.channels if channel.name in named)
+        return BeginRecord(datetime.now(UTC), order.who, channels, found, reset_done)
+    reasons = filter(None, (order.begun_with.reason, reset_done))
+    return BeginRecord(datetime.now(UTC), order.who, (), (), ", ".join(reasons))
 
 
-def _end(work: _Work, state: RunState, reason: str | None = None) -> None:
-    work.catalogue.waveforms.finish(work.run.waveform_file)
-    who = who_is_here()
+def _end(order: RunOrder, records: RunRecords, state: RunState, reason: str | None = None) -> None:
     try:
-        with work.catalogue.writing() as session:
-            finish_run(session, work.run.id, state, reason, who=who)
+        records.write(EndRecord(datetime.now(UTC), who_is_here(), state, reason))
     except StoreError as error:
-        # the reason for the end matters more than that the catalogue cannot store it
-        message = f"run {work.run.id} ended as {state} ({reason}), which could not be stored: {error}"
-        try:
-            defer_run_end(work.catalogue, work.run, state, reason, who)
-        except StoreError as other:
-            raise StoreError(f"{message}; nor kept: {other}") from error
+        # the reason for the end matters more than that it cannot be stored
+        message = f"run {order.run_id} ended as {state} ({reason}), which could not be stored: {error}"
         raise StoreError(message) from error
 
 
-def _described(sequence: Sequence) -> dict[str, Any]:
-    setup = sequence.article.model_dump(mode="json")
-    if sequence.sweep is not None:
-        setup["direct"] = {"file": "direct.csv", "preset_mm": sequence.sweep.preset_mm}
-    return {
-        "kind": KIND,
-        "title": sequence.title,
-        "article": sequence.article_name,
-        "setup": setup,
-        "sequence": sequence.model_dump(mode="json"),
-    }
-
-
 def _check_same(
-    catalogue: Catalogue, run: Run, left: Sequence, instruments: Instruments, found: tuple[Instrument, ...]
+    run_id: int, begun: BegunWith, left: Sequence, instruments: Instruments, found: tuple[Instrument, ...]
 ) -> None:
     """Check that the instruments are those with which the run began.
 
     Raises ResumeError where a channel or an instrument is another.
     """
-    with catalogue.reading() as session:
-        channels = {channel.name: channel for channel in list_channels(session, run.id)}
-        known = {(each.kind, each.serial) for each in list_instruments(session, run.id)}
+    channels = {channel.name: channel for channel in begun.channels}
+    known = {(each.kind, each.serial) for each in begun.instruments}
     for name in sorted(channel_names(left.steps)):
         now = stored_channel(instruments.channels_named(name)[0])
         if now != channels.get(name):
             raise ResumeError(
-                f"run {run.id} began with another setting or sensor on channel {name!r} than the table has now; "
+                f"run {run_id} began with another setting or sensor on channel {name!r} than the table has now; "
                 "connect what it began with, or begin a new run"
             )
     for each in found:
         if each.kind != "thermometer" and (each.kind, each.serial) not in known:
             raise ResumeError(
-                f"run {run.id} did not begin with {each.kind} {each.serial}; connect the one it began with, or begin a "
+                f"run {run_id} did not begin with {each.kind} {each.serial}; connect the one it began with, or begin a "
                 "new run"
             )
 
@@ -339,19 +233,15 @@ def reset_tester(
 
 
 def _reset(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, observer: Observer, target: str, who: str
+    order: RunOrder, left: Sequence, instruments: Instruments, records: RunRecords, observer: Observer
 ) -> str | None:
-    """Reset the tester if `sequence` needs it and it has tripped; the text for the history of the run, or None.
+    """Reset the tester if `left` needs it and it has tripped; the text for the history of the run, or None.
 
-    The audit log has an entry even if the run does not begin.
+    A record says so even if the run does not begin.
     """
 
     def note(tripped: Interlock, outcome: str) -> None:
-        details = {"interlocks": list(interlock_names(tripped))}
-        with catalogue.writing() as session:
-            add_audit_entry(
-                session, who=who, action="acknowledge interlock", target=target, outcome=outcome, details=details
-            )
+        records.write(ResetRecord(datetime.now(UTC), order.who, interlock_names(tripped), outcome))
 
-    tripped = reset_tester(instruments, observer, note) if sequence.sine_steps else NO_INTERLOCK
+    tripped = reset_tester(instruments, observer, note) if left.sine_steps else NO_INTERLOCK
     return f"tester reset after {interlock_text(tripped)}" if tripped else None

@@ -10,8 +10,8 @@ from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, S
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
 from rig.tester_status import TesterIdentity, TesterTrippedError, interlock_text
-from store.instruments import Instrument
-from store.sine_records import BLANK
+from store.instrument import Instrument
+from store.states import BLANK
 
 
 def check_plan(sequence: Sequence, limits: TesterLimits) -> None:

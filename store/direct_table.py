@@ -9,7 +9,7 @@ from pathlib import Path
 
 from store.dynamic_stiffness import StoredStiffness
 from store.errors import StoreError
-from store.sine_records import CONFIGURATIONS
+from store.states import CONFIGURATIONS
 
 _MOST_ROWS = 1_000_000_000
 

@@ -13,8 +13,8 @@ from store.columns import finite
 from store.errors import NotFoundError, StoreError
 from store.models.measurements import SpecimenRow
 from store.models.results import DynamicStiffnessRow
-from store.sine_records import CONFIGURATIONS
 from store.specimens import specimen_id
+from store.states import CONFIGURATIONS
 
 
 @dataclass(frozen=True)

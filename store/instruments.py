@@ -1,59 +1,16 @@
 """Instruments, their calibrations, and the channels of a run; a new calibration is a new row."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from store.instrument import Instrument, StoredChannel
 from store.models.measurements import CalibrationRow, ChannelRow, InstrumentRow, RunInstrumentRow
 from store.rows import add_row, equal, from_row, get_row, to_columns
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """An instrument with a serial number, and the calibration that was valid.
-
-    Attributes:
-        kind: accelerometer, hammer, tester, thermometer, chassis, ...
-        calibrated_on: None for an instrument that is not calibrated, or was imported without a date.
-        sensitivity: as the certificate gives it, in `sensitivity_unit`.
-        details: further identification, such as the firmware or the version of the register map.
-    """
-
-    kind: str
-    model: str
-    serial: str
-    calibrated_on: date | None = None
-    sensitivity: float | None = None
-    sensitivity_unit: str | None = None
-    details: dict[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class StoredChannel:
-    """Settings of one input during a run.
-
-    Attributes:
-        physical: the terminal, such as cDAQ1Mod1/ai0.
-        kind: force, acceleration, voltage, ...
-        unit: physical unit of minimum and maximum.
-        sensitivity: volts per physical unit.
-        excitation_current: A, or None without IEPE.
-        instrument: the connected sensor.
-    """
-
-    name: str
-    physical: str
-    kind: str
-    unit: str
-    sensitivity: float
-    minimum: float
-    maximum: float
-    excitation_current: float | None
-    instrument: Instrument
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session, load_only
 
 from store.errors import StoreError
-from store.instruments import Instrument, StoredChannel, add_channels, calibration_id
+from store.instrument import Instrument, StoredChannel
+from store.instruments import add_channels, calibration_id
 from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow
 from store.provenance import configuration_hash
 from store.rows import add_row, equal, from_row, get_row, newest_first
@@ -79,10 +80,12 @@ def start_run(
     who: str | None = None,
     reason: str | None = None,
     state: RunState = RunState.RUNNING,
+    provisional: bool = False,
 ) -> Run:
     """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
 
-    With the state `CREATED`, `begin_run` begins it later; until then it has the time of its creation as its start.
+    With the state `CREATED`, `begin_run` begins it later; until then it has the time of its creation as its start. A
+    `provisional` run has no history before it begins, and `discard_run` may remove it.
 
     Raises StoreError if setup or sequence have no JSON form, or two channels have the same name.
     """
@@ -98,7 +101,8 @@ def start_run(
         configuration_hash="",
         waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
     )
-    return _connect(session, add_row(session, row), channels, instruments, reason, who)
+    add_row(session, row)
+    return _run(row) if provisional else _connect(session, row, channels, instruments, reason, who)
 
 
 def begin_run(
@@ -108,17 +112,18 @@ def begin_run(
     sequence: dict[str, Any],
     channels: Sequence[StoredChannel] = (),
     instruments: Sequence[Instrument] = (),
+    started_at: datetime | None = None,
     who: str | None = None,
     reason: str | None = None,
 ) -> Run:
-    """Begin a created run now, with the sequence as it is carried out (its random numbers drawn).
+    """Begin a created run now, or at `started_at` (UTC), with the sequence as it is carried out (its seed drawn).
 
     Raises NotFoundError if there is no such run; StoreError if it was begun before, or two channels have the same name.
     """
     row = _row(session, run_id)
     if row.state != RunState.CREATED:
         raise StoreError(f"run {run_id} was begun before; it is {row.state}")
-    row.state, row.sequence, row.started_at = RunState.RUNNING, sequence, datetime.now(UTC)
+    row.state, row.sequence, row.started_at = RunState.RUNNING, sequence, started_at or datetime.now(UTC)
     return _connect(session, row, channels, instruments, reason, who)
 
 
@@ -153,8 +158,15 @@ def finish_run(
     return _note(session, row, reason, who, ended)
 
 
-def reopen_run(session: Session, run_id: int, reason: str, who: str | None = None) -> Run:
-    """Let a stopped, failed or interrupted run go on; its earlier end stays among its events.
+def discard_run(session: Session, run_id: int) -> None:
+    """Remove a provisional run that did not begin. Raises NotFoundError, StoreError where it has a history."""
+    if list_run_events(session, run_id):
+        raise StoreError(f"run {run_id} has a history; only a run that was not begun can be removed")
+    session.delete(_row(session, run_id))
+
+
+def reopen_run(session: Session, run_id: int, reason: str, who: str | None = None, at: datetime | None = None) -> Run:
+    """Let a stopped, failed or interrupted run go on, now or since `at` (UTC); its earlier end stays in its history.
 
     Raises NotFoundError if there is no such run, StoreError if the run is finished.
     """
@@ -162,7 +174,7 @@ def reopen_run(session: Session, run_id: int, reason: str, who: str | None = Non
     if row.state == RunState.FINISHED:
         raise StoreError(f"run {run_id} is finished; nothing of it is left to do")
     row.state, row.reason, row.finished_at = RunState.RUNNING, None, None
-    return _note(session, row, reason, who, datetime.now(UTC))
+    return _note(session, row, reason, who, at or datetime.now(UTC))
 
 
 def list_run_events(session: Session, run_id: int) -> list[RunEvent]:

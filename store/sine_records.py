@@ -11,11 +11,8 @@ from store.models.measurements import SineRecordRow
 from store.rows import add_row, from_row, get_row, to_columns
 from store.runs import run_in_short
 from store.specimens import specimen_id
+from store.states import BLANK, CONFIGURATIONS
 from store.waveform import WaveformReference, record_number, reference_to
-
-CONFIGURATIONS = ("compression", "shear", "angled")
-BLANK = "blank"
-"""Configuration of a known piece in place of a specimen, by which the tester is calibrated."""
 
 
 @dataclass(frozen=True)

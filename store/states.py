@@ -53,3 +53,7 @@ Excitation = Literal["hammer", "sine"]
 """Excitation of a set of accelerances: a roving hammer, or a shaker that stays while the accelerometer roves."""
 HAMMER: Excitation = "hammer"
 SINE: Excitation = "sine"
+
+CONFIGURATIONS = ("compression", "shear", "angled")
+BLANK = "blank"
+"""Configuration of a known piece in place of a specimen, by which the tester is calibrated."""

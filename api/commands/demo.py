@@ -22,6 +22,7 @@ from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.report.gap import gap_sections, write_gap_report
 from jointlab.report.page import write_report
+from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.demonstration import demonstrate, seal_section
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
@@ -34,7 +35,6 @@ from jointlab.trials.simulated_truth import (
     truth_section,
 )
 from rig.events import notify_all
-from rig.run import run_sequence
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 

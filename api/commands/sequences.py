@@ -11,14 +11,15 @@ from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import CarryOut, resume_run, run_sequence
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
+from jointlab.supervision.stored_limits import stored_limits, with_stored_limits
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
-from rig.instruments import Instruments, stored_limits, with_stored_limits
-from rig.run import CarryOut, resume_run, run_sequence
+from rig.instruments import Instruments
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits

@@ -38,8 +38,8 @@ from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.progress import Advance, Progress, silent
 from store.runs import Run, get_run
-from store.sine_records import BLANK, SineRecord, list_sine_records
-from store.states import AnalysisKind
+from store.sine_records import SineRecord, list_sine_records
+from store.states import BLANK, AnalysisKind
 
 DIMENSIONS = ("length", "height", "width")
 

@@ -9,19 +9,23 @@ import threading
 from dataclasses import dataclass, field
 from functools import partial
 
+from analysis.dof import Dof
 from jointlab.drive.events import BlowWithdrawn, RunEnded, RunStopping
 from jointlab.drive.idle_monitor import IdleMonitor
 from jointlab.drive.journal import Journal
 from jointlab.drive.prompts import AutomaticOperator, Prompt, PromptingOperator
 from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
+from jointlab.runs.carry_out import CarryOut, resume_run, run_sequence
+from jointlab.runs.orders import plan_run
 from jointlab.supervision.lease import ControlLease
+from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from rig.control import RunControl
 from rig.errors import RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
-from rig.instruments import Instruments, save_limits, with_stored_limits
+from rig.instruments import Instruments
 from rig.registers import Interlock
-from rig.run import CarryOut, plan_run, reset_tester, resume_run, run_sequence
+from rig.run import reset_tester
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from rig.tester_monitor import poll_tester
@@ -112,7 +116,7 @@ class RunManager:
 
         Raises RigError where a step asks for something impossible, StoreError where it cannot be stored.
         """
-        return plan_run(sequence, self._instruments.limits, self._catalogue, who)
+        return plan_run(sequence, self._instruments.limits, self._catalogue, who).id
 
     def start(self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False) -> None:
         """Begin a run that was planned; returns when it has begun, that is when its instruments have answered.
@@ -190,8 +194,7 @@ class RunManager:
             if not blow.accepted:
                 raise ConflictError(f"blow {blow_id} does not count already: {blow.reason}")
             withdrawn = withdraw_blow(session, blow_id, reason, who)
-        assert withdrawn.run_id is not None, "a stored blow belongs to a run"
-        self._observe(BlowWithdrawn(withdrawn.run_id, str(withdrawn.point), withdrawn.number, reason))
+        self._withdrawn(withdrawn, reason)
         return withdrawn
 
     def repeat_point(self, run_id: int, set_number: int, point: str, who: str) -> int:
@@ -215,7 +218,7 @@ class RunManager:
                 assert blow.id is not None, "a stored blow has a number"
                 withdraw_blow(session, blow.id, REPEATED, who)
         for blow in own:
-            self._observe(BlowWithdrawn(run_id, point, blow.number, REPEATED))
+            self._withdrawn(blow, REPEATED)
         return len(own)
 
     def acknowledge_interlocks(self) -> Interlock:
@@ -254,6 +257,14 @@ class RunManager:
         if run.state not in states:
             raise ConflictError(f"run {run_id} is {run.state}; it would have to be {' or '.join(sorted(states))}")
         return sequence_from(run.sequence, f"sequence of run {run_id}")
+
+    def _withdrawn(self, blow: Blow, reason: str) -> None:
+        """Tell the present run, where the blow is one of it, and observers."""
+        assert blow.run_id is not None, "a stored blow belongs to a run"
+        active, point = self._active, str(blow.point)
+        if active is not None and active.run_id == blow.run_id:
+            active.control.withdraw(blow.set_number, Dof.parse(point), blow.number)
+        self._observe(BlowWithdrawn(blow.run_id, point, blow.number, reason))
 
     def _active_run(self, run_id: int) -> _Active:
         active = self._active

@@ -13,7 +13,8 @@ from rig.sweep import uncorrected
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.runs import Run, get_run
-from store.sine_records import BLANK, SineRecord, list_sine_records
+from store.sine_records import SineRecord, list_sine_records
+from store.states import BLANK
 
 CYCLES_SHOWN = 3
 

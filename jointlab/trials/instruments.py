@@ -6,10 +6,10 @@ from typing import Any
 
 from analysis.dof import Dof
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from jointlab.trials.worker import DATABASE
 from rig.events import Observer, ignore_event
-from rig.run import run_sequence
 from rig.sequence import Sequence, sequence_from
 from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
 from simlab.case.draw import Case

@@ -18,10 +18,10 @@ from jointlab.identification.inverse import MethodResult
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from jointlab.trials.simulated_truth import SineTruth, by_amplitude, sine_truths
-from rig.run import run_sequence
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 

@@ -29,10 +29,10 @@ from api.commands.sequences import named_sequence
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import Measurement
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import resume_run, run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
-from rig.run import resume_run, run_sequence
 from rig.sequence import Sequence as SequenceDocument
 from rig.sequence import sequence_from
 from simlab.actuator import Dwell, Servo
@@ -244,7 +244,7 @@ def blows_wrong(sequence: SequenceDocument, blows: Sequence[Any]) -> list[str]:
 def newest(catalogue: Catalogue) -> Run | None:
     """The run of a catalogue that has one at most."""
     with catalogue.reading() as session:
-        return next(iter(list_runs(session)), None)
+        return next((run for run in list_runs(session) if run.state is not RunState.CREATED), None)  # begun
 
 
 def wait_for(acknowledged: Path, began: float) -> float:

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from jointlab.runs.carry_out import run_sequence
 from rig.control import RunControl
 from rig.detectors import DetectorError, TighterDetector, check_tighter
 from rig.errors import RigError
 from rig.instruments import Instruments
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State, Value, float32
-from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from rig.steps import check_plan, sweep_plan
 from rig.sweep import SinePoint

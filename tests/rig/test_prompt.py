@@ -4,14 +4,12 @@ from typing import Any
 
 import pytest
 
-from analysis.dof import Dof
-from rig.completed_points import CompletedPoints
+from jointlab.runs.carry_out import run_sequence
+from rig.completed_points import CompletedPoint, CompletedPoints
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, PromptStarted
-from rig.hammer import PointProgress
 from rig.instruments import Instruments
-from rig.run import run_sequence
 from rig.sequence import SequenceError, sequence_from
 from store.catalogue import Catalogue
 from tests.rig.person import Person
@@ -62,10 +60,7 @@ def test_a_run_that_is_stopped_while_it_asks_does_not_strike_on(
 def test_a_prompt_is_asked_again_where_the_step_after_it_has_something_left(
     prompted: dict[str, Any], second_set: int, left: list[str]
 ) -> None:
-    point = Dof.parse("5y")
-    measured = CompletedPoints(
-        {(1, point): PointProgress(2, 0, 2), (2, point): PointProgress(second_set, 0, second_set)}
-    )
+    measured = CompletedPoints((CompletedPoint(1, "5y", 2, 0, 2), CompletedPoint(2, "5y", second_set, 0, second_set)))
     assert [step.step for step, _ in measured.remaining_steps(sequence_from(prompted))] == left
 
 

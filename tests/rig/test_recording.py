@@ -13,8 +13,12 @@ from analysis.dof import Dof
 from analysis.modal.blow_check import BlowFault, BlowReason, BlowVerdict
 from daq.block import Block
 from daq.channels import Channel
+from jointlab.runs.carry_out import CatalogueRecords
+from rig.control import RunControl
 from rig.instruments import Instruments
 from rig.recording import BlowRecorder, SineRecorder
+from rig.records import RunOrder
+from rig.sequence import Sequence
 from rig.sweep import SinePoint
 from rig.thermometer import Thermometer, ThermometerError
 from simlab.laboratory import Laboratory
@@ -42,6 +46,11 @@ def run(catalogue: Catalogue) -> Run:
 
 
 @pytest.fixture
+def records(catalogue: Catalogue, run: Run, sequence: Sequence) -> CatalogueRecords:
+    return CatalogueRecords(catalogue, run, RunOrder(run.id, run.waveform_file, sequence, "test"))
+
+
+@pytest.fixture
 def blow(channel_table: tuple[Channel, ...]) -> Block:
     """A record of 24 bit counts, as a converter gives them."""
     counts = np.random.default_rng(1).integers(-(2**23), 2**23, (2, 5120), dtype=np.int32)
@@ -53,9 +62,9 @@ OVERLOADED = BlowVerdict((BlowReason(BlowFault.OVERLOAD, "overload of the hammer
 
 
 def test_a_blow_is_kept_count_by_count_with_its_verdict(
-    catalogue: Catalogue, run: Run, thermometer: Thermometer, blow: Block
+    catalogue: Catalogue, run: Run, records: CatalogueRecords, thermometer: Thermometer, blow: Block
 ) -> None:
-    recorder = BlowRecorder(catalogue, run, 2, thermometer)
+    recorder = BlowRecorder(records, 2, thermometer, RunControl())
     recorder.add_blow(POINT, 1, blow, COUNTS)
     recorder.add_blow(POINT, 2, replace(blow, overloaded=("hammer",)), OVERLOADED)
     with catalogue.reading() as session:
@@ -77,9 +86,9 @@ def test_a_blow_is_kept_count_by_count_with_its_verdict(
 
 
 def test_a_point_has_one_row_however_many_blows(
-    catalogue: Catalogue, run: Run, thermometer: Thermometer, blow: Block
+    catalogue: Catalogue, run: Run, records: CatalogueRecords, thermometer: Thermometer, blow: Block
 ) -> None:
-    recorder = BlowRecorder(catalogue, run, 1, thermometer)
+    recorder = BlowRecorder(records, 1, thermometer, RunControl())
     for number in (1, 2, 3):
         recorder.add_blow(POINT, number, blow, COUNTS)
     recorder.add_blow(Dof.parse("1x"), 1, blow, COUNTS)
@@ -91,22 +100,23 @@ def test_a_point_has_one_row_however_many_blows(
 def test_a_blow_without_a_temperature_is_not_kept(
     catalogue: Catalogue,
     run: Run,
+    records: CatalogueRecords,
     thermometer: Thermometer,
     blow: Block,
     whole_laboratory: Laboratory,
 ) -> None:
     whole_laboratory.thermometer.faults.set("silent")
     with pytest.raises(ThermometerError):
-        BlowRecorder(catalogue, run, 1, thermometer).add_blow(POINT, 1, blow, COUNTS)
+        BlowRecorder(records, 1, thermometer, RunControl()).add_blow(POINT, 1, blow, COUNTS)
     with catalogue.reading() as session:
         assert list_blows(session, run.id) == []
     assert not catalogue.waveforms.folder.exists()
 
 
 def test_a_blow_number_that_is_taken_is_refused(
-    catalogue: Catalogue, run: Run, thermometer: Thermometer, blow: Block
+    catalogue: Catalogue, run: Run, records: CatalogueRecords, thermometer: Thermometer, blow: Block
 ) -> None:
-    recorder = BlowRecorder(catalogue, run, 1, thermometer)
+    recorder = BlowRecorder(records, 1, thermometer, RunControl())
     recorder.add_blow(POINT, 1, blow, COUNTS)
     with pytest.raises(StoreError):
         recorder.add_blow(POINT, 1, blow, COUNTS)
@@ -124,9 +134,9 @@ def sine(channel_table: tuple[Channel, ...]) -> SinePoint:
 
 
 def test_a_sine_point_is_kept_as_it_was_asked_for_and_as_it_was_reached(
-    catalogue: Catalogue, run: Run, sine: SinePoint
+    catalogue: Catalogue, run: Run, records: CatalogueRecords, sine: SinePoint
 ) -> None:
-    SineRecorder(catalogue, run).add_sine(sine)
+    SineRecorder(records, run.started_at).add_sine(sine)
     with catalogue.reading() as session:
         (kept,) = list_sine_records(session, run.id)
     asked = SimpleNamespace(order_number=7, specimen="I", configuration="shear", frequency=40.0, temperature_c=23.4)

@@ -13,13 +13,14 @@ from sqlalchemy import text
 from analysis.dof import Dof
 from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
-from rig.completed_points import CompletedPoints, ResumeError, completed_points
+from jointlab.runs.carry_out import resume_run, run_sequence
+from jointlab.runs.completed import completed_points
+from jointlab.runs.orders import RESUMED_WITHOUT_END
+from rig.completed_points import CompletedPoint, CompletedPoints, ResumeError
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
-from rig.hammer import PointProgress
 from rig.instruments import Instruments
-from rig.run import RESUMED_WITHOUT_END, resume_run, run_sequence
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sweep_plan import Order
 from rig.tester_status import TesterTrippedError
@@ -347,7 +348,7 @@ def test_waits_are_done_again_where_the_step_they_serve_has_something_left(
     hammer, sweep = document["steps"]
     document["steps"] = [WAIT, hammer, SOAK, hammer | {"points": ["6y"]}, WAIT, sweep, WAIT]
     measured = CompletedPoints(
-        {(number, Dof.parse(point)): PointProgress(count, 0, count) for (number, point), count in points.items()},
+        tuple(CompletedPoint(*place, count, 0, count) for place, count in points.items()),
         frozenset(range(1, sines + 1)),
     )
     found = measured.remaining_steps(sequence_from(document))

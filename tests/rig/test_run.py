@@ -9,12 +9,13 @@ import pytest
 from sqlalchemy import func, select, text
 
 from daq.errors import ChannelError, InstrumentAbsentError
+from jointlab.runs.carry_out import run_sequence
+from jointlab.runs.orders import plan_run
 from rig.errors import RigError
 from rig.events import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
 from rig.hammer import PointGivenUpError
 from rig.instruments import Instruments
 from rig.registers import State
-from rig.run import plan_run, run_sequence
 from rig.sequence import Sequence, sequence_from
 from rig.steps import check_instruments
 from rig.tester_limits import LimitExceededError, TesterLimits
@@ -387,7 +388,7 @@ def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, whole_laboratory: Laboratory
 ) -> None:
     whole_laboratory.tester.emergency_stop()  # and the button stays pressed
-    planned = plan_run(sequence, instruments.limits, catalogue)
+    planned = plan_run(sequence, instruments.limits, catalogue).id
     with pytest.raises(RigError, match="cause still present"):
         run_sequence(sequence, instruments, catalogue, person, planned=planned, reset=True)
     ((_, target, outcome, _),) = resets(catalogue)

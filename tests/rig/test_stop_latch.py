@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from jointlab.runs.carry_out import run_sequence
 from rig import tester
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.instruments import Instruments
 from rig.operator import Operator
 from rig.registers import CommandCode, State
-from rig.run import run_sequence
 from rig.sequence import Sequence
 from rig.stop_latch import LONGEST_TEXT, LeaseLostError, StopLatch, StopNotResetError
 from rig.sweep_plan import SweepPlan

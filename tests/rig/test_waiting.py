@@ -8,12 +8,12 @@ from typing import Any, cast
 import pytest
 from sqlalchemy import text
 
+from jointlab.runs.carry_out import run_sequence
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, RunPaused, SoakEnded, SoakStarted, WaitStarted, ignore_event
 from rig.instruments import Instruments
 from rig.operator import Operator
-from rig.run import run_sequence
 from rig.sequence import SequenceError, SoakStep, sequence_from
 from rig.thermometer import Thermometer
 from rig.waiting import SoakError, soak, wait

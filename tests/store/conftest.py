@@ -25,7 +25,7 @@ from store.diagnoses import StoredDiagnosis, add_diagnosis
 from store.dof import StoredDof
 from store.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
-from store.instruments import Instrument, StoredChannel
+from store.instrument import Instrument, StoredChannel
 from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.keys import add_key

@@ -13,7 +13,8 @@ from store.blows import add_blow, add_point, list_blows, list_points, withdraw_b
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
-from store.instruments import Instrument, calibration_id, list_channels, list_instruments
+from store.instrument import Instrument
+from store.instruments import calibration_id, list_channels, list_instruments
 from store.models.base import Base
 from store.models.measurements import InstrumentRow
 from store.runs import Run, finish_run, get_run, list_runs, start_run

@@ -21,14 +21,8 @@ from jointlab.documents.laboratory import (
     SpecimenDocument,
 )
 from rig.instruments import stored_channel
-from store.instruments import (
-    StoredChannel,
-    add_calibration,
-    get_instrument,
-    list_calibrations,
-    list_channels,
-    list_known_instruments,
-)
+from store.instrument import StoredChannel
+from store.instruments import add_calibration, get_instrument, list_calibrations, list_channels, list_known_instruments
 from store.runs import get_run, list_runs
 from store.specimens import get_specimen, list_specimens
 from store.states import Scope

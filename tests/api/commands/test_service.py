@@ -13,7 +13,8 @@ import httpx
 import pytest
 
 from api.commands.service import is_loopback
-from rig.instruments import Instruments, save_limits
+from jointlab.supervision.stored_limits import save_limits
+from rig.instruments import Instruments
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.deferred_run_end import defer_run_end

@@ -24,7 +24,7 @@ from tests.waiting import until
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
     "jointlab.drive.journal", "api.service.monotonic_clock", "daq.task",
-    "rig.recording", "store.jobs", "store.keys", "store.models.base", "store.runs",
+    "rig.recording", "rig.run", "store.jobs", "store.keys", "store.models.base", "store.runs",
 )  # fmt: skip
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],

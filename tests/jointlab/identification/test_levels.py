@@ -9,9 +9,9 @@ import yaml
 
 from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import Event, HammerStarted, notify_all
-from rig.run import run_sequence
 from rig.sequence import load_sequence
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient

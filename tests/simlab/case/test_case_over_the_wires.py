@@ -5,8 +5,8 @@ from pathlib import Path
 
 from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
-from rig.run import run_sequence
 from rig.sequence import sequence_from
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row

@@ -1,0 +1,1 @@
+"""Runs between the catalogue and the rig: their orders, and their records as rows."""

@@ -15,7 +15,8 @@ from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
 from store.errors import NotFoundError
-from store.instruments import StoredChannel, list_channels
+from store.instrument import StoredChannel
+from store.instruments import list_channels
 from store.runs import Run, RunEvent, get_run, list_run_events
 
 PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)

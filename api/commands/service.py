@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from typing import Annotated
 
 import typer
-import uvicorn
 
 from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
+from api.service.server import make_server, raise_descriptor_limit
 from jointlab.drive.prompts import AutomaticOperator
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
@@ -57,8 +57,8 @@ def serve(
         app = create_app(services)
         mount(app, services)
         sys.setswitchinterval(SWITCH)
-        config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=5)
-        uvicorn.Server(config).run(sockets=[listener])
+        raise_descriptor_limit()
+        make_server(app).run(sockets=[listener])
 
 
 def is_loopback(host: str) -> bool:

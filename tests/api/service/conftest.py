@@ -11,12 +11,12 @@ from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from fastapi import FastAPI
 from sqlalchemy import update
 
 from api.service.application import create_app
 from api.service.context import Services
+from api.service.server import make_server
 from jointlab.instruments import instruments_of
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
@@ -36,7 +36,7 @@ Acting = Callable[..., dict[str, Any]]
 def served(app: FastAPI) -> Iterator[httpx.Client]:
     """A client of the application on a real server in a thread."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1))
+        server = make_server(app, grace=1)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         address = f"http://127.0.0.1:{listener.getsockname()[1]}"

@@ -144,7 +144,7 @@ def open_catalogue(url: str | None = None, waveform_folder: str | Path | None = 
     """
     if url is None:
         settings = load_settings()
-        return Catalogue.open(settings.database_url, settings.waveform_folder)
+        return Catalogue.open(settings.database_url, settings.waveform_folder, settings.database_limits)
     return Catalogue.open(url, None if waveform_folder is None else Path(waveform_folder))
 
 

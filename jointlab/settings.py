@@ -11,6 +11,7 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
 from jointlab.errors import SettingsError
+from store.time_limits import DEFAULT_LIMITS, TimeLimits
 
 CONFIG_VARIABLE = "JOINTLAB_CONFIG"
 DEFAULT_CONFIG = "jointlab.toml"
@@ -42,6 +43,9 @@ class Settings(BaseSettings):
     model_config = SettingsConfigDict(env_prefix="JOINTLAB_", extra="forbid", frozen=True)
 
     database_url: str = Field(default="sqlite:///jointlab.db", description="SQLAlchemy URL, SQLite or PostgreSQL")
+    database_limits: TimeLimits = Field(
+        default=DEFAULT_LIMITS, description="s that a call of the database may take: connect, answer, lock, idle, pool"
+    )
     waveform_folder: Path | None = Field(default=None, description="waveform files; beside the database by default")
     daq_address: str = Field(default="local", description='"local" NI driver, or "grpc://host:port" of a device server')
     tester_url: str | None = Field(

@@ -40,6 +40,7 @@ from store.database import address_of, driver_message, explained, make_engine, w
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.migrate import current_revision, known_revisions
 from store.progress import Progress, silent
+from store.time_limits import DEFAULT_LIMITS
 from store.version import software_version
 from store.waveforms import WaveformFolder
 
@@ -89,7 +90,7 @@ def back_up(catalogue: Catalogue, path: Path, progress: Progress = silent) -> Ba
 def _fill(catalogue: Catalogue, folder: Path, progress: Progress) -> Backup:
     (folder / WAVEFORMS).mkdir(parents=True)
     made_at = datetime.now(UTC).isoformat(timespec="seconds")
-    with catalogue.reading() as session:
+    with catalogue.reading(long=True) as session:
         claimed = claims(session)
         connection = session.connection()
         database, revision = connection.dialect.name, current_revision(connection) or ""
@@ -221,7 +222,7 @@ def _check_empty(address: URL, folder: Path) -> None:
             if path.exists():
                 raise StoreError(f"{path} exists already; move it away, or configure a database that is not there yet")
     else:
-        engine = make_engine(address)
+        engine = make_engine(address, DEFAULT_LIMITS)
         try:
             with explained(address), engine.connect() as connection:
                 tables = inspect(connection).get_table_names()
@@ -274,7 +275,7 @@ def _restore_catalogue(source: Source, manifest: Manifest, address: URL, where: 
         finally:
             unfinished.unlink(missing_ok=True)
         return
-    engine = make_engine(address)
+    engine = make_engine(address, DEFAULT_LIMITS)
     try:
         with TemporaryDirectory() as scratch, engine.connect() as connection:
             extract(source, name, manifest.files[name], Path(scratch) / name, where)

@@ -20,7 +20,7 @@ from store.catalogue import Catalogue
 from store.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
 from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
-from store.errors import NotFoundError, StoreError
+from store.errors import NotFoundError, StoreError, UnknownOutcomeError
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
 from store.runs import Run, finish_run, get_run, start_run
 from store.states import HAMMER, AnalysisKind, RunState
@@ -59,6 +59,8 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
                 waveforms = [to_waveform(blow) for blow in bundle.blows]
                 _store_blows(session, run.id, bundle, catalogue.waveforms.append_all(waveform_file, waveforms))
             finish_run(session, run.id, RunState.FINISHED)
+    except UnknownOutcomeError:
+        raise  # the waveforms may be needed
     except BaseException:
         if waveform_file is not None:
             catalogue.waveforms.discard(waveform_file)

@@ -7,51 +7,60 @@ Functions of `store.runs`, `store.blows`, `store.modes`, ... take the session; a
 whole or not at all.
 """
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 from sqlalchemy import Engine
 from sqlalchemy.orm import Session
 
-from store.database import address_of, explained, make_engine, waveform_folder_of
-from store.errors import StoreError
+from store.database import address_of, allow_long_work, explained, make_engine, waveform_folder_of
+from store.errors import ConnectionLostError, StoreError
 from store.migrate import upgrade
+from store.outcome import commit
+from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.waveforms import WaveformFolder
+
+ResultT = TypeVar("ResultT")
+log = logging.getLogger(__name__)
 
 
 class Catalogue:
     """An open database and its waveforms; `Catalogue.open` gives one."""
 
-    def __init__(self, engine: Engine, waveforms: WaveformFolder) -> None:
+    def __init__(self, engine: Engine, waveforms: WaveformFolder, limits: TimeLimits) -> None:
         self._engine = engine
+        self._limits = limits
         self._writer = engine.execution_options(writing=True)
         is_postgresql = engine.dialect.name == "postgresql"
         self._reader = engine.execution_options(isolation_level="REPEATABLE READ") if is_postgresql else engine
         self.waveforms = waveforms
 
     @classmethod
-    def open(cls, url: str, waveform_folder: Path | None = None) -> Self:
+    def open(cls, url: str, waveform_folder: Path | None = None, limits: TimeLimits = DEFAULT_LIMITS) -> Self:
         """Open a database; an empty one gets its tables, an older one is updated.
 
         Args:
             url: ``sqlite:///path/to/file.db`` or ``postgresql://user@host/database``.
             waveform_folder: folder of waveforms; beside an SQLite file by default, required for PostgreSQL.
+            limits: how long a call may take.
 
         Raises:
             StoreError: the address is not valid, the database cannot be reached, or its schema is not known.
         """
         address = address_of(url)
-        waveforms = WaveformFolder(waveform_folder or waveform_folder_of(address))
-        engine = make_engine(address)
+        waveforms = WaveformFolder(waveform_folder or waveform_folder_of(address), limits)
+        engine = make_engine(address, limits)
         try:
             with explained(address), engine.execution_options(writing=True).begin() as connection:
+                allow_long_work(connection)
                 upgrade(connection)
         except StoreError:
             engine.dispose()
             raise
-        return cls(engine, waveforms)
+        return cls(engine, waveforms, limits)
 
     @property
     def address(self) -> str:
@@ -63,16 +72,47 @@ class Catalogue:
         """The database's address with its password, to open the catalogue in another process."""
         return self._engine.url.render_as_string(hide_password=False)
 
-    @contextmanager
-    def writing(self) -> Iterator[Session]:
-        """A transaction, committed at the end of the block, undone on any error; StoreError if the database refuses."""
-        with explained(self._engine.url), Session(self._writer, expire_on_commit=False) as session, session.begin():
-            yield session
+    @property
+    def limits(self) -> TimeLimits:
+        """How long a call may take."""
+        return self._limits
 
     @contextmanager
-    def reading(self) -> Iterator[Session]:
-        """A transaction that reads one consistent state and does not wait for writers; StoreError if that fails."""
+    def writing(self) -> Iterator[Session]:
+        """A transaction, committed at the end of the block, undone on any error.
+
+        Raises:
+            ConnectionLostError: the connection was lost; nothing was stored.
+            UnknownOutcomeError: it was lost during the commit, and the database cannot be asked for its outcome.
+            StoreError: the database refuses, or does not answer in time; nothing was stored.
+        """
+        with explained(self._engine.url), Session(self._writer, expire_on_commit=False) as session:
+            yield session
+            commit(session, self._engine, self._limits)
+
+    def write(self, work: Callable[[Session], ResultT]) -> ResultT:
+        """Carry out `work` in a transaction, and once more where the connection was lost and nothing was stored.
+
+        `work` may therefore be called twice; what it does beside the database has to bear that. Errors as for
+        `writing`.
+        """
+        try:
+            with self.writing() as session:
+                return work(session)
+        except ConnectionLostError as error:
+            log.warning("a transaction is tried once more: %s", error)
+        with self.writing() as session:
+            return work(session)
+
+    @contextmanager
+    def reading(self, *, long: bool = False) -> Iterator[Session]:
+        """A transaction that reads one consistent state and does not wait for writers; StoreError if that fails.
+
+        A statement of a `long` one may take an hour.
+        """
         with explained(self._engine.url), Session(self._reader, autoflush=False) as session:
+            if long:
+                allow_long_work(session.connection())
             yield session
             session.rollback()
 

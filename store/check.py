@@ -69,7 +69,7 @@ def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
     files = catalogue.waveforms.files()
     found = [*_check_structure(catalogue), *_check_references(catalogue), *_check_arrays(catalogue, progress)]
     claimed: dict[str, Claim] | None = None
-    with _noted("rows that refer to waveforms", found), catalogue.reading() as session:
+    with _noted("rows that refer to waveforms", found), catalogue.reading(long=True) as session:
         claimed = claims(session)
     if claimed is None:
         return found
@@ -136,7 +136,7 @@ def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[F
 def _check_structure(catalogue: Catalogue) -> list[Finding]:
     """Faults that SQLite finds in its own file; PostgreSQL checks its files itself."""
     found: list[Finding] = []
-    with _noted(f"database {catalogue.address}", found), catalogue.reading() as session:
+    with _noted(f"database {catalogue.address}", found), catalogue.reading(long=True) as session:
         if session.get_bind().dialect.name == "sqlite":
             said = session.scalars(text("PRAGMA integrity_check(20)")).all()
             found += [Finding(f"database {catalogue.address}", line, RESTORE) for line in said if line != "ok"]
@@ -147,7 +147,7 @@ def _check_references(catalogue: Catalogue) -> list[Finding]:
     found: list[Finding] = []
     for table in Base.metadata.sorted_tables:
         for key in table.foreign_key_constraints:
-            with _noted(f"table {table.name}", found), catalogue.reading() as session:
+            with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
                 dangling = session.scalar(_count_dangling(table, key)) or 0
                 if dangling:
                     what = f"{dangling} rows refer to {key.referred_table.name} that are not there"
@@ -168,7 +168,7 @@ def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
     tables = [(table, columns) for table in Base.metadata.sorted_tables if (columns := _arrays_of(table))]
     with progress("tables with arrays", len(tables)) as advance:
         for table, columns in tables:
-            with _noted(f"table {table.name}", found), catalogue.reading() as session:
+            with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
                 query = select(table.c.id, *columns).execution_options(yield_per=_ROWS_AT_ONCE)
                 for number, *values in session.execute(query):
                     for column, value in zip(columns, values, strict=True):

@@ -9,6 +9,14 @@ class NotFoundError(StoreError):
     """There is no such run, record or result."""
 
 
+class ConnectionLostError(StoreError):
+    """The connection to the database was lost, and nothing of the transaction was stored: it may be tried again."""
+
+
+class UnknownOutcomeError(StoreError):
+    """The connection was lost during the commit: it is not known whether the transaction was stored."""
+
+
 class DamagedError(StoreError):
     """Stored data are damaged: a checksum differs, or a record is incomplete."""
 

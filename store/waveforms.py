@@ -9,8 +9,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
-from store import database
+from store.database import driver_message, prepare_sqlite
 from store.errors import DamagedError, NotFoundError, StoreError
+from store.time_limits import DEFAULT_LIMITS, TimeLimits, seconds_left
 from store.waveform import Waveform, WaveformReference
 from store.waveform_codec import decode, encode
 
@@ -32,8 +33,9 @@ CREATE TRIGGER records_are_never_deleted BEFORE DELETE ON records
 class WaveformFolder:
     """Appends and reads waveforms; one connection stays open for each file that is being written."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, limits: TimeLimits = DEFAULT_LIMITS) -> None:
         self._folder = folder
+        self._limits = limits
         self._writers: dict[str, sqlite3.Connection] = {}
         self._lock = threading.Lock()
 
@@ -142,7 +144,7 @@ class WaveformFolder:
         if file not in self._writers:
             path = self._path(file)
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._writers[file] = _open_for_writing(path)
+            self._writers[file] = _open_for_writing(path, self._limits.lock)
         return self._writers[file]
 
     @contextmanager
@@ -151,8 +153,8 @@ class WaveformFolder:
         if not path.is_file():
             raise NotFoundError(f"waveform file {file} is not in {self._folder}; was the folder moved?")
         with _explained(path.with_name(what), done):
-            _undo_unfinished_change(path)
-            reader = _connected(path, "ro")
+            _undo_unfinished_change(path, self._limits.lock)
+            reader = _connected(path, "ro", self._limits.lock)
             # The checksum finds damaged text; without this, one damaged text would prevent reading the whole file.
             reader.text_factory = lambda text: text.decode(errors="replace")
             try:
@@ -180,25 +182,25 @@ def _damage(reader: sqlite3.Connection, reference: WaveformReference) -> Damaged
     return None
 
 
-def _connected(path: Path, mode: str) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=database.PATIENCE)
+def _connected(path: Path, mode: str, patience: float) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=seconds_left(patience))
 
 
-def _undo_unfinished_change(path: Path) -> None:
+def _undo_unfinished_change(path: Path, patience: float) -> None:
     """Undo an unfinished change by a process that was killed while it opened or finished the file.
 
     A reader may not undo it.
     """
     # Only such a change has this journal; records go through the write-ahead log.
     if path.with_name(f"{path.name}-journal").exists():
-        with closing(_connected(path, "rw")) as writer:
+        with closing(_connected(path, "rw", patience)) as writer:
             writer.execute("PRAGMA schema_version").close()
 
 
-def _open_for_writing(path: Path) -> sqlite3.Connection:
-    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=database.PATIENCE)
+def _open_for_writing(path: Path, patience: float) -> sqlite3.Connection:
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=patience)
     try:
-        database.prepare_sqlite(writer)
+        prepare_sqlite(writer, patience)
         if writer.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,):
             writer.executescript(f"BEGIN IMMEDIATE;{_SCHEMA}COMMIT;")
     except sqlite3.Error:
@@ -214,7 +216,7 @@ def _explained(path: Path, done: str) -> Iterator[None]:
         yield
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):
-            raise StoreError(f"waveform file {path} cannot be {done}: {database.driver_message(error)}") from error
+            raise StoreError(f"waveform file {path} cannot be {done}: {driver_message(error)}") from error
         raise DamagedError(f"waveform file {path}", f"it is damaged ({error})") from error
     except UnicodeDecodeError as error:  # in SQLite's message about a damaged schema
         raise DamagedError(f"waveform file {path}", "its structure is damaged") from error

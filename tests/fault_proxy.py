@@ -58,7 +58,7 @@ SOUND = Impairment()
 
 
 class FaultProxy:
-    """A line to `target` ("host:port"), with a thread of its own, until it is stopped.
+    """A line to `target` ("host:port" or the path of a Unix socket), with a thread of its own, until it is stopped.
 
     Attributes:
         address: "host:port" for clients to connect to instead.
@@ -67,8 +67,7 @@ class FaultProxy:
 
     def __init__(self, target: str, seed: int = 0) -> None:
         self.flips = 0
-        host, _, port = target.rpartition(":")
-        self._target = (host, int(port))
+        self._target = target
         self._random = random.Random(seed)
         self._impairment = SOUND
         self._left = 0
@@ -132,7 +131,7 @@ class FaultProxy:
     async def _join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if self._refusing:
             raise ConnectionRefusedError
-        far_reader, far_writer = await asyncio.open_connection(*self._target)
+        far_reader, far_writer = await _connected(self._target)
         ends = {writer, far_writer}
         self._ends |= ends
         try:
@@ -185,6 +184,13 @@ class FaultProxy:
     async def _reset(self) -> None:
         for end in tuple(self._ends):
             _abort(end)
+
+
+async def _connected(target: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    if target.startswith("/"):
+        return await asyncio.open_unix_connection(target)
+    host, _, port = target.rpartition(":")
+    return await asyncio.open_connection(host, int(port))
 
 
 async def _write(writer: asyncio.StreamWriter, piece: bytes, slices: int) -> None:

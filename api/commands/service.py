@@ -78,7 +78,7 @@ def _laboratory(
         yield settings, None
         return
     with simulated_laboratory(seed, speed) as laboratory:
-        kept = ("database_url", "waveform_folder", "scheduler", "workers")
+        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "workers")
         others = {name: getattr(settings, name) for name in kept}
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.operator)
 

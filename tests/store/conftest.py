@@ -39,6 +39,7 @@ from store.sequence_documents import save_sequence
 from store.sine_records import SineRecord, add_sine_record
 from store.states import AnalysisKind, RunState, Scope
 from store.waveform import Waveform, WaveformChannel
+from tests.fault_proxy import FaultProxy
 from tests.postgresql_server import NotInstalledError, Server, running_server
 
 TEMPLATE, LAB = "jointlab_template", "lab"
@@ -118,6 +119,22 @@ def empty_database_url(database_kind: str, request: pytest.FixtureRequest, tmp_p
     server.execute("CREATE DATABASE {}", name)
     yield server.url(name)
     server.execute("DROP DATABASE {}", name)
+
+
+@pytest.fixture
+def proxy(postgresql: Server) -> Iterator[FaultProxy]:
+    """A line to the server that can go bad."""
+    proxy = FaultProxy(f"{postgresql.folder}/.s.PGSQL.5432")
+    yield proxy
+    proxy.stop()
+
+
+@pytest.fixture
+def distant_url(database_url: str, database_kind: str, request: pytest.FixtureRequest) -> str:
+    """Address of a database with an up-to-date schema and nothing in it, through `proxy` where it is on a server."""
+    if database_kind == "sqlite":
+        return database_url
+    return f"postgresql://postgres@{request.getfixturevalue('proxy').address}/{LAB}"
 
 
 @pytest.fixture

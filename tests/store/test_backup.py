@@ -24,6 +24,7 @@ from store.errors import DamagedError, StoreError
 from store.migrate import configuration
 from store.runs import get_run, list_runs
 from store.sine_records import list_sine_records
+from store.time_limits import DEFAULT_LIMITS
 
 # Every 15 records it finishes its run and starts another.
 WRITER = """
@@ -115,7 +116,7 @@ def test_everything_comes_back_and_the_restored_catalogue_can_go_on(
             assert get_run(session, filled) == get_run(original, filled)
             for table, rows in row_counts().items():
                 assert session.scalar(text(f"SELECT count(*) FROM {table}")) == rows, table
-        with opened.writing() as session, pytest.raises(Exception, match="never changed"):
+        with pytest.raises(StoreError, match="never changed"), opened.writing() as session:
             session.execute(text("DELETE FROM blows"))
     assert sorted(path.name for path in tmp_path.iterdir() if "unfinished" in path.name) == []
 
@@ -249,7 +250,7 @@ def _refused(catalogue: Catalogue, url: str, tmp_path: Path, break_it: Callable[
         restore(tmp_path / "backup", url, tmp_path / "restored")
     assert not (tmp_path / "restored").exists()
     assert not list(tmp_path.glob("*unfinished*"))
-    engine = make_engine(address_of(url))
+    engine = make_engine(address_of(url), DEFAULT_LIMITS)
     assert inspect(engine).get_table_names() == []
     engine.dispose()
 

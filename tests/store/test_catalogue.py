@@ -12,6 +12,7 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.runs import get_run, list_runs, start_run
 from store.states import RunState
+from store.time_limits import TimeLimits
 
 
 def _start(opened: Catalogue, title: str = "beam 3") -> int:
@@ -109,9 +110,8 @@ def test_a_reader_sees_one_state_while_a_writer_commits(catalogue: Catalogue) ->
         assert len(list_runs(session)) == 1
 
 
-def test_a_database_locked_by_another_program_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("store.database.PATIENCE", 0.05)
-    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
+def test_a_database_locked_by_another_program_is_said(tmp_path: Path) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}", limits=TimeLimits(lock=0.05)) as opened:
         other = sqlite3.connect(tmp_path / "lab.db", isolation_level=None)
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(StoreError, match="database is locked"):

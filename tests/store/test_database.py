@@ -18,6 +18,7 @@ from store.database import driver_message
 from store.errors import StoreError
 from store.runs import finish_run, get_run, list_run_events, list_runs, start_run
 from store.states import RunState
+from store.time_limits import TimeLimits
 from store.waveform import Waveform, WaveformChannel, WaveformReference
 from store.waveforms import WaveformFolder
 from tests.postgresql_server import Server
@@ -135,26 +136,22 @@ def test_a_full_disk_of_the_server_is_reported_and_nothing_is_half_stored(
             session.execute(text("DROP FUNCTION refuse() CASCADE"))
 
 
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("store.database.PATIENCE", 0.05)
-
-
 @pytest.mark.parametrize("database_kind", ["postgresql"])
 def test_a_table_that_is_locked_by_another_program_is_said(
-    impatient: None, catalogue: Catalogue, postgresql: Server
+    database_url: str, tmp_path: Path, postgresql: Server
 ) -> None:
-    with postgresql.connect("lab") as other, other.transaction():
-        other.execute("LOCK TABLE runs IN ACCESS EXCLUSIVE MODE")
-        with pytest.raises(StoreError, match="lock timeout; another program is writing: close it"):
-            _start(catalogue)
-    assert _start(catalogue) > 0
-    with catalogue.reading() as session:
-        assert len(list_runs(session)) == 1
+    with Catalogue.open(database_url, tmp_path, TimeLimits(lock=0.05)) as catalogue:
+        with postgresql.connect("lab") as other, other.transaction():
+            other.execute("LOCK TABLE runs IN ACCESS EXCLUSIVE MODE")
+            with pytest.raises(StoreError, match="lock timeout; another program is writing: close it"):
+                _start(catalogue)
+        assert _start(catalogue) > 0
+        with catalogue.reading() as session:
+            assert len(list_runs(session)) == 1
 
 
-def test_a_waveform_file_that_is_locked_by_another_program_is_said(impatient: None, tmp_path: Path) -> None:
-    folder = WaveformFolder(tmp_path)
+def test_a_waveform_file_that_is_locked_by_another_program_is_said(tmp_path: Path) -> None:
+    folder = WaveformFolder(tmp_path, TimeLimits(lock=0.05))
     folder.append(FILE, blow())
     other = sqlite3.connect(tmp_path / FILE, isolation_level=None)
     other.execute("BEGIN IMMEDIATE")

@@ -25,6 +25,7 @@ from store.migrate import configuration, current_revision, known_revisions
 from store.models.base import Base
 from store.runs import get_run, list_run_events, start_run
 from store.sine_records import list_sine_records
+from store.time_limits import DEFAULT_LIMITS
 
 VIEWS = {
     "v_runs", "v_blows", "v_analyses", "v_modes", "v_joint_stiffness", "v_dynamic_stiffness", "v_comparison",
@@ -138,7 +139,7 @@ def test_rows_survive_the_way_down_to_a_revision_that_has_their_table_and_up_aga
 def test_a_database_that_was_written_at_a_revision_is_read_and_goes_on(
     empty_database_url: str, tmp_path: Path, revision: str
 ) -> None:
-    engine = make_engine(address_of(empty_database_url))
+    engine = make_engine(address_of(empty_database_url), DEFAULT_LIMITS)
     with engine.execution_options(writing=True).begin() as connection:
         command.upgrade(configuration(connection), revision)
         for since, statements in WRITTEN.items():

@@ -26,6 +26,7 @@ from store.catalogue import Catalogue
 from store.keys import add_key, revoke_key
 from store.models.service import ApiKeyRow
 from store.states import Scope
+from store.time_limits import TimeLimits
 
 PROBLEM = "application/problem+json"
 MakeKey = Callable[..., str]
@@ -49,14 +50,14 @@ def served(app: FastAPI) -> Iterator[httpx.Client]:
 
 
 @pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+def impatient() -> None:
     """Writers wait for each other for 0.05 s instead of ten."""
-    monkeypatch.setattr("store.database.PATIENCE", 0.05)
 
 
 @pytest.fixture
-def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+def catalogue(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Catalogue]:
+    limits = TimeLimits(lock=0.05) if "impatient" in request.fixturenames else TimeLimits()
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}", limits=limits) as opened:
         yield opened
 
 

@@ -110,7 +110,7 @@ def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: 
         assert storing.is_alive()
         other.rollback()
     storing.join()
-    assert took < 2.0  # PATIENCE with a locked database is ten
+    assert took < 2.0  # a writer waits ten for a locked database
     assert rig.instruments.limits.force == 3e3
 
 

@@ -1,24 +1,29 @@
 """Modbus to one device, by URL: the only module of the rig that knows pymodbus.
 
-Every call is one transaction, ends within a bounded time, and either returns or raises one of three errors: no answer,
-a refusal by the device, or a reply that makes no sense. A write is sent once and never repeated here, because a write
-whose reply was lost has been done; a caller that repeats it has to make that harmless.
+Every call is one transaction, ends within its timeout from connecting to the last byte of the reply, and either returns
+or raises one of three errors: no answer, a refusal by the device, or a reply that does not answer the request (another
+transaction, unit, function, address or length, or an echo). A write is sent once and never repeated here, because a
+write whose reply was lost has been done; a caller that repeats it has to make that harmless. An urgent call goes before
+all that wait, and one that waits for a reply just then has `HURRY` left for it.
 """
 
 import logging
 import math
-import select
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TypeVar
 from urllib.parse import parse_qs, urlsplit
 
+import serial
 from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.register_message import WriteMultipleRegistersResponse
+from pymodbus.transport import CommParams
 
 from rig.errors import RigError
 from rig.fair_lock import FairLock
@@ -26,6 +31,11 @@ from rig.fair_lock import FairLock
 DEFAULT_PORT = 502
 DEFAULT_BAUD_RATE = 19_200
 DEVICE_ID = 1  # Modbus unit number
+HURRY = 0.05  # s that a reply may still take where an urgent request waits; a sound instrument answers in a few ms
+SLICE = 0.01  # s between two looks at whether an urgent request waits
+SERIAL_PAUSE = 0.001  # s between two looks at a serial line
+READ_INPUT, WRITE_COIL, WRITE_HOLDING = 4, 5, 16  # function codes
+EXCEPTION = 0x80  # the bit of a function code in a reply that refuses
 
 _WORDS = {
     ExcCodes.ILLEGAL_FUNCTION: "it has no such function",
@@ -78,7 +88,7 @@ class ModbusLink:
 
     Args:
         url: where the device is; RTU takes baudrate, parity (N, E, O) and stopbits as query.
-        timeout: of connecting and of each reply, s.
+        timeout: of each request, from connecting to the end of the reply, s.
 
     Raises:
         RigError: the URL is not one of those two forms.
@@ -87,27 +97,36 @@ class ModbusLink:
     def __init__(self, url: str, timeout: float = 0.5) -> None:
         self.url = url
         self.timeout = timeout
-        self._client = _client(url, timeout)
         self._lock = FairLock()
+        self._client = _client(url, timeout)
+        self._client.register(_WriteReply)
+        self._client.is_overtaken = lambda: self._lock.is_urgent
         # every failure is raised from here; pymodbus would log it a second time
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
-    def read_input(self, address: int, count: int, by: float = math.inf) -> list[int]:
+    def read_input(self, address: int, count: int, by: float = math.inf, *, urgent: bool = False) -> list[int]:
         """Read `count` input registers from `address`; ends `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"read {count} input registers from {address}"
-        response = self._ask(
-            what, lambda: self._client.read_input_registers(address, count=count, device_id=DEVICE_ID), by
-        )
+        with self._locked(what, by, urgent):
+            response = self._ask(
+                what, READ_INPUT, lambda: self._client.read_input_registers(address, count=count, device_id=DEVICE_ID)
+            )
         if len(response.registers) != count:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
         return list(response.registers)
 
     def write_holding(
-        self, address: int, words: Sequence[int], by: float = math.inf, sending: Around = nullcontext
+        self,
+        address: int,
+        words: Sequence[int],
+        by: float = math.inf,
+        sending: Around = nullcontext,
+        *,
+        urgent: bool = False,
     ) -> None:
         """Write `words` to the holding registers from `address`, sent once, in the context `sending`; ends `by` then.
 
@@ -116,9 +135,16 @@ class ModbusLink:
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write {len(words)} holding registers from {address}"
-        self._ask(what, lambda: self._client.write_registers(address, list(words), device_id=DEVICE_ID), by, sending)
+        with self._locked(what, by, urgent, sending):
+            response = self._ask(
+                what, WRITE_HOLDING, lambda: self._client.write_registers(address, list(words), device_id=DEVICE_ID)
+            )
+        if (response.address, response.count) != (address, len(words)):
+            raise ModbusProtocolError(
+                f"{self.url}: asked to {what}, the reply is for {response.count} from {response.address}"
+            )
 
-    def write_coil(self, address: int, value: bool, by: float = math.inf) -> None:
+    def write_coil(self, address: int, value: bool, by: float = math.inf, *, urgent: bool = False) -> None:
         """Write one coil, sent once; ends `by` this time of `time.monotonic`.
 
         Raises:
@@ -126,7 +152,12 @@ class ModbusLink:
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write coil {address}"
-        self._ask(what, lambda: self._client.write_coil(address, value, device_id=DEVICE_ID), by)
+        with self._locked(what, by, urgent):
+            response = self._ask(what, WRITE_COIL, lambda: self._client.write_coil(address, value, device_id=DEVICE_ID))
+        if (response.address, list(response.bits)) != (address, [value]):
+            raise ModbusProtocolError(
+                f"{self.url}: asked to {what}, the reply is for coil {response.address} and says {response.bits}"
+            )
 
     def close(self) -> None:
         """Close the connection."""
@@ -136,21 +167,22 @@ class ModbusLink:
     def _disconnect(self) -> None:
         self._client.close()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
 
-    def _ask(self, what: str, request: Callable[[], _Response], by: float, sending: Around = nullcontext) -> _Response:
-        with self._locked(what, by):
-            self._client.sending = sending
-            try:
-                response = request()
-            except (ConnectionException, OSError) as error:
-                self._disconnect()
-                raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
-            except ModbusIOException as error:
-                # closed, so that a late reply is not taken for the answer to the next request
-                self._disconnect()
-                raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
-            except (ModbusException, ValueError, IndexError) as error:
-                self._disconnect()
-                raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
+    def _ask(self, what: str, function: int, request: Callable[[], _Response]) -> _Response:
+        try:
+            response = request()
+        except (ConnectionException, OSError) as error:
+            self._disconnect()
+            raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
+        except ModbusIOException as error:
+            # closed, so that a late reply is not taken for the answer to the next request
+            self._disconnect()
+            raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
+        except (ModbusException, ValueError, IndexError) as error:
+            self._disconnect()
+            raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
+        if response.function_code & ~EXCEPTION != function:
+            self._disconnect()
+            raise ModbusProtocolError(f"{self.url}: asked to {what}, function {response.function_code} is answered")
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
             words = _WORDS.get(ExcCodes(code), "") if code in set(ExcCodes) else ""
@@ -158,47 +190,119 @@ class ModbusLink:
         return response
 
     @contextmanager
-    def _locked(self, what: str, by: float) -> Iterator[None]:
-        """Wait for the requests of other threads, as long as there is time for a reply."""
-        if not self._lock.acquire(by - self.timeout - time.monotonic()):
+    def _locked(self, what: str, by: float, urgent: bool, sending: Around = nullcontext) -> Iterator[None]:
+        """Wait for the requests of other threads, as long as there is time for a reply; an urgent one waits less."""
+        longest = by - time.monotonic() - (HURRY if urgent else self.timeout)
+        if not self._lock.acquire(longest, urgent=urgent):
             raise ModbusUnreachableError(
                 f"{self.url}: not asked to {what}, other requests still wait for their replies"
             )
         try:
+            self._client.begin(min(time.monotonic() + self.timeout, by), sending)
             yield
         finally:
             self._lock.release()
 
 
-class _TcpClient(ModbusTcpClient):
-    """A client whose timeout is that of the whole reply; in pymodbus it is that of each piece of one."""
+class _WriteReply(WriteMultipleRegistersResponse):
+    """The reply to a write of registers, which is shorter than the request; pymodbus takes an echo of that for it."""
 
-    sending: Around = nullcontext
-    _end = 0.0
-
-    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
-        """Send `request`, and begin to wait."""
-        self._end = time.monotonic() + (self.comm_params.timeout_connect or 0.0)
-        with self.sending():
-            return int(super().send(request, addr))
-
-    def recv(self, size: int | None) -> bytes:
-        """The bytes that have come; none once the time is over."""
-        left = max(self._end - time.monotonic(), 0.0)
-        if self.socket and not select.select([self.socket], [], [], left)[0]:
-            return b""
-        return bytes(super().recv(size))
+    def decode(self, data: bytes) -> None:
+        """Take the fields from `data`. Raises ValueError where it is longer than a reply."""
+        if len(data) != 4:
+            raise ValueError(f"{len(data)} bytes for the 4 of a reply")
+        super().decode(data)
 
 
-class _SerialClient(ModbusSerialClient):
-    """A client on a serial line."""
+class _Deadline:
+    """The time that one request has, and the context in which it is sent."""
 
-    sending: Around = nullcontext
+    is_overtaken: Callable[[], bool]
+    comm_params: CommParams
+    sending: Around
+    end: float
+
+    def begin(self, end: float, sending: Around) -> None:
+        """Begin a request that ends at `end` of `time.monotonic`, whatever it waits for until then."""
+        self.end, self.sending = end, sending
+        self.comm_params.timeout_connect = max(end - time.monotonic(), SLICE)
+
+    def left(self) -> float:
+        """Time that is left, s; little where an urgent request waits."""
+        now = time.monotonic()
+        if self.is_overtaken():
+            self.end = min(self.end, now + HURRY)
+        return self.end - now
+
+
+class _TcpClient(_Deadline, ModbusTcpClient):
+    """A client whose timeout is that of a whole request, and which waits for any descriptor, also beyond 1,024."""
+
+    def connect(self) -> bool:
+        """Connect; from the second time on without asking for the address of a host name again."""
+        connected = bool(super().connect())  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
+        if self.socket is not None:
+            self.comm_params.host = self.socket.getpeername()[0]
+        return connected
 
     def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send `request`."""
         with self.sending():
             return int(super().send(request, addr))
+
+    def recv(self, size: int | None) -> bytes:
+        """The bytes that have come, looked for at least once; none where the time is over."""
+        while self.socket is not None:
+            left = self.left()
+            self.socket.settimeout(min(max(left, 0.0), SLICE))
+            try:
+                data = self.socket.recv(size or 4096)
+            except (TimeoutError, BlockingIOError):
+                if left <= 0.0:
+                    return b""
+            else:
+                if not data:
+                    break
+                return data
+        raise ConnectionException("the other end has closed it")
+
+
+class _SerialClient(_Deadline, ModbusSerialClient):
+    """The same on a serial line."""
+
+    def connect(self) -> bool:
+        """Open the port, for reading by `poll`. Raises ConnectionException where that fails."""
+        if self.socket is None:
+            line = self.comm_params
+            try:
+                self.socket = serial.PosixPollSerial(
+                    line.host, line.baudrate, line.bytesize, line.parity, line.stopbits, timeout=0, exclusive=True
+                )
+            except (OSError, ValueError) as error:
+                raise ConnectionException(str(error)) from error
+        return True
+
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:  # noqa: ARG002 - the port is the address
+        """Send `request`; what came before, for another one, is dropped."""
+        if self.socket is None:
+            raise ConnectionException("the port is closed")
+        self.socket.reset_input_buffer()
+        with self.sending():
+            sent = os.write(self.socket.fileno(), request)
+        if sent < len(request):
+            raise ConnectionException("the port takes no more")
+        return sent
+
+    def recv(self, size: int | None) -> bytes:  # noqa: ARG002 - a frame ends where its content says
+        """The bytes that have come, looked for at least once; none where the time is over."""
+        while self.socket is not None:
+            left = self.left()
+            if waiting := self.socket.in_waiting:
+                return bytes(self.socket.read(waiting))
+            if left <= 0.0:
+                return b""
+            time.sleep(SERIAL_PAUSE)
+        raise ConnectionException("the port is closed")
 
 
 def _client(url: str, timeout: float) -> _TcpClient | _SerialClient:

@@ -1,7 +1,7 @@
 """The test article as it was built: the beam, its two joints of two cylinders each, and the accelerometer."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,6 +42,7 @@ class SimulatedJoint:
         inclinations_deg: theta of Eq. (10) of each cylinder.
         lean_deg: how far both cylinders stand off that, towards the vertical, in the stand and in the tester.
         shift: m by which both hold the beam above the drawing.
+        splay_deg: how far the upper cylinder leans further than the lower one.
     """
 
     position: float
@@ -49,6 +50,20 @@ class SimulatedJoint:
     inclinations_deg: tuple[float, float]
     lean_deg: float = 0.0
     shift: float = 0.0
+    splay_deg: float = 0.0
+
+    def local(self) -> Real:
+        """(2, 3, 3) shear, compression and turn of the lower and the upper cylinder for unit x, y, rotation.
+
+        The point of the section at some height above the axis moves by minus that height times the rotation in x.
+        """
+        sense = -math.copysign(1.0, self.inclinations_deg[0])
+        found = []
+        for upper, (inclination, arm) in enumerate(zip(self.inclinations_deg, ECCENTRICITIES, strict=True)):
+            angle = np.radians(inclination + sense * (self.lean_deg + upper * self.splay_deg))
+            height, cos, sin = arm + self.shift, np.cos(angle), np.sin(angle)
+            found.append([[cos, sin, -height * cos], [-sin, cos, height * sin], [0.0, 0.0, 1.0]])
+        return np.array(found)
 
     def matrix(self, cylinders: Complex) -> Complex:
         """(n, 3, 3) dynamic stiffness at the beam's axis in x, y and rotation, N/m, N, N m.
@@ -56,13 +71,7 @@ class SimulatedJoint:
         `cylinders` (2, n, 3) are those of both cylinders in shear, compression and rotation.
         """
         total = np.zeros((cylinders.shape[1], 9), dtype=np.complex128)
-        lean = -math.copysign(1.0, self.inclinations_deg[0]) * self.lean_deg
-        for own, inclination, arm in zip(cylinders, self.inclinations_deg, ECCENTRICITIES, strict=True):
-            angle, height = np.radians(inclination + lean), arm + self.shift
-            cos, sin = np.cos(angle), np.sin(angle)
-            # deformation across (shear), along (compression) and about the cylinder for a unit x, y, rotation of the
-            # section: the point at `height` moves by -height times the rotation in x
-            local = np.array([[cos, sin, -height * cos], [-sin, cos, height * sin], [0.0, 0.0, 1.0]])
+        for own, local in zip(cylinders, self.local(), strict=True):
             total += own @ (local[:, :, None] * local[:, None, :]).reshape(3, 9)
         return total.reshape(-1, 3, 3)
 
@@ -116,11 +125,12 @@ def clipped_variance(deviation: float) -> float:
     return deviation**2 * (within - 4.0 * density + 4.0 * (1.0 - within))
 
 
-def off_nominal(rng: np.random.Generator, scale: float = 1.0) -> SimulatedBeam:
-    """The beam of the drawing, its modulus and density off by `scale` times the tolerances."""
-    nominal = SimulatedBeam()
+def off_nominal(rng: np.random.Generator, scale: float = 1.0, nominal: SimulatedBeam | None = None) -> SimulatedBeam:
+    """The beam of the drawing, by default the paper's, its modulus and density off by `scale` times the tolerances."""
+    nominal = nominal or SimulatedBeam()
     modulus, density = (scale * TOLERANCES[name] for name in ("youngs_modulus", "density"))
-    return SimulatedBeam(
+    return replace(
+        nominal,
         youngs_modulus=nominal.youngs_modulus * (1 + float(clipped_normal(rng, modulus))),
         density=nominal.density * (1 + float(clipped_normal(rng, density))),
     )

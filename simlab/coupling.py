@@ -71,6 +71,12 @@ class CoupledBeam:
         receptance = self._receptance(output, loads) - self._receptance(output, self._places) @ reaction
         return np.asarray(-(self.omega**2) * receptance[:, 0].T)
 
+    def motion(self, load: Real, stiffness: Complex) -> Complex:
+        """(lines, places) displacement where something is attached, to a unit force on `load` (modes,), m/N."""
+        system = np.eye(len(self._places)) + stiffness @ self._between
+        free = self._receptance(self._places, load[None])
+        return np.asarray(np.linalg.solve(np.swapaxes(system, 1, 2), free)[..., 0])
+
     def _receptance(self, outputs: Real, inputs: Real) -> Complex:
         """(lines, outputs, inputs) of the free beam."""
         pairs = (outputs[:, None, :] * inputs[None, :, :]).reshape(len(outputs) * len(inputs), -1)

@@ -9,16 +9,22 @@ import numpy as np
 
 from simlab.article import SimulatedArticle, SimulatedJoint, lateral_stiffness
 from simlab.beam import FreeModes, Load, Real, free_modes
+from simlab.case.blows import half_sine_spectrum
 from simlab.case.campaign import MEASURED, ROWS, Campaign, Row
 from simlab.case.draw import Case
 from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect
 from simlab.coupling import Complex, CoupledBeam, block_diagonal
-from simlab.elastomer import REFERENCE_TEMPERATURE
+from simlab.elastomer import REFERENCE_TEMPERATURE, SimulatedCylinder
 
 BOUNCE = 4.0
 """Frequency of the bounce of a beam that hangs in two soft cords, Hz."""
 CORD_NODES = (2, 10)
 CORD_LOSS_FACTOR = 0.1
+COARSE = 2.0
+"""Hz between lines where only the joints' motion is asked for."""
+FIRST_AMPLITUDE, LEAST_AMPLITUDE = 3e-6, 1e-9
+"""m, of a cylinder: where the search for it begins, and below which no law changes."""
+TURNS, SETTLED = 60, 1e-3
 CORD_SIDEWAYS = 0.05
 """Stiffness of a cord along the beam and out of plane over that across the beam: cords swing."""
 
@@ -60,26 +66,30 @@ class Stand:
         places = np.concatenate([self.supports, *(attachment.shapes for attachment in carried)])
         self._beam = self._coupled(self.modes, places)
 
-    def read(self, number: int) -> tuple[Complex, Complex]:
+    def read(self, number: int, rows: tuple[Row, ...] = ROWS) -> tuple[Complex, Complex]:
         """(rows, lines) accelerance of set `number` (from 0) and its slope with a blow's place along the beam."""
         campaign = self.built.campaign
         setup = campaign.setups[number]
-        loads = [self._load(row, number, campaign.straight(row)) for row in ROWS]
+        loads = [self._load(row, number, campaign.straight(row)) for row in rows]
         shapes = np.array([[load.in_plane(self.modes), _slope(self.modes, load)] for load in loads])
-        if any(effect.roving for effect in self.built.effects):
-            clean = np.array(
-                [
-                    self._accelerance(pair, self.support_stiffness(number, _order(row), setup.peak_force))
-                    for row, pair in zip(ROWS, shapes, strict=True)
-                ]
-            )
+        if any(effect.roving or effect.felt for effect in self.built.effects):
+            felt = self._felt(number, rows, shapes[:, 0])
+            held = [
+                self.support_stiffness(number, _order(row), setup.peak_force, own)
+                for row, own in zip(rows, felt, strict=True)
+            ]
+            clean = np.array([self._accelerance(pair, own) for pair, own in zip(shapes, held, strict=True)])
         else:
-            held = self.support_stiffness(number, 0.0, setup.peak_force)
-            clean = self._accelerance(shapes.reshape(2 * len(ROWS), -1), held).reshape(len(ROWS), 2, -1)
+            alike = self.support_stiffness(number, 0.0, setup.peak_force)
+            clean = self._accelerance(shapes.reshape(2 * len(rows), -1), alike).reshape(len(rows), 2, -1)
+        if self.built.article.cross_axis and any(load.z or load.s for load in loads):
+            cylinders = self._cylinders(number, 0.0, setup.peak_force, REFERENCE_TEMPERATURE)
+            sideways = [self._sideways(load, cylinders) for load in loads]
+            clean[:, 0] += self.built.article.cross_axis * np.array(sideways)
         read: Complex = np.array(
             [
                 [setup.gain * self._chain(each, row, number) for each in pair]
-                for row, pair in zip(ROWS, clean, strict=True)
+                for row, pair in zip(rows, clean, strict=True)
             ]
         )
         return read[:, 0], read[:, 1]
@@ -107,33 +117,92 @@ class Stand:
             clean = clean + self.built.article.cross_axis * self._sideways(load, cylinders)
         return self.built.campaign.setups[number].gain * self._chain(clean, row, number)
 
-    def support_stiffness(self, number: int, order: float, peak_force: float) -> Complex:
+    def support_stiffness(self, number: int, order: float, peak_force: float, felt: Real | None = None) -> Complex:
         """(lines, 6, 6) dynamic stiffness of both supports in x, y and rotation, in N/m, N and N m.
 
-        The joints are those under a blow of `peak_force` N in set `number`, after the fraction `order` of it.
+        The joints are those under a blow of `peak_force` N in set `number`, after the fraction `order` of it; `felt`
+        (joints, 2, 2) is the amplitude in m of each cylinder, lower and upper, in shear and in compression.
         """
-        return self._joints(self._cylinders(number, order, peak_force, REFERENCE_TEMPERATURE))
+        return self._joints(self._cylinders(number, order, peak_force, REFERENCE_TEMPERATURE, felt))
 
-    def _cylinders(self, number: int, order: float, peak_force: float, temperature: float) -> list[Complex]:
+    def _cylinders(
+        self, number: int, order: float, peak_force: float, temperature: float, felt: Real | None = None
+    ) -> list[Complex]:
         """For each joint (2, lines, 3): its lower and its upper cylinder in shear, compression and rotation."""
-        deformation = self.built.campaign.deformation(peak_force, self.frequency)
-        return [
-            cylinders_of(
-                joint,
-                CylinderState(
-                    in_tester=False,
-                    joint=name,
-                    frequency=self.frequency,
-                    deformation=deformation,
-                    component=np.full(self.frequency.size, np.sqrt(0.5)),
-                    order=np.full(self.frequency.size, order),
-                    temperature=temperature,
-                    setup=number,
-                ),
-                self.built.effects,
+        lines = self.frequency.size
+        nuisances = self.built.campaign.nuisances
+        found = []
+        for i, (name, joint) in enumerate(self.built.article.joints.items()):
+            state = CylinderState(
+                in_tester=False,
+                joint=name,
+                frequency=self.frequency,
+                deformation=self.built.campaign.deformation(peak_force, self.frequency),
+                component=np.full(lines, np.sqrt(0.5)),
+                order=np.full(lines, order),
+                temperature=temperature,
+                setup=number,
             )
-            for name, joint in self.built.article.joints.items()
-        ]
+            lower, upper = (
+                (state, state)
+                if felt is None
+                else (replace(state, felt=np.broadcast_to(own, (lines, 2))) for own in felt[i])
+            )
+            scale = 1.0 if nuisances is None else float(nuisances.stiffness[number, i])
+            found.append(scale * cylinders_of(joint, (lower, upper), self.built.effects))
+        return found
+
+    def _felt(self, number: int, rows: tuple[Row, ...], loads: Real) -> list[Real] | list[None]:
+        """For each load of `loads` (rows, modes) how its blow moves the cylinders of both joints (joints, 2, 2), m.
+
+        Equivalent linearisation: the joints are as stiff as the amplitude makes them by which the blow then moves
+        them. One amplitude counts for a whole blow: the mean over its record by `amplitude_power`.
+        """
+        campaign = self.built.campaign
+        if not (campaign.amplitude_power and any(effect.felt for effect in self.built.effects)):
+            return [None] * len(loads)
+        coarse = self._coarse
+        pulse = half_sine_spectrum(coarse.frequency, campaign.setups[number].peak_force, campaign.pulse_width)
+        return [coarse.settled(number, row, load, pulse) for row, load in zip(rows, loads, strict=True)]
+
+    def settled(self, number: int, row: Row, load: Real, pulse: Real) -> Real:
+        """(joints, 2, 2) m: the amplitudes that agree with what the joints are at them.
+
+        Raises:
+            RuntimeError: they do not settle.
+        """
+        peak_force, felt = self.built.campaign.setups[number].peak_force, np.full((2, 2, 2), FIRST_AMPLITUDE)
+        for _ in range(TURNS):
+            held = self.support_stiffness(number, _order(row), peak_force, felt)
+            if self._carried:
+                held = block_diagonal([held, *self._carried], self.frequency.size)
+            found = self._amplitudes(self._beam.motion(load, held)[:, :6] * pulse[:, None])
+            step = np.log(found / felt)
+            felt = np.asarray(felt * np.exp(0.7 * step))
+            if np.max(np.abs(step)) < SETTLED:
+                return felt
+        raise RuntimeError(f"the amplitudes of a blow on {row.name} do not settle")
+
+    def _amplitudes(self, motion: Complex) -> Real:
+        """(joints, 2, 2) mean amplitude of each cylinder in shear and compression, of a `motion` (lines, 6) in m s."""
+        power, found = self.built.campaign.amplitude_power, []
+        whole = np.concatenate([motion[:1].real, motion])
+        samples = 2 * (len(whole) - 1)
+        over_time = np.fft.irfft(whole, samples, axis=0) * samples * (self.frequency[1] - self.frequency[0])
+        turn = np.abs(np.cos(np.linspace(0.0, np.pi, 181)))
+        of_a_sine = (np.mean(turn ** (2 + power)) / np.mean(turn**2)) ** (1 / power)
+        for i, joint in enumerate(self.built.article.joints.values()):
+            moved = np.abs(np.einsum("cij,tj->tci", joint.local()[:, :2], over_time[:, 3 * i : 3 * i + 3]))
+            mean = (np.sum(moved ** (2 + power), axis=0) / np.sum(moved**2, axis=0)) ** (1 / power)
+            found.append(mean / of_a_sine)
+        return np.asarray(np.maximum(np.array(found), LEAST_AMPLITUDE))
+
+    @cached_property
+    def _coarse(self) -> Stand:
+        """The same stand at fewer lines, for the motion of joints, which dies out in half a second."""
+        highest = float(self.frequency[-1])
+        lines: Real = np.asarray(np.arange(1, round(highest / COARSE) + 1) * COARSE, dtype=np.float64)
+        return Stand(self.built, lines, suspended=self.suspended)
 
     def _joints(self, cylinders: list[Complex]) -> Complex:
         article = self.built.article
@@ -191,20 +260,24 @@ class Stand:
     def _chain(self, accelerance: Complex, row: Row, number: int) -> Complex:
         position = self.built.campaign.straight(row).position
         reading = RowReading(row, number, position, _order(row), self.frequency, self.built.article)
+        nuisances = self.built.campaign.nuisances
+        if nuisances is not None:
+            accelerance = accelerance * nuisances.error(ROWS.index(row), number, self.frequency)
         return reduce(lambda known, effect: effect.read(known, reading), self.built.effects, accelerance)
 
 
-def cylinders_of(joint: SimulatedJoint, state: CylinderState, effects: tuple[SimulatedEffect, ...]) -> Complex:
-    """(2, n, 3) the lower and the upper cylinder of a joint with the effects."""
-    found = {
-        own: reduce(
-            lambda known, effect: effect.cylinder(known, state),
-            effects,
-            own.dynamic_stiffness(state.deformation, state.frequency, state.temperature),
-        )
-        for own in set(joint.cylinders)
-    }
-    return np.array([found[own] for own in joint.cylinders])
+def cylinders_of(
+    joint: SimulatedJoint, states: tuple[CylinderState, CylinderState], effects: tuple[SimulatedEffect, ...]
+) -> Complex:
+    """(2, n, 3) the lower and the upper cylinder of a joint with the effects, each in its own of the `states`."""
+
+    def found(own: SimulatedCylinder, state: CylinderState) -> Complex:
+        stiffness = own.dynamic_stiffness(state.deformation, state.frequency, state.temperature)
+        return reduce(lambda known, effect: effect.cylinder(known, state), effects, stiffness)
+
+    (lower, upper), (below, above) = joint.cylinders, states
+    first = found(lower, below)
+    return np.array([first, first if (upper, above) == (lower, below) else found(upper, above)])
 
 
 def _order(row: Row) -> float:

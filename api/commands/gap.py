@@ -113,11 +113,14 @@ def trial(
     workers: Annotated[int, typer.Option(min=1, max=64, help="Processes that diagnose.")] = 2,
     through_instruments: Annotated[
         bool,
-        typer.Option("--through-instruments", help="Measure each case over the wires, a minute or two, not as files."),
+        typer.Option(
+            "--through-instruments", help="Measure --plain cases over the wires, not as files; takes minutes."
+        ),
     ] = False,
-    honesty: Annotated[
-        int, typer.Option(min=0, help="Of so many singles diagnose one again without its true effect; 0 for none.")
-    ] = 4,
+    plain: Annotated[
+        bool,
+        typer.Option("--plain", help="Laws of the catalogue on the paper's bench, without nuisances: easier cases."),
+    ] = False,
     publish: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json."),
@@ -125,11 +128,12 @@ def trial(
 ) -> None:
     """Try the diagnosis on simulated cases whose truth is sealed until it has answered.
 
-    Cases are drawn on the independent bench: single effects, pairs, none, and effects in no catalogue. A SHA-256 of
-    every truth is written to DIR before the first diagnosis; workers are told of nothing but what was measured. A trial
-    that was interrupted goes on when the same command is given again.
+    Cases are drawn on three kinds of independent bench: single effects, two, three and five at once, none, and effects
+    in no catalogue. Their laws are random functions, which no law of the catalogue is; every case has the nuisances of
+    a real bench. A SHA-256 of every truth is written to DIR before the first diagnosis; workers are told of nothing but
+    what was measured. A trial that was interrupted goes on when the same command is given again.
     """
-    scores = carry_out(Trial(cases, seed, seal, workers, through_instruments, honesty), progress_bar)
+    scores = carry_out(Trial(cases, seed, seal, workers, plain, through_instruments), progress_bar)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:

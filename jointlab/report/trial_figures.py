@@ -14,22 +14,24 @@ RIGHT = {"in no catalogue": "unknown"}
 """The right answer for effects that have no name in the catalogue."""
 
 
-def reliability(calibration: Mapping[str, Any]) -> str:
-    """Claimed probability against the share that was right; the size of a dot is the number of cases."""
+def reliability(summary: Mapping[str, Any]) -> str:
+    """Claimed probabilities of effects and of verdicts against the share that holds; a dot's size is their number."""
     picture, (axes,) = figure(width=4.6, height=4.0)
     axes.plot([0, 1], [0, 1], "--", color=MEASURED, linewidth=0.8, label="as claimed")
-    bins = calibration["bins"]
-    axes.scatter(
-        [each["claimed"] for each in bins],
-        [each["right"] for each in bins],
-        [20 + 3 * each["cases"] for each in bins],
-        color=BLUE,
-        alpha=0.7,
-        label="verdicts",
-    )
-    error = calibration["error"]
-    axes.set_title("" if error is None else f"calibration error {error:.3f}", fontsize=9)
-    axes.set(xlabel="probability claimed", ylabel="share right", xlim=(0, 1.03), ylim=(0, 1.03))
+    for title, name, colour in (
+        ("effects", "inclusion_calibration", BLUE),
+        ("verdicts", "verdict_calibration", ORANGE),
+    ):
+        bins, error = summary[name]["bins"], summary[name]["error"]
+        axes.scatter(
+            [each["claimed"] for each in bins],
+            [each["right"] for each in bins],
+            [20 + 3 * each["cases"] for each in bins],
+            color=colour,
+            alpha=0.6,
+            label=title if error is None else f"{title}, error {error:.3f}",
+        )
+    axes.set(xlabel="probability claimed", ylabel="share that holds", xlim=(0, 1.03), ylim=(0, 1.03))
     axes.legend(frameon=False, loc="upper left", fontsize=8)
     return as_svg(picture, "Reliability of verdicts")
 

@@ -4,27 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from jointlab.diagnosis.document import UNKNOWN, probability
+from analysis.gap.catalogue import effect_ids, laws
+from analysis.gap.effect import Mechanism
+from jointlab.diagnosis.document import probability
 
-MECHANISMS: dict[str, tuple[str, ...]] = {
-    "joint_amplitude": ("amplitude_dependence", "cubic_stiffness", "coulomb_friction"),
-    "joint_frequency": ("frequency_dependence", "loss_law"),
-    "joint_state": ("temperature_shift", "preload_stiffening", "conditioning_drift"),
-    "joint_geometry": ("support_position", "cylinder_angle", "vertical_offset", "contact_patch"),
-    "attachment": ("joint_mass", "foundation_compliance"),
-    "beam": ("youngs_modulus", "density", "beam_damping", "out_of_plane_bending", "accelerometer_mass", "mesh_error"),
-    "blow": ("impact_angle", "impact_position", "double_hit"),
-    "measuring_chain": (
-        "sensor_gain",
-        "channel_delay",
-        "highpass_corner",
-        "exponential_window",
-        "cross_axis_sensitivity",
-        "mains_hum",
-    ),
-    "tester": ("frame_compliance", "fixture_inertia", "frame_resonance", "transducer_lag"),
-}
-MECHANISM_OF = {effect: mechanism for mechanism, effects in MECHANISMS.items() for effect in effects}
+KNOWN = frozenset(effect_ids())
+MECHANISM_OF = {each.value: each.value for each in Mechanism} | {law.id: law.mechanism.value for law in laws()}
+"""By effect; what stands for a mechanism without a law has the mechanism's name."""
 CLAIMED = 0.5
 """Probability above which something counts as said."""
 
@@ -43,9 +29,11 @@ class Claims:
     """What one diagnosis says.
 
     Attributes:
-        status, named, probability: of the verdict.
+        status, probability: of the verdict.
+        named: effects of the catalogue in it; a mechanism without a law is none.
         included: probability of each effect that it is part of the explanation.
         mechanisms: probability of each mechanism.
+        acting: mechanisms of the verdict.
         intervals: by effect and parameter.
         before, after, floor: held-out gap, percent; None where it was not found.
         rigs: the same before and after by rig.
@@ -58,6 +46,7 @@ class Claims:
     probability: float
     included: dict[str, float]
     mechanisms: dict[str, float]
+    acting: frozenset[str]
     intervals: dict[str, dict[str, Interval]]
     before: float | None
     after: float | None
@@ -70,13 +59,14 @@ class Claims:
     def of(cls, document: Mapping[str, Any]) -> "Claims":
         """The claims of a document."""
         verdict, gap = document["verdict"], document["gap"]
-        named = tuple(sorted(verdict["effects"]))
+        named = tuple(sorted(KNOWN & set(verdict["effects"])))
         return cls(
             status=verdict["status"],
             named=named,
             probability=probability(document),
             included=_included(document),
             mechanisms=_mechanisms(document),
+            acting=frozenset(MECHANISM_OF[each] for each in verdict["effects"]),
             intervals=_intervals(document, named),
             before=gap["before"]["percent"],
             after=gap["after"]["percent"],
@@ -93,17 +83,16 @@ class Claims:
 
     @property
     def said_mechanisms(self) -> set[str]:
-        """Mechanisms that are claimed with more than even odds, and those of the named effects."""
-        claimed = {each for each, sure in self.mechanisms.items() if sure > CLAIMED}
-        return claimed | {MECHANISM_OF[effect] for effect in self.named if effect in MECHANISM_OF}
+        """Mechanisms that are claimed with more than even odds, and those of the verdict."""
+        return {*self.acting, *(each for each, sure in self.mechanisms.items() if sure > CLAIMED)}
 
 
 def _included(document: Mapping[str, Any]) -> dict[str, float]:
     if "effects" in document:
-        return {each["id"]: float(each["probability"]) for each in document["effects"] if each["id"] in MECHANISM_OF}
+        return {each["id"]: float(each["probability"]) for each in document["effects"] if each["id"] in KNOWN}
     found = dict[str, float]()
     for entry in document["ranking"]:
-        for effect in set(entry["effects"]) - {UNKNOWN}:
+        for effect in KNOWN & set(entry["effects"]):
             found[effect] = found.get(effect, 0.0) + entry["probability"]
     return found
 

@@ -61,7 +61,7 @@ class Detectability:
         Where some of the lines say that it is beyond doubt, that fit is taken to all lines as it is.
         """
         own = tuple(effect for effect in self.case.effects if effect.name in effects)
-        noiseless = _noiseless(simulate(replace(self.case, effects=own)), self.measurement)
+        noiseless = _noiseless(simulate(replace(self.case, effects=own).repeatable()), self.measurement)
         candidates = tuple(law for kind in laws() if kind.id in named for law in kind.variants(noiseless))
         search = search_of(noiseless, candidates)
         model = search.without_effects()

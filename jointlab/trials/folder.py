@@ -75,21 +75,21 @@ class TrialFolder:
         truth: dict[str, Any] = seal["truth"]
         return truth
 
-    def answer_file(self, case: Planned, without_truth: bool = False) -> Path:
-        """Where the answer to a case is, or its answer with the true effect missing from the catalogue."""
-        return self.path / "answers" / f"{case.name}{'-without' if without_truth else ''}.json"
+    def answer_file(self, case: Planned) -> Path:
+        """Where the answer to a case is."""
+        return self.path / "answers" / f"{case.name}.json"
 
-    def keep(self, case: Planned, answer: dict[str, Any], without_truth: bool = False) -> None:
+    def keep(self, case: Planned, answer: dict[str, Any]) -> None:
         """Keep an answer; its predicted accelerances go beside the document."""
-        file = self.answer_file(case, without_truth)
+        file = self.answer_file(case)
         predicted = answer.pop("predicted", None)
-        if predicted is not None and not without_truth:
+        if predicted is not None:
             np.savez_compressed(file.with_suffix(".npz"), **predicted)
         write(file, answer)
 
-    def answer(self, case: Planned, without_truth: bool = False) -> dict[str, Any] | None:
+    def answer(self, case: Planned) -> dict[str, Any] | None:
         """The answer to a case, with its predicted accelerances in ``predicted``; None where there is none yet."""
-        file = self.answer_file(case, without_truth)
+        file = self.answer_file(case)
         if not file.exists():
             return None
         found: dict[str, Any] = read(file)

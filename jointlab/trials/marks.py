@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from jointlab.diagnosis.track_record import strength
 from jointlab.trials.claims import CLAIMED, MECHANISM_OF, Claims
 
 VISIBLE = 5.0
@@ -30,7 +31,7 @@ class Truth:
         d_each: the same for each of several effects; 0 or absent where it is not known.
         inseparable: effects that these data cannot tell from those that are there.
         floor_percent: how far an honest new measurement is off.
-        remainder_percent: what all effects of no catalogue leave; None where it is not known.
+        remainder_percent: what the verdict really leaves, on rows that were never shown; None where it is not known.
     """
 
     case: str
@@ -82,6 +83,7 @@ class Mark:
             included; percent.
         worsened: rigs whose gap grows with the verdict.
         remainder: what the verdict says that it leaves, percent.
+        strength: of the gap.
         coverage: of parameters that both sides call by one name.
         seconds, error: of the diagnosis.
     """
@@ -103,6 +105,7 @@ class Mark:
     unseen: float | None = None
     worsened: tuple[str, ...] = ()
     remainder: float | None = None
+    strength: str = ""
     coverage: tuple[Coverage, ...] = ()
     seconds: float = 0.0
     error: str = ""
@@ -144,6 +147,7 @@ def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None)
         unseen=unseen,
         worsened=tuple(rig for rig, (before, after) in claims.rigs.items() if _grows(before, after)),
         remainder=claims.remainder,
+        strength=strength(answer),
         coverage=_coverage(truth, claims),
         seconds=answer["seconds"],
     )

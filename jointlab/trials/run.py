@@ -1,10 +1,9 @@
 """A whole trial: seal, diagnose, open, judge, score. A trial that was killed continues where it was."""
 
-import json
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,20 +11,21 @@ from typing import Any
 
 from jointlab.diagnosis.load import subject_of_bundle
 from jointlab.diagnosis.process_pool import one_thread_each
+from jointlab.errors import JointlabError
 from jointlab.report.trial_figures import confusion, reliability
 from jointlab.trials.detectability import Detectability
 from jointlab.trials.folder import TrialFolder, read, write
 from jointlab.trials.instruments import measure
-from jointlab.trials.judgement import JUDGEMENT, Judgement, judged
+from jointlab.trials.judge import judged
+from jointlab.trials.marks import MARK, Mark
 from jointlab.trials.plan import Planned, plan
-from jointlab.trials.scores import scores
-from jointlab.trials.tables import markdown
+from jointlab.trials.summary import markdown, summary
 from jointlab.trials.worker import answer
 from simlab.case.bundle import write_case
 from store.bundle import read_bundle
 from store.progress import Progress, silent
 
-FORMAT = "jointlab-trial/1"
+FORMAT = "jointlab-trial/2"
 Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
 """Work under way, and what is done with its result."""
 AHEAD = 4
@@ -40,16 +40,23 @@ class Trial:
         cases, seed: of the plan.
         folder: where seals, answers and scores go.
         workers: processes that diagnose.
+        plain: laws of the catalogue on the paper's bench, without nuisances, instead of random ones on several.
         through_instruments: measure every case over the wires, which takes a minute or two, not as files.
-        honesty: of so many singles one is diagnosed again without its true effect; 0 for none.
+
+    Raises:
+        JointlabError: only plain cases can be measured over the wires.
     """
 
     cases: int
     seed: int
     folder: Path
     workers: int = 2
+    plain: bool = False
     through_instruments: bool = False
-    honesty: int = 4
+
+    def __post_init__(self) -> None:
+        if self.through_instruments and not self.plain:
+            raise JointlabError("only cases by the laws of the catalogue can be measured over the wires; add --plain")
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -58,8 +65,8 @@ class Trial:
             "format": FORMAT,
             "cases": self.cases,
             "seed": self.seed,
+            "plain": self.plain,
             "through_instruments": self.through_instruments,
-            "honesty": self.honesty,
         }
 
 
@@ -79,16 +86,16 @@ def carry_out(trial: Trial, progress: Progress = silent) -> dict[str, Any]:
     Raises:
         JointlabError: the folder holds another trial, or a seal was tampered with.
     """
-    folder, cases = TrialFolder(trial.folder), plan(trial.cases, trial.seed, trial.honesty)
+    folder, cases = TrialFolder(trial.folder), plan(trial.cases, trial.seed, plain=trial.plain)
     folder.begin(trial.settings)
     seal_all(folder, cases, progress)
     with _pool(trial.workers) as pool:
         answer_all(trial, folder, cases, pool, progress)
         found = judge_all(folder, cases, pool, progress)
-    result = scores(found)
+    result = summary(found)
     write(trial.folder / "scores.json", result)
     (trial.folder / "scores.md").write_text(markdown(result), encoding="utf-8")
-    pictures = {"reliability": reliability(result["calibration"]), "confusion": confusion(result["confusion"])}
+    pictures = {"reliability": reliability(result), "confusion": confusion(result["confusion"])}
     for name, picture in pictures.items():
         (trial.folder / f"{name}.svg").write_text(picture, encoding="utf-8")
     return result
@@ -108,26 +115,25 @@ def seal_all(folder: TrialFolder, cases: Sequence[Planned], progress: Progress =
 
 def answer_all(trial: Trial, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> None:
     """Diagnose what has not been diagnosed; of each bundle nothing stays when it has been."""
-    asked = [(case, again) for case in cases for again in ((False, True) if case.without_truth else (False,))]
-    left = [(case, again) for case, again in asked if not folder.answer_file(case, again).exists()]
+    left = [case for case in cases if not folder.answer_file(case).exists()]
 
-    def begin(case: Planned, again: bool) -> Begun:
+    def begin(case: Planned) -> Begun:
         scratch = TemporaryDirectory()
         (measure if trial.through_instruments else write_case)(case.draw(), Path(scratch.name))
 
         def keep(found: dict[str, Any]) -> None:
-            folder.keep(case, found, again)
+            folder.keep(case, found)
             scratch.cleanup()
 
-        return pool.submit(answer, Path(scratch.name), case.effects if again else ()), keep
+        return pool.submit(answer, Path(scratch.name)), keep
 
     with progress("diagnoses", len(left)) as advance:
         # one more than there are workers, so that none waits for a case to be written
-        for _ in _in_turn((partial(begin, case, again) for case, again in left), trial.workers + 1):
+        for _ in _in_turn((partial(begin, case) for case in left), trial.workers + 1):
             advance(1)
 
 
-def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> list[Judgement]:
+def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> list[Mark]:
     """Open every seal and judge every answer; what has been judged stays."""
     left = [case for case in cases if not folder.judgement_file(case).exists()]
 
@@ -137,7 +143,7 @@ def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, pro
     with progress("judgements", len(left)) as advance:
         for _ in _in_turn((partial(begin, case) for case in left), AHEAD):
             advance(1)
-    return [JUDGEMENT.validate_python(read(folder.judgement_file(case))) for case in cases]
+    return [MARK.validate_python(read(folder.judgement_file(case))) for case in cases]
 
 
 def judge(path: Path, planned: Planned) -> dict[str, Any]:
@@ -149,13 +155,11 @@ def judge(path: Path, planned: Planned) -> dict[str, Any]:
     folder, case = TrialFolder(path), planned.draw()
     truth, given = folder.open(planned), folder.answer(planned)
     assert given is not None, "a seal opens only on an answer"
-    again = folder.answer(planned, without_truth=True) if planned.without_truth else None
     with TemporaryDirectory() as scratch:
         write_case(case, Path(scratch))
         measurement = subject_of_bundle(read_bundle(Path(scratch))).measurement
-    found = judged(planned.number, truth, given, Detectability(case, measurement), again)
-    document: dict[str, Any] = json.loads(json.dumps(asdict(found)))
-    return document
+    found: dict[str, Any] = MARK.dump_python(judged(truth, given, Detectability(case, measurement)), mode="json")
+    return found
 
 
 def _in_turn(starts: Iterator[Callable[[], Begun]], at_once: int) -> Iterator[None]:

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from jointlab.diagnosis.track_record import FORMAT, Verdict
 from jointlab.identification.document import plain
+from jointlab.trials.claims import MECHANISM_OF
 from jointlab.trials.marks import RECORD_FAULTS, SURE, Mark, accepted
 
 BINS = 10
@@ -14,6 +16,22 @@ LEAST_CLAIM = 0.02
 """Inclusion probabilities below it are left out of calibration, unless the effect is there and can be seen."""
 NEAR_FLOOR = 1.2
 NEAR_REMAINDER = 0.2
+NOTHING, OUTSIDE, SEVERAL = "none", "in no catalogue", "several"
+TARGETS = {
+    "single_exact": "at least 90 %",
+    "single_mechanism": "at least 97 %",
+    "false_alarm": "at most 2 %",
+    "pair_both": "at least 80 %",
+    "mixture_recall": "at least 75 %",
+    "mixture_spurious": "at most 5 %",
+    "outside_accepted": "at most 5 %",
+    "surely_wrong": "at most 2 %",
+    "inclusion_calibration": "at most 0.05",
+    "coverage": "85 to 95 %",
+    "near_floor": "at least 90 %",
+    "unseen_near_floor": "at least 90 %",
+    "remainder_near": "all",
+}
 
 
 def summary(marks: Sequence[Mark]) -> dict[str, Any]:
@@ -32,6 +50,7 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
     seconds = [each.seconds for each in marks]
     found: dict[str, Any] = plain(
         {
+            "format": FORMAT,
             "cases": len(marks),
             "failed": [f"{each.truth.case}: {each.error}" for each in marks if each.error],
             "single_exact": _share(strong, lambda each: each.right),
@@ -69,6 +88,17 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
                 "ninth_decile": float(np.percentile(seconds, 90)) if seconds else None,
                 "worst": max(seconds, default=None),
             },
+            "by_effect": {
+                effect: _share([each for each in strong if each.truth.effects == (effect,)], lambda each: each.right)
+                for effect in sorted({each.truth.effects[0] for each in strong})
+            },
+            "confusion": _confusion([*strong, *nothing, *outside]),
+            "wrong": [_wrong(each) for each in marks if not (each.right or each.error)],
+            "verdicts": [
+                Verdict(e.status, e.named, e.strength, round(e.probability, 4), e.inseparable).__dict__
+                for e in marks
+                if not e.error
+            ],
         }
     )
     return found
@@ -89,21 +119,65 @@ def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:
 
 
 def markdown(found: dict[str, Any]) -> str:
-    """The figures as two columns."""
-    rows = [(name, _text(value)) for name, value in found.items() if name not in ("failed", "seconds")]
-    seconds = ", ".join(
-        f"{name.replace('_', ' ')} {value:.1f}" for name, value in found["seconds"].items() if value is not None
+    """The figures beside their targets, then effects, confusion and what is wrong, as tables."""
+    figures = [
+        (name.replace("_", " "), _text(value), TARGETS.get(name, ""))
+        for name, value in found.items()
+        if isinstance(value, dict) and ("share" in value or "error" in value)
+    ]
+    seconds = [f"{name.replace('_', ' ')} {value:.1f}" for name, value in found["seconds"].items() if value is not None]
+    counts = found["confusion"]
+    return "\n\n".join(
+        [
+            f"{found['cases']} cases, {len(found['failed'])} without an answer. Seconds: {', '.join(seconds)}.",
+            _table(("figure", "found", "target"), figures),
+            _table(("strong single", "named"), [(name, _text(each)) for name, each in found["by_effect"].items()]),
+            _table(
+                ("there", *counts["named"]),
+                [
+                    (there, *(str(each or "") for each in row))
+                    for there, row in zip(counts["there"], counts["counts"], strict=True)
+                ],
+            ),
+            _table(("case", "there", "d", "said"), [tuple(each.values()) for each in found["wrong"]]),
+            *(f"failed: {each}" for each in found["failed"]),
+        ]
     )
-    lines = ["| figure | found |", "| --- | --- |", *(f"| {name.replace('_', ' ')} | {text} |" for name, text in rows)]
-    return "\n".join([*lines, f"| seconds | {seconds} |", *(f"\nfailed: {each}" for each in found["failed"])])
 
 
-def _text(value: Any) -> str:
-    if not isinstance(value, dict):
-        return str(value)
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ("---",) * len(head), *rows))
+
+
+def _text(value: dict[str, Any]) -> str:
     if "error" in value:
         return "–" if value["error"] is None else f"error {value['error']:.3f} of {value['of']}"
     return "–" if value["share"] is None else f"{100 * value['share']:.1f} % ({value['count']} of {value['of']})"
+
+
+def _confusion(marks: Sequence[Mark]) -> dict[str, Any]:
+    """What mechanism was claimed for what was there, of cases with one effect that can be seen, or none."""
+    pairs = [(_there(each), _claimed(each)) for each in marks]
+    order = [*dict.fromkeys(MECHANISM_OF.values()), NOTHING, OUTSIDE, "unknown", "partial", SEVERAL, "failed"]
+    there, named = ([name for name in order if name in {pair[side] for pair in pairs}] for side in (0, 1))
+    return {"there": there, "named": named, "counts": [[pairs.count((row, name)) for name in named] for row in there]}
+
+
+def _there(mark: Mark) -> str:
+    if mark.truth.novel:
+        return OUTSIDE
+    return MECHANISM_OF[mark.truth.effects[0]] if mark.truth.effects else NOTHING
+
+
+def _claimed(mark: Mark) -> str:
+    return mark.status if not mark.mechanisms else mark.mechanisms[0] if len(mark.mechanisms) == 1 else SEVERAL
+
+
+def _wrong(mark: Mark) -> dict[str, str]:
+    odds = ", ".join(f"{effect} {sure:.2f}" for effect, sure in sorted(mark.included.items()) if sure >= LEAST_CLAIM)
+    said = f"{mark.status}: {' + '.join(mark.named or mark.mechanisms) or '-'} ({odds})"
+    there = " + ".join((*mark.truth.effects, *mark.truth.novel)) or NOTHING
+    return {"case": mark.truth.case, "there": there, "d": f"{mark.truth.d:.0f}", "said": said}
 
 
 def _share(of: Sequence[Any], holds: Callable[[Any], bool]) -> dict[str, Any]:

@@ -15,19 +15,18 @@ DATABASE = "jointlab.db"
 FAILURES: tuple[type[Exception], ...] = (*EXPECTED, ArithmeticError, ValueError, LookupError)
 
 
-def answer(measured: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
+def answer(measured: Path) -> dict[str, Any]:
     """The diagnosis document of a bundle, or of the only run of a catalogue, with what was predicted.
 
     Where a diagnosis fails its answer is the error: that is scored, not hidden.
 
     Args:
         measured: a bundle, or a folder with the database of one run.
-        without: effects that the catalogue is to do without.
     """
     started = time.perf_counter()
     try:
         with threadpool_limits(limits=1):
-            found = _diagnosed(measured, without)
+            found = _diagnosed(measured)
     except FAILURES as error:
         return {"error": f"{type(error).__name__}: {error}", "seconds": time.perf_counter() - started}
     document = found.document | {"curves": [], "seconds": round(time.perf_counter() - started, 3)}
@@ -42,8 +41,8 @@ def answer(measured: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
     return document
 
 
-def _diagnosed(measured: Path, without: tuple[str, ...]) -> Diagnosed:
+def _diagnosed(measured: Path) -> Diagnosed:
     if not (measured / DATABASE).exists():
-        return diagnose_bundle(measured, without, workers=1)
+        return diagnose_bundle(measured, workers=1)
     with Catalogue.open(f"sqlite:///{measured / DATABASE}") as catalogue:
-        return diagnosed(subject_of_run(catalogue, 1), without, workers=1)
+        return diagnosed(subject_of_run(catalogue, 1), workers=1)

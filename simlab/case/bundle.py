@@ -5,6 +5,7 @@ import hashlib
 import json
 import secrets
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from simlab.article import (
     TOLERANCES,
     clipped_variance,
 )
-from simlab.beam import SimulatedBeam
 from simlab.case.blows import (
     RECORD_SECONDS,
     SAMPLE_RATE,
@@ -44,7 +44,8 @@ from simlab.case.campaign import (
     Row,
     Setup,
 )
-from simlab.case.draw import Case, CaseKind
+from simlab.case.draw import Case, CaseKind, random_stream
+from simlab.case.nuisances import Nuisances
 from simlab.case.simulate import Simulated, simulate
 from simlab.case.universal_file import AxisQuantity, Function, write_universal_file
 from simlab.coupling import Complex
@@ -52,6 +53,8 @@ from simlab.elastomer import BLOW_AMPLITUDE
 from simlab.stand import BuiltCase, Stand
 
 SENSOR = Row(SENSOR_NODE, "y")
+SET_UPS = 4
+"""Set-ups over which a floor is averaged."""
 NONCE_BYTES = 16
 """Of chance in each seal, so that nobody finds a truth by trying all possible ones."""
 DIRECT_COLUMNS = (
@@ -99,7 +102,7 @@ def write_case(case: Case, folder: Path) -> None:
 
 def stated_setup(campaign: Campaign) -> dict[str, object]:
     """setup.json: the bench and the measurement as the laboratory states them, which is the drawing, not the truth."""
-    beam = SimulatedBeam()
+    beam, nuisances = campaign.drawing.beam, campaign.nuisances
     return {
         "format": "jointlab-bundle/1",
         "title": "supported beam",
@@ -126,7 +129,7 @@ def stated_setup(campaign: Campaign) -> dict[str, object]:
         "accelerometer": {"node": SENSOR.node, "direction": SENSOR.direction, "mass": 0.0},
         "inverse": [_inverse_entry(number, setup) for number, setup in enumerate(campaign.setups)],
         "direct": {"file": "direct.csv", "preset_mm": PRESET_MM},
-        "tolerances": TOLERANCES,
+        "tolerances": TOLERANCES | (nuisances.deviations if nuisances is not None and nuisances.stated else {}),
         "predict": [
             {"response": [SENSOR.node, SENSOR.direction], "input": [row.node, row.direction]} for row in ASKED_FOR
         ],
@@ -145,7 +148,7 @@ def truth(case: Case) -> dict[str, object]:
     novel = case.kind is CaseKind.NOVEL
     names = [effect.name for effect in case.effects]
     article, campaign = case.article, case.campaign
-    nominal = SimulatedBeam()
+    nominal = case.campaign.drawing.beam
     joints = list(article.joints.values())
     cylinders = [joint.cylinders[0] for joint in joints]
     return {
@@ -182,6 +185,8 @@ def truth(case: Case) -> dict[str, object]:
             "width": campaign.pulse_width,
             "direct_noise": campaign.direct_noise,
             "order": campaign.order_kind,
+            "nuisances": _nuisance_truth(campaign.nuisances),
+            "amplitude_power": campaign.amplitude_power,
             "joint_amplitude": campaign.joint_amplitude,
             "amplitude_fall": campaign.amplitude_fall,
             "sets": [
@@ -213,9 +218,10 @@ def percent(model: Complex, data: Complex) -> float:
 
 
 def floor_percent(case: Case) -> float:
-    """How far measurements of the rows asked for after a new set-up are off at 100 N, rms over all set-ups."""
-    rng = np.random.default_rng([case.seed, 7, 5])
-    simulated = simulate(case)
+    """How far measurements of the rows asked for after a new set-up are off at the first level, rms."""
+    rng = random_stream(case.seed, 5)
+    known = case.without_error()
+    simulated = simulate(known)
     reference = case.campaign.setups[0]
     rows = slice(len(MEASURED), len(ROWS))
     straight, slope = simulated.accelerance[0, rows], simulated.slope[0, rows]
@@ -226,7 +232,26 @@ def floor_percent(case: Case) -> float:
     gain = (1.0 + clipped_variance(TOLERANCES["sensor_gain"])) / reference.gain**2  # mean square, new over old
     by_gain = gain - 2.0 / reference.gain + 1.0
     by_place = gain * clipped_variance(TOLERANCES["impact_position"]) * moved / size
-    return float(np.hypot(100.0 * np.sqrt(by_gain + by_place), percent(average(blows).accelerance, straight)))
+    own = 100.0 * np.sqrt(by_gain + by_place), percent(average(blows).accelerance, straight)
+    return float(np.linalg.norm([*own, *_nuisance_percents(known, case.campaign.nuisances, straight, rng)]))
+
+
+def _nuisance_percents(
+    known: Case, nuisances: Nuisances | None, straight: Complex, rng: np.random.Generator
+) -> tuple[float, ...]:
+    """By the error of accelerances, and by joints that are set up again, rms."""
+    if nuisances is None:
+        return ()
+    again = [
+        replace(known, campaign=replace(known.campaign, nuisances=nuisances.without_error().set_up_again(rng)))
+        for _ in range(SET_UPS)
+    ]
+    off = [percent(_read_asked_for(each), straight) for each in again]
+    return 100.0 * nuisances.deviations["model_error"], float(np.sqrt(np.mean(np.square(off))))
+
+
+def _read_asked_for(case: Case) -> Complex:
+    return Stand(BuiltCase.of(case), case.campaign.frequency).read(0, ASKED_FOR)[0]
 
 
 def _noise_percent(simulated: Simulated) -> float:
@@ -234,6 +259,19 @@ def _noise_percent(simulated: Simulated) -> float:
     true = simulated.accelerance[0, rows]
     deviation = noise_deviation(true, simulated.frequency, simulated.campaign, simulated.campaign.setups[0].peak_force)
     return 100.0 * float(np.sqrt(2 * np.sum(deviation**2) / np.sum(np.abs(true) ** 2)))
+
+
+def _nuisance_truth(found: Nuisances | None) -> dict[str, object] | None:
+    if found is None:
+        return None
+    scattered = {"stiffness": found.stiffness.tolist(), "gains": found.gains.tolist()}
+    return {
+        **found.deviations,
+        **scattered,
+        "stated": found.stated,
+        "coherence": found.coherence,
+        "common": found.common,
+    }
 
 
 def _joint_truth(case: Case, name: str) -> dict[str, object]:

@@ -8,17 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal, log_uniform
-from simlab.beam import Load, Real, SimulatedBeam
+from simlab.beam import Load, Real
+from simlab.case.drawing import PAPER, Drawing
+from simlab.case.nuisances import Nuisances
 
 CONFIGURATIONS = ("compression", "shear", "angled")
-AMPLITUDES_PP_MM = (0.1, 0.05, 0.01)
-SINE_FREQUENCIES = np.arange(5.0, 201.0, 5.0)
+AMPLITUDES_PP_MM = PAPER.amplitudes_pp_mm
+SINE_FREQUENCIES = PAPER.sine_frequencies
 LINE_SPACING = 0.5
 HIGHEST_LINE = 1024.0
 AVERAGES = 10
 PRESET_MM = 0.5
 NODES = 11
 REMOUNTING_SECONDS = 600.0
+USUAL = 0.7
+"""Share of the campaigns that have the first of a drawing's choices of levels."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,9 @@ class Campaign:
         joint_amplitude: deformation of the cylinders under a blow of 100 N, m zero to peak.
         amplitude_fall: power of frequency above 80 Hz with which that amplitude falls; 0 is one amplitude for all.
         recorded: rows of which one raw blow of the reference set is kept.
+        drawing: of the bench.
+        nuisances: what is nobody's effect; None where everything repeats as stated.
+        amplitude_power: of the mean by which a joint feels how a blow moves it; 0 where every blow of a force is alike.
     """
 
     node_positions: tuple[float, ...]
@@ -140,6 +147,9 @@ class Campaign:
     joint_amplitude: float
     amplitude_fall: float
     recorded: tuple[Row, ...]
+    drawing: Drawing = PAPER
+    nuisances: Nuisances | None = None
+    amplitude_power: float = 0.0
 
     @property
     def frequency(self) -> Real:
@@ -167,25 +177,30 @@ def draw_setup(rng: np.random.Generator, peak_force: float, temperature: float) 
     )
 
 
-def draw_node_positions(rng: np.random.Generator) -> tuple[float, ...]:
-    """Positions of nodes 1 to 11 on the drawing, m: the joints 53 to 59 mm from the ends, the others even between."""
-    length = SimulatedBeam().length
-    inset = 1e-3 * float(rng.integers(53, 60))
-    inner = np.round(np.linspace(inset, length - inset, NODES - 2), 4)
+def draw_node_positions(rng: np.random.Generator, drawing: Drawing = PAPER) -> tuple[float, ...]:
+    """Positions of nodes 1 to 11 on the drawing, m: the joints as far from both ends, the others about even between."""
+    length = drawing.beam.length
+    inset = 1e-3 * float(rng.integers(*drawing.inset_mm))
+    inner = np.linspace(inset, length - inset, NODES - 2)
+    if drawing.unevenness:
+        inner[1:-1] += drawing.unevenness * rng.uniform(-1.0, 1.0, inner.size - 2)
+    inner = np.round(inner, 4)
     return (0.0, *(float(x) for x in inner), length)
 
 
-def draw_campaign(rng: np.random.Generator) -> Campaign:
+def draw_campaign(rng: np.random.Generator, drawing: Drawing = PAPER) -> Campaign:
     """A campaign as a careful lab runs it: a reference set, often its repeat, and one of a harder hammer."""
-    nodes = draw_node_positions(rng)
+    nodes = draw_node_positions(rng, drawing)
     temperature = float(rng.uniform(21.0, 25.0))
-    forces = (100.0, 100.0, 400.0) if rng.random() < 0.7 else (100.0, 400.0)
+    usual, *others = drawing.levels
+    chance = rng.random()
+    forces = usual if chance < USUAL else others[int((chance - USUAL) / (1 - USUAL) * len(others))]
     setups = tuple(draw_setup(rng, force, temperature) for force in forces)
     order_kind = str(rng.choice(["sequential", "blocks", "random"]))
     return Campaign(
         node_positions=nodes,
         setups=setups,
-        points=draw_points(rng, order_kind, temperature),
+        points=draw_points(rng, order_kind, temperature, drawing),
         order_kind=order_kind,
         tester_gain=1.0 + float(clipped_normal(rng, TOLERANCES["tester_gain"])),
         pulse_width=float(rng.uniform(0.5e-3, 0.95e-3)),
@@ -196,10 +211,11 @@ def draw_campaign(rng: np.random.Generator) -> Campaign:
         joint_amplitude=log_uniform(rng, 1e-6, 10e-6),
         amplitude_fall=float(rng.choice([0.0, rng.uniform(1.0, 2.0)], p=[0.6, 0.4])),
         recorded=RECORDED if rng.random() < 0.3 else (),
+        drawing=drawing,
     )
 
 
-def draw_points(rng: np.random.Generator, order_kind: str, temperature: float) -> Points:
+def draw_points(rng: np.random.Generator, order_kind: str, temperature: float, drawing: Drawing = PAPER) -> Points:
     """Every specimen, configuration, amplitude and frequency once: in sequence, mixed within each mounting, or mixed.
 
     Remounting takes ten minutes; a lab that mixes everything has as many fixtures as configurations.
@@ -208,8 +224,8 @@ def draw_points(rng: np.random.Generator, order_kind: str, temperature: float) -
         (specimen, configuration, amplitude, frequency)
         for specimen in range(len(JOINT_NAMES))
         for configuration in range(len(CONFIGURATIONS))
-        for amplitude in AMPLITUDES_PP_MM
-        for frequency in SINE_FREQUENCIES
+        for amplitude in drawing.amplitudes_pp_mm
+        for frequency in drawing.sine_frequencies
     ]
     table = np.array(grid)
     if order_kind == "random":

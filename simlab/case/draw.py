@@ -1,7 +1,7 @@
 """Draw a case: everything about it from one seed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -17,6 +17,7 @@ from simlab.article import (
     off_nominal,
 )
 from simlab.case.campaign import Campaign, draw_campaign
+from simlab.case.drawing import PAPER, Drawing
 from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, SimulatedEffect
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 from simlab.elastomer import LinearCylinder
@@ -27,9 +28,6 @@ RECORD_ONLY: tuple[str, ...] = tuple(RECORD_EFFECTS)
 """Effects of the catalogue that show in raw blows; a case has them if they are asked for by name."""
 NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
 """Effects outside the catalogue."""
-
-TYPICAL = {"I": (0.36e6, 2.30e6), "II": (0.49e6, 2.70e6)}
-"""Shear and compression stiffness of one cylinder, N/m, from which a sample is up to 18 % off."""
 
 SMALLEST = 0.05
 """Of the plausible range: about what the lab's tolerances hide."""
@@ -42,9 +40,11 @@ class CaseKind(StrEnum):
     SINGLE = "single"
     PAIR = "pair"
     NOVEL = "novel"
+    TRIPLE = "triple"
+    FIVE = "five"
 
 
-COUNTS = {CaseKind.NONE: 0, CaseKind.SINGLE: 1, CaseKind.PAIR: 2, CaseKind.NOVEL: 1}
+COUNTS = {"none": 0, "single": 1, "pair": 2, "novel": 1, "triple": 3, "five": 5}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,16 @@ class Case:
     article: SimulatedArticle
     campaign: Campaign
     effects: tuple[SimulatedEffect, ...]
+
+    def repeatable(self) -> "Case":
+        """The same case without nuisances."""
+        return replace(self, campaign=replace(self.campaign, nuisances=None))
+
+    def without_error(self) -> "Case":
+        """The same case without the error of accelerances that no model predicts."""
+        if self.campaign.nuisances is None:
+            return self
+        return replace(self, campaign=replace(self.campaign, nuisances=self.campaign.nuisances.without_error()))
 
 
 def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: float | None = None) -> Case:
@@ -86,9 +96,9 @@ def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: floa
             raise ValueError(f"no effect {name!r} for a {kind} case; there are {', '.join(known)}")
     if size is not None and not 0.0 < size <= 1.0:
         raise ValueError(f"a size of {size}; it is a fraction of the plausible range, above 0 and up to 1")
-    campaign = draw_campaign(_random(seed, 1))
-    article = draw_article(_random(seed, 2), campaign.node_positions)
-    rng = _random(seed, 3)
+    campaign = draw_campaign(random_stream(seed, 1))
+    article = draw_article(random_stream(seed, 2), campaign.node_positions)
+    rng = random_stream(seed, 3)
     chosen = [str(name) for name in rng.permutation(list(common))[: COUNTS[kind]]]
     drawn = []
     for name in effects or chosen:
@@ -97,12 +107,12 @@ def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: floa
     return Case(seed, kind, article, campaign, tuple(drawn))
 
 
-def draw_article(rng: np.random.Generator, nodes: tuple[float, ...]) -> SimulatedArticle:
+def draw_article(rng: np.random.Generator, nodes: tuple[float, ...], drawing: Drawing = PAPER) -> SimulatedArticle:
     """An article on the drawing's `nodes` (11,), off it by the tolerances; both cylinders of a joint are alike."""
-    beam = off_nominal(rng)
+    beam = off_nominal(rng, nominal=drawing.beam)
     joints = {}
     for name, node in JOINT_NODES.items():
-        shear, compression = (typical * rng.uniform(0.82, 1.18) for typical in TYPICAL[name])
+        shear, compression = (typical * rng.uniform(0.82, 1.18) for typical in drawing.joints[name])
         shear_loss, compression_loss = rng.uniform(0.08, 0.155), rng.uniform(0.06, 0.135)
         position = nodes[node - 1] + float(clipped_normal(rng, TOLERANCES["node_position"]))
         cylinder = LinearCylinder(
@@ -116,5 +126,6 @@ def draw_article(rng: np.random.Generator, nodes: tuple[float, ...]) -> Simulate
     return SimulatedArticle(beam, joints, sensor)
 
 
-def _random(seed: int, stream: int) -> np.random.Generator:
+def random_stream(seed: int, stream: int) -> np.random.Generator:
+    """One of the independent streams of chance of a case."""
     return np.random.default_rng([seed, 7, stream])

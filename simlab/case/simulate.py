@@ -65,7 +65,8 @@ def direct_stiffness(built: BuiltCase, stretch: float = 1.0) -> Complex:
 def as_tested(built: BuiltCase, stiffness: Complex, points: Points) -> Complex:
     """(points,) the specimens' `stiffness` (points,) as the tester gives it, N/m."""
     found = reduce(lambda known, effect: effect.tested(known, points), built.effects, stiffness)
-    return np.asarray(built.campaign.tester_gain * found)
+    gains = 1.0 if built.campaign.nuisances is None else built.campaign.nuisances.gains[points.configuration]
+    return np.asarray(built.campaign.tester_gain * gains * found)
 
 
 def specimen_stiffness(built: BuiltCase, points: Points, stretch: float = 1.0) -> Complex:
@@ -85,13 +86,20 @@ def specimen_stiffness(built: BuiltCase, points: Points, stretch: float = 1.0) -
             component=np.where(angled, np.sqrt(0.5), 1.0),
             order=points.order,
             temperature=points.temperature,
+            configuration=points.configuration,
         )
-        lower, upper = cylinders_of(joint, state, built.effects)
+        lower, upper = _scale(built, i) * cylinders_of(joint, (state, state), built.effects)
         shear, compression = 0.5 * (lower + upper)[:, :2].T
         leaning = np.sin(2 * np.radians(joint.lean_deg))
         ways = [lower[:, 1], 2 * shear, shear + compression + leaning * (compression - shear)]
         stiffness = np.where(points.specimen == i, np.choose(points.configuration, ways), stiffness)
     return stiffness
+
+
+def _scale(built: BuiltCase, joint: int) -> float:
+    """Factor on the cylinders of a joint as they are mounted in the tester."""
+    nuisances = built.campaign.nuisances
+    return 1.0 if nuisances is None else float(nuisances.stiffness[-1, joint])
 
 
 def _distortion(built: BuiltCase, stiffness: Complex) -> Real:

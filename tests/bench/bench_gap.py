@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from api.commands.terminal import progress_bar
 from jointlab.trials.run import Trial, carry_out
-from jointlab.trials.tables import markdown
+from jointlab.trials.summary import markdown
 
 
 def main() -> None:

@@ -6,15 +6,19 @@ from simlab.case.effects import chain, elastomer, novel, record, structure, test
 from simlab.case.effects.base import SimulatedEffect
 
 
-def _by_name(*families: ModuleType) -> dict[str, type[SimulatedEffect]]:
+def effects_by_name(*families: ModuleType) -> dict[str, type[SimulatedEffect]]:
     """The effects that the modules define, in their order: what is drawn depends on it."""
-    kinds = [kind for family in families for kind in vars(family).values() if isinstance(kind, type)]
-    return {kind.name: kind for kind in kinds if issubclass(kind, SimulatedEffect) and kind is not SimulatedEffect}
+    return {
+        kind.name: kind
+        for family in families
+        for kind in vars(family).values()
+        if isinstance(kind, type) and issubclass(kind, SimulatedEffect) and kind.__module__ == family.__name__
+    }
 
 
-CATALOGUE = _by_name(elastomer, structure, chain, tester)
-RECORD_EFFECTS = _by_name(record)
+CATALOGUE = effects_by_name(elastomer, structure, chain, tester)
+RECORD_EFFECTS = effects_by_name(record)
 """Effects of the catalogue that show in raw blows alone."""
-NOVELTIES = _by_name(novel)
+NOVELTIES = effects_by_name(novel)
 
-__all__ = ["CATALOGUE", "NOVELTIES", "RECORD_EFFECTS", "SimulatedEffect"]
+__all__ = ["CATALOGUE", "NOVELTIES", "RECORD_EFFECTS", "SimulatedEffect", "effects_by_name"]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes, Load, Real
@@ -30,6 +31,8 @@ class CylinderState:
         order: fraction of the test that is over.
         temperature: deg C.
         setup: number of the hammer set, from 0.
+        configuration: (n,) of the tester; None in the stand.
+        felt: (n, 2) amplitude in shear and in compression, m zero to peak, where each cylinder has its own.
     """
 
     in_tester: bool
@@ -40,11 +43,18 @@ class CylinderState:
     order: Real
     temperature: float | Real = REFERENCE_TEMPERATURE
     setup: int = 0
+    configuration: NDArray[np.int64] | None = None
+    felt: Real | None = None
 
     @property
     def amplitude(self) -> Real:
         """(n,) m zero to peak, in shear and in compression each."""
         return np.asarray(self.deformation * self.component)
+
+    @property
+    def amplitudes(self) -> Real:
+        """(n, 2) m zero to peak, in shear and in compression."""
+        return np.stack([self.amplitude] * 2, axis=1) if self.felt is None else self.felt
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +100,8 @@ class SimulatedEffect(ABC):
     """The class name in lower case with underscores, as truths and catalogues have it."""
     roving: ClassVar[bool] = False
     """Whether the joints change from row to row of a set."""
+    felt: ClassVar[bool] = False
+    """Whether the joints are as each blow moves each of them."""
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()

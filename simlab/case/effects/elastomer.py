@@ -108,11 +108,11 @@ class CoulombFriction(SimulatedEffect):
                 changed[:, column] += 1j * loss
             else:
                 stick = self.number("stick") * stiffness[:, column].real
-                changed[:, column] += _jenkins(force, stick, amplitude[:, 0])
+                changed[:, column] += jenkins(force, stick, amplitude[:, 0])
         return changed
 
 
-def _jenkins(force: float, stick: Real, amplitude: Real) -> Complex:
+def jenkins(force: float, stick: Real, amplitude: Real) -> Complex:
     """(n,) equivalent stiffness of a spring `stick` in series with a slider of `force` N at `amplitude`."""
     ratio = np.minimum(force / (stick * amplitude), 1.0)
     turn = np.arccos(1.0 - 2.0 * ratio)

@@ -9,7 +9,7 @@ from jointlab.trials.summary import markdown, summary
 
 def document(status: str, verdict_on: list[str], ranking: list[tuple[list[str], float]], **more: Any) -> dict[str, Any]:
     entries = [{"effects": each, "probability": share, "parameters": {}} for each, share in ranking]
-    gap = {"before": {"percent": 9.0}, "after": {"percent": 3.0}, "floor_percent": 2.9, "by_rig": {}}
+    gap = {"before": {"percent": 9.0, "sigma": 7.0}, "after": {"percent": 3.0}, "floor_percent": 2.9, "by_rig": {}}
     verdict = {"status": status, "effects": verdict_on}
     return {"verdict": verdict, "ranking": entries, "gap": gap, "faults": [], "seconds": 2.0} | more
 
@@ -46,6 +46,13 @@ def test_stated_inclusion_and_mechanisms_stand_before_the_ranking() -> None:
     assert found.said_mechanisms == {"joint_frequency"}
 
 
+def test_a_mechanism_without_a_law_is_no_known_name() -> None:
+    answer = document("explained", ["joint_amplitude"], [(["joint_amplitude"], 0.9)])
+    mark = marked(truth("single", "cubic_stiffness"), answer)
+    assert (mark.named, mark.mechanism_right, mark.right) == ((), True, False)
+    assert not accepted(marked(truth("novel", novel=("loose_cap",)), answer))
+
+
 def test_an_effect_in_no_catalogue_is_accepted_where_a_known_name_gets_more_than_even_odds() -> None:
     outside = truth("novel", novel=("absorber",))
     assert accepted(marked(outside, document("partial", ["beam_damping"], [(["beam_damping"], 0.56)])))
@@ -76,5 +83,6 @@ def test_the_figures_count_visible_effects_and_spurious_ones() -> None:
 
 def test_a_rig_whose_gap_grows_is_counted() -> None:
     answer = document("explained", ["density"], [(["density"], 0.9)])
-    answer["gap"]["by_rig"] = {"inverse": {"before": 3.0, "after": 3.4}, "direct": {"before": 9.0, "after": 3.0}}
+    rigs = {"inverse": {"before": 3.0, "after": 3.4}, "direct": {"before": 9.0, "after": 3.0}}
+    answer["gap"]["by_rig"] = {name: each | {"before_sigma": 9.0} for name, each in rigs.items()}
     assert marked(truth("single", "density"), answer).worsened == ("inverse",)

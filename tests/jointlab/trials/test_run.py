@@ -3,6 +3,9 @@
 import json
 from pathlib import Path
 
+import pytest
+
+from jointlab.errors import JointlabError
 from jointlab.trials.folder import TrialFolder, read
 from jointlab.trials.plan import plan
 from jointlab.trials.run import Trial, carry_out, seal_all
@@ -10,10 +13,10 @@ from tests.api.conftest import Command
 
 
 def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: Path) -> None:
-    arguments = ("gap", "trial", "--cases", 1, "--seed", 3, "--seal", "trial", "--workers", 1, "--honesty", 0)
+    arguments = ("gap", "trial", "--cases", 1, "--seed", 3, "--seal", "trial", "--workers", 1)
     answer = jointlab(*arguments, "--publish", "scores.json")
     assert answer.returncode == 0, answer.stderr
-    assert "1 sealed cases; 0 diagnoses failed." in answer.stdout
+    assert "1 cases, 0 without an answer." in answer.stdout
     folder = TrialFolder(tmp_path / "trial")
     assert set(folder.commitments) == {"0001"}
     assert folder.open(plan(1, 3)[0])["kind"] == "single"
@@ -33,8 +36,8 @@ def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: P
 
 
 def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None:
-    trial = Trial(cases=1, seed=3, folder=tmp_path / "trial", workers=1, honesty=0)
-    folder, cases = TrialFolder(trial.folder), plan(1, 3, 0)
+    trial = Trial(cases=1, seed=3, folder=tmp_path / "trial", workers=1)
+    folder, cases = TrialFolder(trial.folder), plan(1, 3)
     folder.begin(trial.settings)
     seal_all(folder, cases)
     committed = folder.commitments
@@ -42,5 +45,10 @@ def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None
         folder.keep(case, {"error": f"answered before it was killed: {case.name}", "seconds": 1.0})
     found = carry_out(trial)
     assert folder.commitments == committed
-    assert found["failed"] == ["1: answered before it was killed: 0001"]
+    assert [each.split(": ", 1)[1] for each in found["failed"]] == ["answered before it was killed: 0001"]
     assert read(trial.folder / "scores.json") == found
+
+
+def test_random_laws_are_not_measured_over_the_wires(tmp_path: Path) -> None:
+    with pytest.raises(JointlabError, match="add --plain"):
+        Trial(cases=1, seed=3, folder=tmp_path, through_instruments=True)

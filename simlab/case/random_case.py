@@ -1,0 +1,44 @@
+"""Draw a case whose laws are random functions, on one of several benches, with every nuisance of a real one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from simlab.case.campaign import CONFIGURATIONS, Campaign, draw_campaign
+from simlab.case.draw import COUNTS, SMALLEST, Case, CaseKind, draw_article, random_stream
+from simlab.case.drawing import DRAWINGS
+from simlab.case.nuisances import Nuisances
+from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
+
+SIZES = {CaseKind.TRIPLE: (0.25, 0.8), CaseKind.FIVE: (0.1, 0.3)}
+"""Fractions of a plausible range; of other kinds from `SMALLEST` to 1."""
+
+
+def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> Case:
+    """The case of a seed and a kind; bench, campaign, article and nuisances depend on the seed alone.
+
+    Args:
+        effects: names in place of drawn ones, as many as the kind has.
+
+    Raises:
+        ValueError: an effect that there is none of, or a number of effects that the kind has not.
+    """
+    known = OUTSIDE if kind is CaseKind.NOVEL else RANDOM_LAWS
+    if effects and (len(set(effects)) != COUNTS[kind] or not set(effects) <= set(known)):
+        raise ValueError(f"a {kind} case has {COUNTS[kind]} of {', '.join(known)}; not {', '.join(effects)}")
+    rng = random_stream(seed, 21)
+    drawing = list(DRAWINGS.values())[int(rng.integers(len(DRAWINGS)))]
+    campaign = draw_campaign(random_stream(seed, 22), drawing)
+    article = draw_article(random_stream(seed, 23), campaign.node_positions, drawing)
+    campaign = _as_it_really_is(random_stream(seed, 24), campaign)
+    rng = random_stream(seed, 25)
+    names = effects or [str(name) for name in rng.permutation(list(known))[: COUNTS[kind]]]
+    sizes = rng.uniform(*SIZES.get(kind, (SMALLEST, 1.0)), len(names))
+    drawn = tuple(known[name].draw(rng, float(size), article) for name, size in zip(names, sizes, strict=True))
+    return Case(seed, kind, article, campaign, drawn)
+
+
+def _as_it_really_is(rng: np.random.Generator, campaign: Campaign) -> Campaign:
+    nuisances = Nuisances.draw(rng, len(campaign.setups), len(CONFIGURATIONS))
+    return replace(campaign, nuisances=nuisances, amplitude_power=float(rng.uniform(0.7, 2.0)))

@@ -1,0 +1,130 @@
+"""Cases by random laws: smooth, never one of the catalogue's, with joints that follow each blow, and nuisances."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simlab.beam import Real
+from simlab.case.bundle import floor_percent, percent, stated_setup, truth, write_case
+from simlab.case.campaign import ROWS
+from simlab.case.draw import Case, CaseKind
+from simlab.case.effects import CATALOGUE
+from simlab.case.random_case import draw_random_case
+from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
+from simlab.case.random_laws.curves import GRID, curve, draw_curve, rising
+from simlab.case.simulate import simulate
+from simlab.stand import BuiltCase, Stand
+
+COARSE: Real = 2.0 * np.arange(1.0, 513.0)
+GEOMETRIC = {
+    "support_position",
+    "vertical_offset",
+    "youngs_modulus",
+    "density",
+    "exponential_window",
+    "impact_position",
+}
+"""Effects whose form is what they are."""
+
+
+def single(name: str, seed: int = 4) -> Case:
+    return draw_random_case(seed, CaseKind.SINGLE, [name])
+
+
+def test_every_effect_but_the_geometric_ones_has_a_random_law() -> None:
+    assert set(RANDOM_LAWS) == set(CATALOGUE)
+    assert {name for name, kind in RANDOM_LAWS.items() if kind is CATALOGUE[name]} == GEOMETRIC
+    assert not set(OUTSIDE) & set(RANDOM_LAWS)
+
+
+@pytest.mark.parametrize("name", sorted(set(RANDOM_LAWS) | set(OUTSIDE)))
+def test_every_effect_moves_what_is_read_and_its_values_are_numbers_or_words(name: str) -> None:
+    kind = CaseKind.NOVEL if name in OUTSIDE else CaseKind.SINGLE
+    case = draw_random_case(5, kind, [name]).repeatable()
+    with_it, without = (simulate(each, frequency=COARSE) for each in (case, replace(case, effects=())))
+    moved = percent(without.accelerance, with_it.accelerance) + percent(without.stiffness, with_it.stiffness)
+    assert moved > 0.01
+    json.dumps(dict(case.effects[0].values), allow_nan=False)
+
+
+def test_a_seed_draws_the_same_case_and_the_seeds_draw_every_bench() -> None:
+    assert single("joint_mass").effects[0].values == single("joint_mass").effects[0].values
+    lengths = {draw_random_case(seed, CaseKind.NONE).campaign.drawing.beam.length for seed in range(12)}
+    assert len(lengths) == 3
+    assert len(draw_random_case(1, CaseKind.FIVE).effects) == 5
+    with pytest.raises(ValueError, match="a single case has 1"):
+        draw_random_case(1, CaseKind.SINGLE, ["joint_mass", "density"])
+
+
+def test_a_rising_function_rises_from_nothing_to_all() -> None:
+    values = draw_curve(np.random.default_rng(3), "it")
+    found = rising(np.exp(curve(values, "it", GRID)), np.linspace(0.0, 1.0, 50))
+    assert (found[0], found[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(found) > 0.0)
+
+
+@pytest.mark.parametrize("name", ["amplitude_dependence", "coulomb_friction"])
+def test_joints_follow_how_each_blow_moves_each_of_them(name: str) -> None:
+    case = single(name).repeatable()
+    built = BuiltCase.of(case)
+    near, far = (row for row in ROWS if row.name in ("3y", "9y"))
+    force = built.campaign.setups[0].peak_force
+    strong = replace(case.campaign, setups=tuple(replace(each, peak_force=4 * force) for each in case.campaign.setups))
+    stand, harder = Stand(built, COARSE), Stand(BuiltCase.of(replace(case, campaign=strong)), COARSE)
+    loads = np.array([built.campaign.straight(row).in_plane(stand.modes) for row in (near, far)])
+    soft, hard = (np.array(each._felt(0, (near, far), loads)) for each in (stand, harder))
+    # node 3 is beside joint I: a blow there moves it more than a blow at node 9 does, and joint II less
+    assert soft[0, 0].max() > soft[1, 0].max()
+    assert soft[0, 1].max() < soft[1, 1].max()
+    assert np.all(hard > 2.5 * soft)
+    assert 1e-8 < soft.min() < soft.max() < 1e-3
+
+
+def test_set_ups_configurations_and_an_error_differ_as_much_as_is_stated() -> None:
+    found = [draw_random_case(seed, CaseKind.NONE).campaign for seed in range(60)]
+    nuisances = [each.nuisances for each in found if each.nuisances]
+    assert len(nuisances) == len(found)
+    ratios = [(each.stiffness - 1.0) / each.deviations["setup_scatter"] for each in nuisances]
+    assert np.std(np.concatenate([each.ravel() for each in ratios])) == pytest.approx(0.9, abs=0.1)
+    for campaign in found:
+        own = campaign.nuisances
+        assert own is not None
+        stated = stated_setup(campaign)["tolerances"]
+        assert isinstance(stated, dict)
+        assert own.stated == ("model_error" in stated)
+    assert 15 < sum(each.stated for each in nuisances) < 45
+
+
+def test_the_error_is_smooth_over_its_coherence_and_as_large_as_it_says() -> None:
+    own = draw_random_case(7, CaseKind.NONE).campaign.nuisances
+    assert own is not None
+    frequency: Real = 0.5 * np.arange(1.0, 2049.0)
+    errors = np.array([own.error(row, 0, frequency) - 1.0 for row in range(9)])
+    assert np.sqrt(np.mean(np.abs(errors) ** 2)) == pytest.approx(own.deviations["model_error"], rel=0.2)
+    apart = round(own.coherence / 0.5)
+    near, far = (
+        np.mean(errors[:, lines:] * np.conj(errors[:, :-lines])).real / np.mean(np.abs(errors) ** 2)
+        for lines in (2, 4 * apart)
+    )
+    assert near > 0.95
+    assert abs(far) < 0.3
+
+
+def test_the_floor_counts_new_set_ups_and_the_error() -> None:
+    case = draw_random_case(8, CaseKind.NONE)
+    own = case.campaign.nuisances
+    assert own is not None
+    floors = [floor_percent(each) for each in (case, case.repeatable())]
+    assert floors[0] > np.hypot(floors[1], 100 * own.deviations["model_error"])
+
+
+def test_a_truth_can_be_sealed(tmp_path: Path) -> None:
+    case = draw_random_case(9, CaseKind.TRIPLE)
+    found = truth(case)
+    json.dumps(found, allow_nan=False)
+    assert len(found["effects"]) == 3  # type: ignore[arg-type]  # a truth is JSON: its values are objects
+    write_case(case, tmp_path)
+    assert (tmp_path / "direct.csv").exists()

@@ -1,25 +1,19 @@
 """Locks between processes: one process drives a rig, one carries out a run.
 
-A lock is that of an empty SQLite file beside the waveforms, which every program of one store can write to. When the
-process that holds it dies, the operating system releases it: after kill -9 or a power cut it is free.
+The file of a lock is beside the waveforms, which every program of one store can write to.
 """
 
-import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from store.catalogue import Catalogue
-from store.database import driver_message
 from store.errors import StoreError
+from store.file_lock import LockHeldError, exclusive_lock
 from store.provenance import who_is_here
 from store.runs import Run, list_run_events
 
 _ENDING = ".lock"
-
-
-class LockHeldError(StoreError):
-    """Another living process holds the lock, or this one does already."""
 
 
 class RigBusyError(StoreError):
@@ -28,27 +22,6 @@ class RigBusyError(StoreError):
 
 class RunBusyError(StoreError):
     """Another living process carries out the run."""
-
-
-@contextmanager
-def exclusive_lock(path: Path) -> Iterator[None]:
-    """Hold the lock of the file `path`, which is created if it is missing, while the context lasts.
-
-    Raises LockHeldError if another process holds it, StoreError if the file cannot be made or locked.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        connection = sqlite3.connect(path, timeout=0.0, isolation_level=None, check_same_thread=False)
-    except (OSError, sqlite3.Error) as error:
-        raise StoreError(f"{path} cannot be made: {error}") from error
-    with closing(connection):
-        try:
-            connection.execute("BEGIN EXCLUSIVE")
-        except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY:
-                raise StoreError(f"{path} cannot be locked: {driver_message(error)}") from error
-            raise LockHeldError(f"{path} is held by another process") from error
-        yield
 
 
 @contextmanager

@@ -20,7 +20,11 @@ from store.waveform import Samples, Waveform, WaveformChannel
 _LEVEL = 1
 
 
-def encode(waveform: Waveform) -> tuple[str, bytes, int]:
+Encoded = tuple[str, bytes, int]
+"""A waveform as it is stored: header, compressed samples, and a CRC-32."""
+
+
+def encode(waveform: Waveform) -> Encoded:
     """Header, compressed samples, and the CRC-32 over the header and the uncompressed samples.
 
     Raises StoreError if the start of the waveform has no time zone.

@@ -21,7 +21,7 @@ def test_one_process_at_a_time_drives_a_rig_and_is_named(catalogue: Catalogue) -
 def test_a_rig_is_free_when_its_process_was_killed(catalogue: Catalogue) -> None:
     folder = catalogue.waveforms.folder
     script = (
-        "import sys\nfrom pathlib import Path\nfrom store.locks import exclusive_lock\n"
+        "import sys\nfrom pathlib import Path\nfrom store.file_lock import exclusive_lock\n"
         f"with exclusive_lock(Path({str(folder.with_name(folder.name + '-rig.lock'))!r})):\n"
         "    print('held', flush=True); sys.stdin.read()"
     )

@@ -14,6 +14,9 @@ from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
 SIZES = {CaseKind.TRIPLE: (0.25, 0.8), CaseKind.FIVE: (0.1, 0.3)}
 """Fractions of a plausible range; of other kinds from `SMALLEST` to 1."""
 
+ALIKE = ({"amplitude_dependence", "cubic_stiffness", "coulomb_friction"}, {"youngs_modulus", "density"})
+"""Effects that nobody could tell from each other where both are there."""
+
 
 def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> Case:
     """The case of a seed and a kind; bench, campaign, article and nuisances depend on the seed alone.
@@ -33,10 +36,19 @@ def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> 
     article = draw_article(random_stream(seed, 23), campaign.node_positions, drawing)
     campaign = _as_it_really_is(random_stream(seed, 24), campaign)
     rng = random_stream(seed, 25)
-    names = effects or [str(name) for name in rng.permutation(list(known))[: COUNTS[kind]]]
+    names = effects or _drawn_together([str(name) for name in rng.permutation(list(known))], COUNTS[kind])
     sizes = rng.uniform(*SIZES.get(kind, (SMALLEST, 1.0)), len(names))
     drawn = tuple(known[name].draw(rng, float(size), article) for name, size in zip(names, sizes, strict=True))
     return Case(seed, kind, article, campaign, drawn)
+
+
+def _drawn_together(names: Sequence[str], count: int) -> list[str]:
+    """The first `count` of `names`, but no two of which each may stand for the other."""
+    chosen = list[str]()
+    for name in names:
+        if not any({name, other} <= group for group in ALIKE for other in chosen):
+            chosen.append(name)
+    return chosen[:count]
 
 
 def _as_it_really_is(rng: np.random.Generator, campaign: Campaign) -> Campaign:

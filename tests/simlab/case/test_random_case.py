@@ -12,7 +12,7 @@ from simlab.case.bundle import floor_percent, percent, stated_setup, truth, writ
 from simlab.case.campaign import ROWS
 from simlab.case.draw import Case, CaseKind
 from simlab.case.effects import CATALOGUE
-from simlab.case.random_case import draw_random_case
+from simlab.case.random_case import ALIKE, draw_random_case
 from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
 from simlab.case.random_laws.curves import GRID, curve, draw_curve, rising
 from simlab.case.simulate import simulate
@@ -55,6 +55,9 @@ def test_a_seed_draws_the_same_case_and_the_seeds_draw_every_bench() -> None:
     lengths = {draw_random_case(seed, CaseKind.NONE).campaign.drawing.beam.length for seed in range(12)}
     assert len(lengths) == 3
     assert len(draw_random_case(1, CaseKind.FIVE).effects) == 5
+    for seed in range(40):
+        names = {effect.name for effect in draw_random_case(seed, CaseKind.FIVE).effects}
+        assert all(len(names & group) < 2 for group in ALIKE)
     with pytest.raises(ValueError, match="a single case has 1"):
         draw_random_case(1, CaseKind.SINGLE, ["joint_mass", "density"])
 

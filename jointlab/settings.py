@@ -6,7 +6,7 @@ from datetime import date
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, IPvAnyAddress, ValidationError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
@@ -34,6 +34,16 @@ class ChannelSettings(BaseModel):
     calibrated_on: date | None = None
 
 
+class ServiceSettings(BaseModel):
+    """How the service meets its network."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    trusted_proxies: tuple[IPvAnyAddress, ...] = Field(
+        default=(), description="addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed"
+    )
+
+
 class Settings(BaseSettings):
     """Everything that differs between one laboratory and another.
 
@@ -59,6 +69,7 @@ class Settings(BaseSettings):
         description="name of the rig; each rig on one database needs one of its own",
     )
 
+    service: ServiceSettings = Field(default=ServiceSettings(), description="how the service meets its network")
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
 

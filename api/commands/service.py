@@ -5,6 +5,7 @@ import socket
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,7 +13,7 @@ import typer
 from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
-from api.service.server import make_server, raise_descriptor_limit
+from api.service.server import make_server, raise_descriptor_limit, tls_of
 from jointlab.drive.prompts import AutomaticOperator
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
@@ -38,10 +39,19 @@ def serve(
     simulated: Annotated[bool, typer.Option("--simulated", help="Drive simulated instruments, started here.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Which simulated bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Simulated bench time over wall time.")] = 1.0,
+    tls_certificate: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Encrypt: certificate and chain, a PEM file.")
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Key of the certificate, a PEM file.")
+    ] = None,
 ) -> None:
     """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
     from api.page.routes import mount  # a second to import, which no other command is to wait for
 
+    if (tls_certificate is None) != (tls_key is None):
+        raise JointlabError("--tls-certificate and --tls-key belong together; give both")
+    tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)
     with (
         _laboratory(load_settings(), simulated, seed, speed) as (settings, automatic_operator),
         open_catalogue(settings) as catalogue,
@@ -53,12 +63,13 @@ def serve(
             _refuse_without_keys(catalogue, host)
         services = Services(catalogue, runs, loopback, JobQueue(catalogue, _executor(settings)))
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
-        out.print(f"http://{name}:{number}/api/health, catalogue {catalogue.address}")
+        out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
         mount(app, services)
         sys.setswitchinterval(SWITCH)
         raise_descriptor_limit()
-        make_server(app).run(sockets=[listener])
+        proxies = settings.service.trusted_proxies
+        make_server(app, tls=tls, trusted_proxies=proxies).run(sockets=[listener])
 
 
 def is_loopback(host: str) -> bool:
@@ -78,7 +89,7 @@ def _laboratory(
         yield settings, None
         return
     with simulated_laboratory(seed, speed) as laboratory:
-        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "workers")
+        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers")
         others = {name: getattr(settings, name) for name in kept}
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.operator)
 

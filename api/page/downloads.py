@@ -5,11 +5,12 @@ import io
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any
 
-from fastapi import FastAPI
-from fastapi.responses import FileResponse, Response
+from fastapi import FastAPI, Request
+from fastapi.responses import Response
 from sqlalchemy.orm import Session
 
 from api.service.context import Services
+from api.service.downloads import Download
 from api.service.parameters import RunNumber, number_of
 from jointlab.documents.results import StiffnessPoint
 from jointlab.identification.save import unobservable_reasons
@@ -34,13 +35,11 @@ def add_downloads(app: FastAPI, services: Services) -> None:
     """Routes of files, behind the door of the page."""
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
-    def file(job_id: Annotated[int, number_of("job")]) -> Response:
+    def file(request: Request, job_id: Annotated[int, number_of("job")]) -> Response:
         """The file of an export; a report opens in the browser."""
         path = export_file(services.catalogue, job_id)
-        shown = "inline" if path.suffix == ".html" else "attachment"
-        return FileResponse(
-            path, media_type=MEDIA[path.suffix], filename=path.name, content_disposition_type=shown
-        )  # fmt: skip
+        who, is_report = request.state.caller.name, path.suffix == ".html"
+        return Download(path, services.downloads, who, media_type=MEDIA[path.suffix], inline=is_report)
 
     @app.get("/page/tables/{run_id}/{name}.csv", include_in_schema=False)
     def csv_table(run_id: RunNumber, name: str) -> Response:

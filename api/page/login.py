@@ -11,7 +11,7 @@ from fastapi import FastAPI, Form, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from starlette.requests import HTTPConnection
 
-from api.service.access import Caller, authenticate
+from api.service.access import Caller, authenticate, is_at_this_computer
 from api.service.context import Services
 from api.service.problems import AccessError
 
@@ -30,12 +30,12 @@ class Login:
 
     Attributes:
         secret: of the key; None where there is none.
-        host: name by which the browser asks for the page.
+        here: whether the browser is at this computer.
     """
 
     services: Services
     secret: str | None
-    host: str | None
+    here: bool
 
     def caller(self) -> Caller:
         """The caller with this key.
@@ -43,12 +43,12 @@ class Login:
         Raises:
             AccessError: the key opens nothing, or one is needed.
         """
-        return authenticate(self.services, self.secret, self.host)
+        return authenticate(self.services, self.secret, self.here)
 
 
 def login_of(services: Services, request: HTTPConnection) -> Login:
     """The login of the browser that sent a request or opens a socket."""
-    return Login(services, request.cookies.get(COOKIE), request.url.hostname)
+    return Login(services, request.cookies.get(COOKIE), is_at_this_computer(request))
 
 
 def file_text(name: str) -> str:
@@ -81,7 +81,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
         """Keep the key in a cookie, if it opens something."""
         target, secret = _own_address(next, request), key.strip()
         try:
-            authenticate(services, secret, request.url.hostname)
+            authenticate(services, secret, is_at_this_computer(request))
         except AccessError as error:
             return log_in_form(str(error), target, error.status)
         answer = RedirectResponse(target, 303)

@@ -1,6 +1,7 @@
 """Access: a key in the `Authorization` header, and the scope that each route asks for.
 
-As long as no key was ever made, a service on the loopback address is open to everybody at its computer.
+As long as no key was ever made, a service on the loopback address is open to everybody at its computer: to requests for
+a name of the loopback that no proxy has passed on.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -9,6 +10,7 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from starlette.requests import HTTPConnection
 
 from api.service.context import Context, Services, services
 from api.service.deadlines import within
@@ -17,6 +19,8 @@ from store.keys import count_keys, find_key
 from store.states import Scope
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+FORWARDED = frozenset({"forwarded", "via", "x-real-ip"})
+"""Headers that proxies add, beside those that begin with X-Forwarded."""
 # Apart from the threads in which requests wait for the store, so that a stop waits for none of those.
 _key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup")
 LONGEST_LOOKUP = 5.0
@@ -39,21 +43,34 @@ class Caller:
     scopes: frozenset[Scope]
 
 
-def authenticate(context: Services, secret: str | None, host: str | None) -> Caller:
+def is_at_this_computer(connection: HTTPConnection) -> bool:
+    """Whether a request or socket is addressed to the loopback by name, and no proxy says that it comes from elsewhere.
+
+    A page of another origin would use another name. A proxy at this computer connects from here for everybody.
+    """
+    passed_on = any(name in FORWARDED or name.startswith("x-forwarded") for name in connection.headers)
+    return connection.url.hostname in LOOPBACK_NAMES and not passed_on
+
+
+def stranger(connection: HTTPConnection) -> str:
+    """A caller without a key, by its address, for the audit log."""
+    return "unknown caller" if connection.client is None else f"unknown caller at {connection.client.host}"
+
+
+def authenticate(context: Services, secret: str | None, here: bool) -> Caller:
     """The caller with this key, or anybody at this computer where no key is needed.
 
     Args:
         context: of the service.
         secret: of the key; None where none was given.
-        host: name by which the caller addresses the service. Under another name than the loopback's, which a page of
-            another origin would use, a key is always needed.
+        here: whether the caller is at this computer; elsewhere a key is always needed.
 
     Raises:
         AccessError: the key is unknown, has ended or was revoked, or one is needed.
     """
     with context.catalogue.reading() as session:
         key = None if secret is None else find_key(session, secret)
-        is_open = secret is None and context.loopback and host in LOOPBACK_NAMES and count_keys(session) == 0
+        is_open = secret is None and context.loopback and here and count_keys(session) == 0
     if is_open:
         return Caller("at this computer", frozenset(Scope))
     if secret is None:
@@ -78,8 +95,8 @@ async def caller_of(request: Request) -> Caller:
         given = await _bearer(request)
         secret = None if given is None else given.credentials
         context = await services(request)
-        host = request.url.hostname
-        request.state.caller = await within(LONGEST_LOOKUP, _key_lookup, authenticate, context, secret, host)
+        here = is_at_this_computer(request)
+        request.state.caller = await within(LONGEST_LOOKUP, _key_lookup, authenticate, context, secret, here)
     found: Caller = request.state.caller
     return found
 

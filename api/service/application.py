@@ -64,6 +64,7 @@ def create_app(services: Services) -> FastAPI:
             services.runs.close()
         if services.jobs is not None:
             services.jobs.close()
+        services.bursts.close()
 
     app = FastAPIOffline(
         title="Jointlab", version=release(), description=DESCRIPTION.strip(), lifespan=lifespan,

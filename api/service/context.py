@@ -10,8 +10,10 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from api.service.downloads import DownloadPlaces
 from api.service.monotonic_clock import MonotonicClock
 from jointlab.audit import RefusalLog
+from jointlab.burst_log import BurstLog
 from jointlab.drive.state import RigState
 from jointlab.errors import ConflictError
 from jointlab.jobs.queue import JobQueue
@@ -30,6 +32,8 @@ class Services:
         jobs: queue of long computations; None where this service has none.
         now: the time by which keys end.
         refusals: notes refused actions.
+        bursts: notes what callers without a key cause.
+        downloads: places for files that are sent.
     """
 
     catalogue: Catalogue
@@ -38,6 +42,8 @@ class Services:
     jobs: JobQueue | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     refusals: RefusalLog = field(default_factory=RefusalLog)
+    bursts: BurstLog = field(default_factory=BurstLog)
+    downloads: DownloadPlaces = field(default_factory=DownloadPlaces)
 
     @property
     def rig_state(self) -> RigState | None:

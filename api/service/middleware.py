@@ -15,12 +15,12 @@ PLACES = 2
 """The number of reads at a time: one may wait for the database while another one is written out."""
 LONGEST_REST = 0.02
 """Seconds; an answer that took longer has mostly waited."""
-EVENTS = "/events"
-"""End of the path of a stream."""
+STREAMS = ("/events", "/file")
+"""Ends of the paths of what takes as long as its reader likes."""
 
 
 class LimitedReads:
-    """Answers few reads at a time; requests that act, and streams of events, do not wait.
+    """Answers few reads at a time; requests that act, streams of events and files do not wait.
 
     A run and its readers share one interpreter. While the rig is at work, each place for a read then rests for as long
     as its answer took. So half of the interpreter is left for the run, its heartbeat and STOP, however many clients
@@ -53,7 +53,7 @@ def _is_read(scope: Scope) -> bool:
         scope["type"] == "http"
         and scope["method"] == "GET"
         and scope["path"].startswith("/api/")
-        and not scope["path"].endswith(EVENTS)
+        and not scope["path"].endswith(STREAMS)
     )
 
 

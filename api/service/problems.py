@@ -52,6 +52,7 @@ TITLES = {
     409: "Not in the present state",
     412: "It has changed since",
     422: "The request is not valid",
+    429: "Too many at a time",
     500: "An unexpected error",
     502: "An instrument does not answer or obey",
     503: "The store does not answer",

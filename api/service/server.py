@@ -1,25 +1,57 @@
 """The web server in front of the application: what it takes from a network on which anybody may connect."""
 
 import resource
+import ssl
+from collections.abc import Sequence
+from ipaddress import IPv4Address, IPv6Address
+from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
 
 from api.service.bodies import LARGEST
 from api.service.connections import GuardedProtocol
+from jointlab.errors import JointlabError
 
 GRACE = 5
 """Seconds that requests have to end when the service is stopped."""
 
 
-def make_server(app: FastAPI, grace: int = GRACE) -> uvicorn.Server:
-    """A server of `app` that bounds connections, heads, bodies and messages of sockets."""
-    return uvicorn.Server(
-        uvicorn.Config(
-            app, http=GuardedProtocol, ws_max_size=LARGEST, log_level="warning", timeout_graceful_shutdown=grace,
-            server_header=False, proxy_headers=False,
-        )
+def make_server(
+    app: FastAPI,
+    *,
+    tls: ssl.SSLContext | None = None,
+    trusted_proxies: Sequence[IPv4Address | IPv6Address] = (),
+    grace: int = GRACE,
+) -> uvicorn.Server:
+    """A server of `app` that bounds connections, heads, bodies and messages of sockets.
+
+    Args:
+        app: answers the requests.
+        tls: of an encrypted service.
+        trusted_proxies: addresses from which the headers X-Forwarded-For and X-Forwarded-Proto are believed.
+        grace: seconds that requests have to end when the service is stopped.
+    """
+    config = uvicorn.Config(
+        app, http=GuardedProtocol, ws_max_size=LARGEST, log_level="warning", timeout_graceful_shutdown=grace,
+        server_header=False, proxy_headers=bool(trusted_proxies), forwarded_allow_ips=[*map(str, trusted_proxies)],
+        ssl_context_factory=None if tls is None else lambda _config, _default: tls,
     )  # fmt: skip
+    return uvicorn.Server(config)
+
+
+def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:
+    """TLS 1.2 and newer with this certificate (with its chain) and its key, both PEM files.
+
+    Raises:
+        JointlabError: they cannot be read, or do not fit each other.
+    """
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(certificate, key, password="")  # without a password it would ask at the terminal
+    except (OSError, ssl.SSLError) as error:
+        raise JointlabError(f"{certificate} and {key} make no TLS: {error}; give PEM files that fit") from error
+    return context
 
 
 def raise_descriptor_limit() -> int:

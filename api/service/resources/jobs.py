@@ -11,6 +11,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from api.service.access import Reader, ReaderContext
 from api.service.context import Context, Jobs, Services
+from api.service.downloads import Download
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, PageRequest, Paging
@@ -106,12 +107,12 @@ def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Job
 @exports.get(
     "/{job_id}/file",
     response_class=FileResponse,
-    responses=problems(404, 409) | {200: {"description": "the file", "content": {"application/octet-stream": {}}}},
+    responses=problems(404, 409, 429) | {200: {"description": "the file", "content": {"application/octet-stream": {}}}},
 )
-def file(context: ReaderContext, job_id: JobNumber) -> FileResponse:
+def file(who: Reader, context: Context, job_id: JobNumber) -> Download:
     """The file of an export that is done."""
     path = export_file(context.catalogue, job_id)
-    return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+    return Download(path, context.downloads, who.name, media_type="application/octet-stream")
 
 
 @jobs.get("", name="list_", responses=problems() | first_of("job_id", "jobs-get", "jobs-cancel"))

@@ -1,28 +1,27 @@
 """Routes of the rig: its state, control lease, limits and events as they happen, and STOP."""
 
-import threading
 from collections.abc import AsyncIterator
 from dataclasses import asdict
 from typing import Annotated
 
 from anyio import CapacityLimiter, to_thread
-from fastapi import APIRouter, BackgroundTasks, Header, Response
+from fastapi import APIRouter, Header, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from api.service.access import Controller, Reader
+from api.service.access import Controller, Reader, stranger
 from api.service.context import Context, Rig, Services
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.idempotent_requests import IdempotentRequest, LeaseToken, idempotent
 from api.service.parameters import document
 from api.service.problems import problems
 from api.service.rig_events import described_events
+from jointlab.burst_log import Happening
 from jointlab.documents.rig import LeaseDocument, LeaseRequest, Limits, PromptDocument, RigDocument, Stopped
 from jointlab.drive.journal import Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.registers import interlock_names
 from rig.tester_limits import TesterLimits
-from store.audit import add_audit_entry
 from store.states import Scope
 
 router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)
@@ -41,15 +40,15 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
 
 
 @router.post("/stop", responses=problems(409, 502, needs_key=False))
-async def stop(context: Context, rig: Rig, afterwards: BackgroundTasks) -> Stopped:
+async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
     """STOP: end the present run; answers with the actuator at rest. It needs no key."""
     own_thread = CapacityLimiter(1)  # a stop does not wait for readers
     try:
         run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
-    except RigError as error:  # the caller does not wait for the database, least of all now
-        threading.Thread(target=_note_stop, args=(context, None, f"failed: {error}"), daemon=True).start()
+    except RigError as error:
+        _note_stop(request, context, None, f"failed: {error}")
         raise
-    afterwards.add_task(_note_stop, context, run_id)
+    _note_stop(request, context, run_id, "done")
     return Stopped(run_id=run_id)
 
 
@@ -130,7 +129,7 @@ def _after(journal: Journal, last_event_id: str | None) -> int:
     return int(number) if epoch == journal.epoch else 0
 
 
-def _note_stop(context: Services, run_id: int | None, outcome: str = "done") -> None:
-    with context.catalogue.writing() as session:
-        target = "rig" if run_id is None else f"run {run_id}"
-        add_audit_entry(session, who="unknown caller", action="stop", target=target, outcome=outcome)
+def _note_stop(request: Request, context: Services, run_id: int | None, outcome: str) -> None:
+    """Note a stop; its caller does not wait for the database."""
+    target = "rig" if run_id is None else f"run {run_id}"
+    context.bursts.note(context.catalogue, Happening(stranger(request), "stop", target, outcome))

@@ -34,13 +34,14 @@ Acting = Callable[..., dict[str, Any]]
 
 
 @contextmanager
-def served(app: FastAPI) -> Iterator[httpx.Client]:
-    """A client of the application on a real server in a thread."""
+def served(app: FastAPI, **options: Any) -> Iterator[httpx.Client]:
+    """A client of the application on a real server with these options, in a thread."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = make_server(app, grace=1)
+        server = make_server(app, grace=1, **options)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
-        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        scheme = "https" if options.get("tls") else "http"
+        address = f"{scheme}://127.0.0.1:{listener.getsockname()[1]}"
         try:
             with httpx.Client(base_url=address, timeout=30) as client:
                 yield client

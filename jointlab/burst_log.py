@@ -1,0 +1,86 @@
+"""What anybody may cause without a key, in the audit log: a burst of it is one row in `INTERVAL`, however dense it is.
+
+The first one is noted at once; of the others within an interval, one more row has the number. So nobody fills the disk
+with STOPs, which need no key, or with log-ins that fail.
+"""
+
+import logging
+import threading
+from dataclasses import asdict, dataclass, replace
+
+from store.audit import add_audit_entry
+from store.catalogue import Catalogue
+from store.errors import StoreError
+
+INTERVAL = 10.0  # s
+MOST_BURSTS = 16
+"""Different bursts at a time, each with a thread of its own; what comes beside them is counted as of many callers."""
+MANY = "many callers"
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that somebody without a key has caused; its fields are those of `add_audit_entry`."""
+
+    who: str
+    action: str
+    target: str
+    outcome: str
+
+
+class BurstLog:
+    """Notes bursts. Any thread may call it, the event loop too: it never waits for the database."""
+
+    def __init__(self, interval: float = INTERVAL) -> None:
+        self._interval = interval
+        self._lock = threading.Lock()
+        self._more = dict[Happening, int]()
+        self._threads = set[threading.Thread]()
+        self._ending = threading.Event()
+
+    def note(self, catalogue: Catalogue, happening: Happening) -> None:
+        """Note that something has happened."""
+        with self._lock:
+            if happening not in self._more and len(self._more) >= MOST_BURSTS:
+                happening = replace(happening, who=MANY, target="")
+            if happening in self._more:
+                self._more[happening] += 1
+                return
+            self._more[happening] = 0
+            thread = threading.Thread(target=self._follow, args=(catalogue, happening), name="burst log", daemon=True)
+            self._threads.add(thread)
+            thread.start()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a burst may still last."""
+        return bool(self._more)
+
+    def close(self) -> None:
+        """Note what is still counted."""
+        self._ending.set()
+        while self._threads:
+            next(iter(self._threads)).join()
+
+    def _follow(self, catalogue: Catalogue, happening: Happening) -> None:
+        """Note the first one, and after every interval how many more there were, until there was none."""
+        _write(catalogue, happening, {})
+        while True:
+            self._ending.wait(self._interval)
+            with self._lock:
+                more = self._more[happening]
+                self._more[happening] = 0
+                if not more:
+                    del self._more[happening]
+                    self._threads.discard(threading.current_thread())
+                    return
+            _write(catalogue, happening, {"times": more, "within_s": self._interval})
+
+
+def _write(catalogue: Catalogue, happening: Happening, details: dict[str, float]) -> None:
+    try:
+        with catalogue.writing() as session:
+            add_audit_entry(session, **asdict(happening), details=details)
+    except StoreError as error:
+        log.warning("%s could not be noted (%s): %s", happening, details or "once", error)

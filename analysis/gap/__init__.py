@@ -9,8 +9,8 @@ Read in this order:
   them.
 - Faults of the measurement come first: `faults` (of records), `row_faults` with `rough_fit`, `mains_detection`.
 - Which effect: `fit` finds the most likely parameters of one model, `screening` predicts which effects are promising,
-  `search` and `two_effect_search` fit those, `evidence` compares models, `verdict` gives their probabilities and the
-  effects that cannot be told apart.
+  `search` fits those, `forward_selection` adds any number of them; `evidence` compares models, `verdict` gives their
+  probabilities, with what trials say in `calibration`; `findings` is what a diagnosis says beside its verdict.
 - Where: `residual_structure` separates misfit from noise, `location` maps it. How far: `held_out`, and `gaps` with the
   floor.
 - What to measure next: `next_experiment`. What these data cannot show: `missing_evidence`.

@@ -6,32 +6,52 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import norm
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.catalogue import candidates
-from analysis.gap.effect import RecordEffect
-from analysis.gap.evidence import PATTERNS, tempered
+from analysis.gap.calibration import UNCALIBRATED, Calibration
+from analysis.gap.catalogue import candidates, mechanism_of
+from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.faults import examine
+from analysis.gap.findings import (
+    IN_RECORDS,
+    EffectFound,
+    Remainder,
+    effects_found,
+    estimates,
+    mechanisms_found,
+    of_records,
+    remainder_of,
+)
 from analysis.gap.fit import Fit
-from analysis.gap.gaps import gaps_where_asked, measured_gaps
+from analysis.gap.forward_selection import selected
+from analysis.gap.gaps import gaps_where_asked, held_to_account, measured_gaps
 from analysis.gap.held_out import HeldOut
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
-from analysis.gap.model import Model, best_by_id, evaluate_on, refined
+from analysis.gap.model import Model, refined
 from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parameter import Estimate
-from analysis.gap.search import HOPELESS_COST, ParallelMap, search_of, serial_map
-from analysis.gap.two_effect_search import pairs
-from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, listed, model_of_verdict, weigh
+from analysis.gap.search import ParallelMap, search_of, serial_map
+from analysis.gap.verdict import (
+    UNKNOWN,
+    Contest,
+    Status,
+    Weighed,
+    confounded_effects,
+    contenders,
+    leading,
+    listed,
+    model_of_verdict,
+    weigh,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """One explanation: no effect, one, a pair, or an unknown one (`effects` is then ("unknown",)).
+    """One explanation: no effect, some, or an unknown one (`effects` is then ("unknown",)).
 
     Attributes:
         effects: ids.
@@ -79,6 +99,9 @@ class Diagnosis:
         seconds: duration of the diagnosis.
         readings: (points,) N/m of the tester by the paper's model and by the verdict's; None without a tester.
         missing_evidence: what could not be measured and so cannot be decided, a sentence each.
+        included: effects that may be there, the most probable first.
+        mechanisms: probability of each.
+        remainder: what the verdict leaves.
     """
 
     status: Status
@@ -94,16 +117,16 @@ class Diagnosis:
     faults: tuple[str, ...]
     predicted: Predicted | None
     seconds: float
-    readings: tuple[Complex, Complex] | None = None
-    missing_evidence: tuple[str, ...] = ()
+    readings: tuple[Complex, Complex] | None
+    missing_evidence: tuple[str, ...]
+    included: tuple[EffectFound, ...]
+    mechanisms: dict[Mechanism, float]
+    remainder: Remainder
 
 
 Progress = Callable[[str, float], None]
 """Called with the name of the current step and the share of the whole that is done, 0 to 1."""
 
-REFINED_SINGLES = 3
-REFINED_PAIRS = 2
-"""Singles and pairs that are fitted to all lines and weighed."""
 FINE_LINES = 400
 """Lines of each hammer set, enough where the gap is large; a small gap is weighed on all."""
 LARGE_GAP = 1.2
@@ -112,10 +135,6 @@ EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
 CERTAINTY = 0.99
 """Probability of an effect that records show; the checks themselves err far less often."""
-LAW = 0.01
-"""Relative uncertainty of the size of an effect at best, as no law is exact."""
-TWO_SIDED = float(norm.ppf(0.95))
-"""Standard deviations of half a 90 % interval."""
 
 
 def diagnose(
@@ -123,6 +142,7 @@ def diagnose(
     without: frozenset[str] = frozenset(),
     progress: Progress | None = None,
     parallel_map: ParallelMap = serial_map,
+    calibration: Calibration = UNCALIBRATED,
 ) -> Diagnosis:
     """Diagnose the gap of a measurement.
 
@@ -131,6 +151,7 @@ def diagnose(
         without: ids of effects to leave out of the catalogue.
         progress: called as the work proceeds.
         parallel_map: runs independent fits, in parallel if it can.
+        calibration: what trials say of laws and causes.
 
     Raises:
         AnalysisError: the measurement cannot be simulated.
@@ -142,26 +163,23 @@ def diagnose(
     measurement = sound.measurement
     search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map)
     report("fitting the paper's model", 0.05)
-    none = search.without_effects()
-    report("trying single effects", 0.15)
-    singles = search.singles(none)
-    report("trying pairs", 0.4)
-    found = [*singles, *pairs(search, singles)]
+    coarse = search.without_effects()
+    report("trying effects", 0.15)
+    found = selected(search, coarse, calibration)
     report("weighing the best on all lines", 0.7)
-    fine = measurement if none.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
-    none = refined(none, fine)
-    chosen = _contest(found, 1, REFINED_SINGLES) + _contest(found, 2, REFINED_PAIRS)
-    best = max((each.log_evidence for each in chosen), default=0.0)
-    clean = any(each.clean for each in chosen)
-    hopeless = [clean and each.log_evidence < best - HOPELESS_COST / 2 for each in chosen]
-    contest = list(parallel_map(partial(_contestant, fine), list(zip(chosen, hopeless, strict=True))))
-    weighed = weigh(none, contest)
+    fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
+    none = refined(coarse, fine)
+    chosen = contenders(Contest(coarse, found, calibration))
+    weighed = weigh(none, list(parallel_map(partial(refined, measurement=fine), chosen)), calibration)
     report("measuring the gap on held-out data", 0.85)
-    verdict, after = weighed[0], model_of_verdict(weighed[0], none)
-    gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, parallel_map), after)
+    measured = measured_gaps(none, weighed, measurement, parallel_map)
+    weighed = held_to_account(weighed, none, measured)
+    verdict = leading(weighed)
+    after = model_of_verdict(verdict, none)
+    gaps = gaps_where_asked(measured, after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
-    ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model))) for each in listed(weighed))
+    ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model)), calibration) for each in listed(weighed))
     confounded = confounded_effects(weighed)
     result = Diagnosis(
         status=status,
@@ -179,6 +197,9 @@ def diagnose(
         seconds=time.perf_counter() - started,
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
         missing_evidence=missing_evidence(measurement),
+        included=effects_found(weighed, calibration),
+        mechanisms=mechanisms_found(weighed),
+        remainder=remainder_of(after, gaps.by_model[id(after)]),
     )
     report("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])
@@ -201,14 +222,24 @@ def with_records(found: Diagnosis, shown: Sequence[RecordEffect]) -> Diagnosis:
     if not shown:
         return found
     ids, unknown = tuple(each.id for each in shown), found.status is Status.UNKNOWN
-    ranking = [each if each.effects == UNKNOWN else _beside_records(each, shown) for each in found.ranking]
-    doubt = (1 - CERTAINTY) * sum(each.probability for each in found.ranking if each.effects != UNKNOWN)
-    ranking += [replace(each, probability=doubt) for each in found.ranking if not each.effects]
+    inside = [each for each in found.ranking if each.effects != UNKNOWN]
+    ranking = [_beside_records(each, shown) for each in inside]
+    doubt = (1 - CERTAINTY) * sum(each.probability for each in inside)
+    for each in found.ranking:
+        if not each.effects:
+            ranking.append(replace(each, probability=doubt))
+        if each.effects == UNKNOWN:  # what no model explains may be what the records show
+            ranking.append(replace(each, probability=(1 - CERTAINTY) * each.probability))
+            alone = next(place for place, other in enumerate(ranking) if other.effects == ids)
+            more = ranking[alone].probability + CERTAINTY * each.probability
+            ranking[alone] = replace(ranking[alone], probability=more)
     return replace(
         found,
-        status=Status.EXPLAINED if found.status is Status.NONE else found.status,
-        effects=() if unknown else (*found.effects, *ids),
+        status={Status.NONE: Status.EXPLAINED, Status.UNKNOWN: Status.PARTIAL}.get(found.status, found.status),
+        effects=ids if unknown else (*found.effects, *ids),
         ranking=_normalised(tuple(sorted(ranking, key=lambda each: -each.probability))),
+        included=(*(of_records(each, CERTAINTY) for each in shown), *found.included),
+        mechanisms=found.mechanisms | {mechanism_of(each.id): CERTAINTY for each in shown},
         next_experiment=replace(found.next_experiment, corrections=ids),
     )
 
@@ -217,7 +248,7 @@ def _beside_records(each: Ranked, shown: Sequence[RecordEffect]) -> Ranked:
     return replace(
         each,
         effects=(*each.effects, *(found.id for found in shown)),
-        laws=(*each.laws, *("found in records" for _ in shown)),
+        laws=(*each.laws, *(IN_RECORDS for _ in shown)),
         parameters=each.parameters | {found.id: found.parameters for found in shown},
         probability=CERTAINTY * each.probability,
     )
@@ -267,20 +298,15 @@ def _explained(model: Model, none: Model) -> float:
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
 
 
-def _contestant(fine: Measurement, chosen: tuple[Model, bool]) -> Model:
-    """A model on the lines of the contest, fitted to them unless it is hopeless."""
-    model, hopeless = chosen
-    return evaluate_on(model, fine) if hopeless else refined(model, fine)
-
-
-def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:
+def _ranked(each: Weighed, none: Model, gap: HeldOut | None, calibration: Calibration) -> Ranked:
     unknown = each.effects == UNKNOWN
+    found = () if unknown else estimates(each.model, calibration)
     return Ranked(
         effects=each.effects,
         laws=each.laws,
         probability=each.probability,
         held_out=None if unknown else gap,
-        parameters={} if unknown else estimates(each.model),
+        parameters={} if unknown else {effect: found[each.place_of(effect)] for effect in each.effects},
         explained=1.0 if unknown else _explained(each.model, none),
     )
 
@@ -288,34 +314,6 @@ def _ranked(each: Weighed, none: Model, gap: HeldOut | None) -> Ranked:
 def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
     total = sum(each.probability for each in ranking)
     return tuple(replace(each, probability=each.probability / total) for each in ranking)
-
-
-def estimates(model: Model) -> dict[str, dict[str, Estimate]]:
-    """Parameters of the effects with their intervals, which the model's own misfit widens.
-
-    No bench follows a law exactly: the size of an effect is known no better than to `LAW` of itself.
-    """
-    temperature = max(1.0, model.fit.per_datum, model.misfit.certain / PATTERNS)
-    deviations = tempered(model.fit, temperature).deviations
-    found = dict[str, dict[str, Estimate]]()
-    for number, effect in enumerate(model.effects):
-        found[effect.id] = {}
-        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
-            score = float(model.fit.scores[place])
-            value = parameter.value(score)
-            form = LAW * score if parameter.centre == 0.0 else 0.0
-            reach = TWO_SIDED * float(np.hypot(deviations[place], form))
-            interval = parameter.value(score - reach), parameter.value(score + reach)
-            found[effect.id][parameter.name] = Estimate(value, interval, parameter.unit)
-    return found
-
-
-def _contest(found: Sequence[Model], effects: int, count: int) -> list[Model]:
-    """The best models with so many effects, different ones, and the best other law of the very best."""
-    models = sorted((each for each in found if len(each.effects) == effects), key=lambda each: -each.log_evidence)
-    chosen = best_by_id(models)[:count]
-    rivals = [each for each in models if chosen and each.ids == chosen[0].ids and each is not chosen[0]]
-    return chosen + rivals[:1]
 
 
 def _silent(what: str, share: float) -> None:

@@ -1,9 +1,9 @@
 """The evidence of models, where neither noise nor the models themselves are exact.
 
 Laplace's approximation, log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior
-variance, is exact for a law that is exact. A real effect follows none of our laws exactly, and its residual is smooth
-and many times noise. So chi-square is tempered, divided by T: as much as the misfit of the best model requires, and no
-more than a law that is roughly right would leave of the gap.
+variance, is exact for a law that is exact. A real effect follows none of our laws exactly: what its law leaves is
+smooth, many times noise, and of unknown size. So chi-square is tempered, divided by T: as much as the misfit of the
+best model requires, and no more than laws that are roughly right would leave of the gap.
 """
 
 from collections.abc import Sequence
@@ -12,18 +12,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import norm
 
+from analysis.gap.calibration import Calibration
 from analysis.gap.fit import Fit
 from analysis.inverse.levenberg_marquardt import Linearised
-
-FORM_ERROR = 2000.0
-"""Misfit of the paper's model over which a law that is roughly right leaves about one standard deviation.
-
-In sealed trials laws of the right kind left at most 1/500 of a large misfit. Wrong explanations left 1.5/500 or more.
-"""
-KNOWN_FORM = 20_000.0
-"""The same for effects whose form is known. In trials they left nothing at all beyond noise, of gaps up to 1e9."""
-PATTERNS = 10.0
-"""Independent ways in which a misfit deviates: a misfit of so many standard deviations, squared, asks for T = 1."""
 
 
 def tempered(found: Fit, temperature: float = 1.0) -> Fit:
@@ -78,12 +69,15 @@ def at_tolerance(found: Fit, places: Sequence[int], tolerances: Sequence[float],
     return float(close - wide)
 
 
-def temperature_of(gap: float, remaining: float, form: float = FORM_ERROR) -> float:
-    """T from misfits beyond noise (squared standard deviations) of the paper's model and of the best one.
+def temperature_of(left: float, gap: float, form_is_known: bool, calibration: Calibration) -> float:
+    """T of a contest: as much as the best model's misfit asks for, and about as much as its laws may be wrong.
 
     Args:
+        left: misfit of the best model beyond noise, squared standard deviations.
         gap: that of the paper's model.
-        remaining: that of the best one.
-        form: of the gap over a standard deviation that its laws leave.
+        form_is_known: of all effects of the best model.
+        calibration: how wrong laws may be.
     """
-    return max(1.0, min(gap / form, remaining / PATTERNS))
+    least, most = calibration.form_errors(form_is_known)
+    explained = max(0.0, gap - left)
+    return max(1.0, float(np.clip(left, least**2 * explained, most**2 * explained)) / calibration.patterns)

@@ -1,18 +1,19 @@
 """How far each explanation lowers the gap on held-out data, and the floor: the difference to expect of a repetition."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from analysis.dof import Dof
+from analysis.gap.effect import acts_on
 from analysis.gap.fit import Fit, in_other_set_up
 from analysis.gap.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
 from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
 from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
 from analysis.gap.simulation import Prediction
-from analysis.gap.verdict import UNKNOWN, Weighed, listed, model_of_verdict
+from analysis.gap.verdict import UNKNOWN, Weighed, leading, listed, model_of_verdict
 
 
 def floor_percent(found: Fit) -> float:
@@ -101,9 +102,49 @@ def measured_gaps(
     """Gaps of the explanations that are listed on rows and points that are left out in turn, by identity of model."""
     coarse = measurement.thinned(COARSE_LINES)
     fits = {id(each.model): evaluate_on(each.model, coarse).fit for each in listed(weighed) if each.effects != UNKNOWN}
-    for each in (none, model_of_verdict(weighed[0], none)):  # where a model does not hold, every fold is a fit
+    for each in (none, model_of_verdict(leading(weighed), none)):  # where a model does not hold, every fold is a fit
         fits[id(each)] = each.fit if each.fit.per_datum < MODEL_HOLDS_BELOW else evaluate_on(each, coarse).fit
     return dict(zip(fits, parallel_map(held_out, list(fits.values())), strict=True))
+
+
+PARTS_OF = {"inverse": ("cylinders", "mounting", "joints", "beam"), "direct": ("cylinders", "mounting", "tester")}
+"""Methods of an effect that change the readings of a rig."""
+SAME = 0.01
+"""Relative change of a held-out gap that is none."""
+
+
+def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
+    """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none."""
+    parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
+    pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
+    lowered = [new.sigma < old.sigma or new.percent < old.percent for rig, (old, new) in pairs.items() if parts[rig]]
+    raised = [new.percent > (1 + SAME) * old.percent for old, new in pairs.values()]
+    return any(lowered) and not any(raised)
+
+
+def held_to_account(weighed: Sequence[Weighed], none: Model, gaps: Mapping[int, HeldOut]) -> tuple[Weighed, ...]:
+    """Explanations that do not lower a held-out gap lose their probability: to no effect, or to an unknown cause.
+
+    Args:
+        weighed: explanations.
+        none: the paper's model.
+        gaps: by identity of model.
+    """
+    rest = UNKNOWN if none.misfit.certain else ()
+    before = gaps[id(none)]
+    fails = {
+        each.effects
+        for each in weighed
+        if each.effects not in ((), UNKNOWN)
+        and id(each.model) in gaps
+        and not shrinks(each.model, before, gaps[id(each.model)])
+    }
+    lost = sum(each.probability for each in weighed if each.effects in fails)
+    changed = [
+        replace(each, probability=0.0 if each.effects in fails else each.probability + lost * (each.effects == rest))
+        for each in weighed
+    ]
+    return tuple(sorted(changed, key=lambda each: -each.probability))
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:

@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.gap.evidence import PATTERNS
+from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.fit import in_other_set_up
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
-from analysis.gap.verdict import UNKNOWN, Status, Weighed
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, leading
 from analysis.inverse.levenberg_marquardt import inverse
 
 CONVINCING = 5.0
@@ -155,7 +155,7 @@ def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> 
         descent[block.unknowns] += block.descent
     followed = descent @ np.linalg.solve(normal, descent)
     left = max(0.0, sum(block.chi_square for block in blocks) - followed)
-    return float(np.sqrt(left / max(1.0, verdict.misfit.certain / PATTERNS)))
+    return float(np.sqrt(left / max(1.0, verdict.misfit.certain / UNCALIBRATED.patterns)))
 
 
 def _expected(model: Model, further: Measurement) -> Measurement:
@@ -257,7 +257,7 @@ def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence
         return NextExperiment(Experiment.NOTHING)
     if status is Status.UNKNOWN:
         return NextExperiment(Experiment.NEW_SET_UP)
-    verdict, rivals = weighed[0], _rivals(weighed, groups)
+    verdict, rivals = leading(weighed), _rivals(weighed, groups)
     found, expected = Experiment.CORRECT_EFFECTS, 0.0
     for experiment in EXPERIMENTS:  # the first that tells the verdict from all rivals, else the one that comes nearest
         told = min((experiment.separation(verdict.model, rival.model) for rival in rivals), default=0.0)
@@ -273,7 +273,8 @@ def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence
 
 def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list[Weighed]:
     """The best explanation with each confounded effect; without these, the best that lacks part of the verdict."""
-    verdict, others = weighed[0], [each for each in weighed[1:] if each.effects != UNKNOWN]
+    verdict = leading(weighed)
+    others = [each for each in weighed if each is not verdict and each.effects != UNKNOWN]
     others_of_group = {name for group in groups for name in group} - set(verdict.effects)
     found = [next(each for each in others if name in each.effects) for name in sorted(others_of_group)]
     return found or [each for each in others if not set(verdict.effects) <= set(each.effects)][:1]

@@ -62,6 +62,11 @@ class Misfit:
         """The misfit that is certain."""
         return max(0.0, self.energy - DOUBT * self.deviation, self.excess)
 
+    @property
+    def significance(self) -> float:
+        """Standard deviations of what there would be without misfit."""
+        return max(self.energy, self.excess, 0.0) / self.deviation
+
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""

@@ -1,4 +1,6 @@
-"""Which effects: the paper's model first, then every effect of the catalogue on top of it (pairs: `two_effect_search`).
+"""Which effects: the paper's model first, then every effect of the catalogue on top of it, one at a time.
+
+Further effects: `forward_selection`.
 
 Screening takes one step of a linearised fit for every variant of every law, with noise inflated so that no sharp peak
 decides. The best are fitted in full, from several starts where a law has them.

@@ -1,37 +1,39 @@
-"""Which explanation is how probable: no effect, one, a pair, or one that the catalogue does not have.
+"""Which explanation is how probable: the effects of each visited model, or a cause that is in no catalogue.
 
-Little is known beforehand: most gaps have one cause. Each effect is compared with itself at its tolerance, a narrow
-prior, so that a trace that every bench has explains nothing. All compete with the unknown effect: a residual model that
-can take any smooth shape, explains all misfit beyond noise, and pays for that freedom.
+Little is known beforehand but how many causes gaps have. Each effect is compared with itself at its tolerance, a narrow
+prior, so that a trace that every bench has explains nothing. What the best explanation leaves does not compete with it:
+it is said beside it, and only where it is most of the gap is the cause likely to be in no catalogue.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
+from math import comb
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
-from analysis.gap.catalogue import effect_ids
-from analysis.gap.evidence import FORM_ERROR, KNOWN_FORM, at_tolerance, log_evidence, temperature_of
+from analysis.gap.calibration import Calibration
+from analysis.gap.catalogue import effect_ids, mechanism_of
+from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
 from analysis.gap.model import Model
 
-PRIOR = {"none": 0.2, "single": 0.5, "pair": 0.2, "unknown": 0.1}
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
 MOST_OF_A_TRACE = 4.0
 """Multiple of `TOLERANCE` beyond which an effect is no trace: a Gaussian about the fit is not valid so far away."""
-FAINT = 1.5**2
-"""Chi-square per datum of the paper's model up to which a trace may explain the whole gap."""
-FREEDOM = 12.0
-"""Log evidence that the unknown effect costs: as much as about six parameters over their full ranges."""
+CHANCE = 5.0
+"""Standard deviations of a remaining misfit at which it is even odds that it is chance."""
+PLAUSIBLE = 2.0
+"""Standard deviations of its prior up to which a parameter is within its plausible range."""
 UNKNOWN = ("unknown",)
-SECOND = 0.02
-"""Largest share of the misfit of the best single that a pair may leave: ten times the share that right laws leave.
-
-A second effect that leaves more only absorbs the error of the first one's law.
-"""
-
+RIVALS = 3
+"""Laws of one explanation that are fitted to all lines."""
+MOST_CONTENDERS = 8
+"""Models that are fitted to all lines and weighed."""
+MARGIN = 40.0
+"""Log probability behind the best, from which a model cannot matter any more."""
 RANKED = 5
 """Explanations that are shown."""
 
@@ -46,7 +48,7 @@ class Status(StrEnum):
     PARTIAL = "partial"
     """The named effects help, and something remains."""
     UNKNOWN = "unknown"
-    """There is a gap, and nothing in the catalogue explains it."""
+    """There is a gap, and nothing in the catalogue explains most of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +56,7 @@ class Weighed:
     """One explanation.
 
     Attributes:
-        effects: ids; ("unknown",) for an effect that the catalogue does not have.
+        effects: ids; ("unknown",) for a cause that the catalogue does not have.
         model: its most probable law; that of the best explanation for the unknown.
         score: logarithm of its probability, up to a constant.
         probability: all sum to one.
@@ -68,47 +70,188 @@ class Weighed:
     @property
     def laws(self) -> tuple[str, ...]:
         """Of each effect, in their order; of an unknown one none."""
-        laws = {effect.id: effect.law for effect in self.model.effects}
-        return () if self.effects == UNKNOWN else tuple(laws[effect] for effect in self.effects)
+        return (
+            ()
+            if self.effects == UNKNOWN
+            else tuple(self.model.effects[self.place_of(each)].law for each in self.effects)
+        )
+
+    def place_of(self, effect: str) -> int:
+        """Index of the model's own effect that stands for one of `effects`: itself, or its mechanism without a law."""
+        ids = self.model.ids
+        return ids.index(effect) if effect in ids else ids.index(mechanism_of(effect))
 
 
-def weigh(none: Model, models: Sequence[Model]) -> tuple[Weighed, ...]:
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Models of the same data, the paper's among them, to be compared with each other.
+
+    Attributes:
+        none: the paper's model.
+        models: with any number of effects, of any number of laws.
+        calibration: how wrong laws may be.
+    """
+
+    none: Model
+    models: Sequence[Model]
+    calibration: Calibration
+
+    @cached_property
+    def _every(self) -> tuple[Model, ...]:
+        return (self.none, *self.models)
+
+    @cached_property
+    def _left(self) -> dict[int, float]:
+        """Misfit beyond noise; what the quietest model leaves beside its certain misfit is noise for all."""
+        noise = min(each.fit.chi_square - each.misfit.certain for each in self._every)
+        return {id(each): max(each.fit.chi_square - noise, each.misfit.certain) for each in self._every}
+
+    @cached_property
+    def _best(self) -> Model:
+        """The explanation whose misfit is what laws of inexact form may leave.
+
+        A further effect that leaves a large part of it only takes up the errors of the others' laws.
+        """
+        best = self.none
+        for size in sorted({len(each.effects) for each in self.models}):
+            larger = min((each for each in self.models if len(each.effects) == size), key=self.left)
+            chance = self.calibration.patterns  # a misfit so small is none
+            if not best.effects or self.left(larger) + chance < self.calibration.further * (self.left(best) + chance):
+                best = larger
+        return best
+
+    @cached_property
+    def temperature(self) -> float:
+        """Of all models."""
+        known = all(effect.form_is_known for effect in self._best.effects)
+        return temperature_of(self.left(self._best), self.left(self.none), known, self.calibration)
+
+    @cached_property
+    def _scores(self) -> dict[int, float]:
+        return {id(each): log_evidence(each.fit, self.temperature) for each in self._every}
+
+    def left(self, model: Model) -> float:
+        """Its misfit beyond noise, squared standard deviations."""
+        return self._left[id(model)]
+
+    def score(self, model: Model) -> float:
+        """Log evidence of one law, up to a constant."""
+        return self._scores[id(model)]
+
+    def as_trace(self, model: Model, effect: int) -> float:
+        """Log evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
+        parameters = model.effects[effect].parameters
+        places = [
+            place
+            for place, parameter in zip(model.places(effect), parameters, strict=True)
+            if not parameter.positive and parameter.centre == 0.0
+        ]
+        if not places or np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE:
+            return float("-inf")
+        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
+
+
+def weigh(none: Model, models: Sequence[Model], calibration: Calibration) -> tuple[Weighed, ...]:
     """Explanations by probability, the best first.
 
     Args:
         none: the paper's model, fitted to the same data as
-        models: with one or two effects, of any number of laws.
+        models: with any number of effects, of any number of laws.
+        calibration: what trials say.
     """
-    every = (none, *models)
-    best = _with_right_laws(every)
-    form = KNOWN_FORM if best.effects and all(effect.form_is_known for effect in best.effects) else FORM_ERROR
-    temperature = temperature_of(none.misfit.certain, best.misfit.certain, form)
-    evidence = {id(each): log_evidence(each.fit, temperature) for each in every}
-    laws = dict[tuple[str, ...], list[Model]]()
-    for each in every:
-        laws.setdefault(tuple(sorted(each.ids)), []).append(each)
-    scores = {ids: _averaged([evidence[id(each)] for each in of]) for ids, of in laws.items()}
-    for each in models:  # a trace of one effect belongs to the explanation without it
+    contest = Contest(none, models, calibration)
+    by_law = [each for each in (none, *models) if not any(effect.law_free for effect in each.effects)]
+    laws = dict[tuple[str, ...], list[tuple[float, Model]]]()
+    for each in by_law:
+        laws.setdefault(tuple(sorted(each.ids)), []).append((contest.score(each), each))
+    named = {ids: max(score for score, _ in of) for ids, of in laws.items()}
+    for each in models:
+        for ids, share in _closest(each, named).items():
+            laws[ids].append((contest.score(each) + share, each))
+    scores = {ids: _averaged([score for score, _ in of]) for ids, of in laws.items()}
+    for each in by_law:  # a trace of one effect belongs to the explanation without it
         for place, effect in enumerate(each.effects):
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
-            trace = evidence[id(each)] + _as_trace(each, place, temperature)
-            if rest in scores and (rest or none.fit.per_datum < FAINT):
-                scores[rest] = max(scores[rest], trace)
-    top = max(every, key=lambda each: evidence[id(each)])
-    weighed = {ids: score + _prior(ids) for ids, score in scores.items()}
-    left = top.misfit.certain / temperature / 2
-    weighed[UNKNOWN] = evidence[id(top)] + left - FREEDOM + float(np.log(PRIOR["unknown"]))
+            if rest in scores and (rest or none.misfit.certain == 0.0):
+                scores[rest] = max(scores[rest], contest.as_trace(each, place))
+    weighed = {ids: score + log_prior(ids, calibration) for ids, score in scores.items()}
+    best = {ids: max(of, key=lambda each: each[0])[1] for ids, of in laws.items()}
+    top = best[max(weighed, key=lambda ids: weighed[ids])]
+    odds = outside_log_odds(none, top, calibration)
     total = logsumexp(list(weighed.values()))
-    result = [
-        Weighed(
-            effects=ids,
-            model=top if ids == UNKNOWN else max(laws[ids], key=lambda each: evidence[id(each)]),
-            score=score,
-            probability=float(np.exp(score - total)),
-        )
-        for ids, score in weighed.items()
-    ]
-    return tuple(sorted(result, key=lambda each: -each.score))
+    inside = float(np.log(expit(-odds))) - total
+    result = [Weighed(ids, best[ids], score, float(np.exp(score + inside))) for ids, score in weighed.items()]
+    result.append(Weighed(UNKNOWN, top, float(total + odds), float(expit(odds))))
+    return tuple(sorted(result, key=lambda each: -each.probability))
+
+
+def contenders(contest: Contest) -> list[Model]:
+    """The models that may matter, the best first: at most `RIVALS` laws of one explanation."""
+    scores = {id(each): contest.score(each) + log_prior(each.ids, contest.calibration) for each in contest.models}
+    ranked = sorted(contest.models, key=lambda each: -scores[id(each)])
+    chosen = list[Model]()
+    for each in ranked:
+        alike = [other for other in chosen if set(other.ids) == set(each.ids)]
+        known = any(set(other.effects) == set(each.effects) for other in alike)
+        if not known and len(alike) < RIVALS and scores[id(each)] > scores[id(ranked[0])] - MARGIN:
+            chosen.append(each)
+    return chosen[:MOST_CONTENDERS]
+
+
+def _closest(model: Model, named: Mapping[tuple[str, ...], float]) -> dict[tuple[str, ...], float]:
+    """For a model with a mechanism without a law: ids with each effect of that mechanism, and its log share.
+
+    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say.
+    """
+    free = [each for each in model.effects if each.law_free]
+    if not free:
+        return {}
+    rest = {each.id for each in model.effects} - {free[0].id}
+    own = [effect for effect in effect_ids() if mechanism_of(effect) is free[0].mechanism]
+    found = {tuple(sorted({*rest, effect})): named.get(tuple(sorted({*rest, effect}))) for effect in own}
+    known = {ids: score for ids, score in found.items() if score is not None}
+    return {ids: score - float(logsumexp(list(known.values()))) for ids, score in known.items()}
+
+
+def outside_log_odds(none: Model, best: Model, calibration: Calibration) -> float:
+    """Log odds that the cause of a gap is in no catalogue, from what the best explanation leaves of it.
+
+    An effect whose form is known leaves less where it is the true one; what remains then says more.
+    """
+    gap, left = none.misfit, best.misfit
+    known = bool(best.effects) and all(effect.form_is_known for effect in best.effects)
+    least = calibration.form_errors(known)[1] ** 2  # smaller shares are what right laws leave
+    share = float(np.clip(left.certain / gap.certain if gap.certain else 0.0, least, 1.0))
+    share **= 1 / max(1, len(best.effects))  # each effect is to explain its own part
+    odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
+    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + _strain(best)
+
+
+def _strain(model: Model) -> float:
+    """Log odds against an explanation whose effects need a size beyond their plausible range."""
+    beyond = 0.0
+    for number, effect in enumerate(model.effects):
+        one = effect.form_is_known or len(effect.parameters) == 1
+        largest = float(np.max(np.abs(model.fit.scores[model.places(number)])))
+        beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
+    return beyond**2 / 2 + PLAUSIBLE * beyond
+
+
+def leading(weighed: Sequence[Weighed]) -> Weighed:
+    """The verdict: an unknown cause where that is more likely than not, else the best explanation by the catalogue."""
+    unknown = next((each for each in weighed if each.effects == UNKNOWN), None)
+    if unknown is not None and unknown.probability > 0.5:
+        return unknown
+    return next(each for each in weighed if each is not unknown)
+
+
+def included(weighed: Sequence[Weighed]) -> Mapping[str, float]:
+    """Probability of each effect that it is part of the explanation, the largest first."""
+    found = dict[str, float]()
+    for each in weighed:
+        for effect in each.effects if each.effects != UNKNOWN else ():
+            found[effect] = found.get(effect, 0.0) + each.probability
+    return dict(sorted(found.items(), key=lambda each: -each[1]))
 
 
 def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
@@ -121,37 +264,13 @@ def model_of_verdict(verdict: Weighed, none: Model) -> Model:
     return none if verdict.effects == UNKNOWN else verdict.model
 
 
-def _with_right_laws(every: Sequence[Model]) -> Model:
-    """The best explanation; the misfit that it leaves is what laws of inexact form may leave."""
-    single = min((each for each in every if len(each.effects) < 2), key=lambda each: each.misfit.certain)
-    pair = min((each for each in every if len(each.effects) == 2), key=lambda each: each.misfit.certain, default=single)
-    return pair if pair.misfit.certain < SECOND * single.misfit.certain else single
-
-
 def _averaged(evidence: Sequence[float]) -> float:
     return float(logsumexp(evidence) - np.log(len(evidence)))
 
 
-def _prior(ids: tuple[str, ...]) -> float:
-    if not ids:
-        return float(np.log(PRIOR["none"]))
-    singles = len(effect_ids())
-    if len(ids) == 1:
-        return float(np.log(PRIOR["single"] / singles))
-    return float(np.log(PRIOR["pair"] / (singles * (singles - 1) / 2)))
-
-
-def _as_trace(model: Model, effect: int, temperature: float) -> float:
-    """Change of evidence if an effect were present only within its tolerance; minus infinity where it has no zero."""
-    parameters = model.effects[effect].parameters
-    places = [
-        place
-        for place, parameter in zip(model.places(effect), parameters, strict=True)
-        if not parameter.positive and parameter.centre == 0.0
-    ]
-    if not places or np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE:
-        return float("-inf")
-    return at_tolerance(model.fit, places, [TOLERANCE] * len(places), temperature)
+def log_prior(ids: Sequence[str], calibration: Calibration) -> float:
+    """Of a combination of effects, before anything was measured."""
+    return float(np.log(calibration.counts[len(ids)] / comb(len(effect_ids()), len(ids))))
 
 
 INSEPARABLE = 1 / 20
@@ -160,14 +279,14 @@ INSEPARABLE = 1 / 20
 
 def confounded_effects(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
     """Groups of effects that could replace each other in the verdict, one group for each effect of the verdict."""
-    verdict = weighed[0]
+    verdict = leading(weighed)
     if not verdict.effects or verdict.effects == UNKNOWN:
         return ()
     groups = []
     for effect in verdict.effects:
         rest = set(verdict.effects) - {effect}
         group = [effect]
-        for other in weighed[1:]:
+        for other in weighed:
             swapped = set(other.effects) - rest
             alike = other.probability > INSEPARABLE * verdict.probability and other.effects != UNKNOWN
             if alike and rest <= set(other.effects) and len(swapped) == 1 and not swapped & set(verdict.effects):

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
+from analysis.gap.findings import EffectFound
 from analysis.gap.held_out import Gap
 from analysis.gap.location import GapMap, Place
 from analysis.gap.verdict import Status
@@ -21,9 +22,9 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     """The whole document; unknown numbers are null.
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
-    each explanation, the ``experiment`` of the verdict by its id, ``titles`` of effects, ``maps``, ``faults``, missing
-    evidence in ``lost``, and in ``trial`` how often this catalogue was right on sealed cases like this one; None where
-    it was never tried.
+    each explanation, parameters out of range and the mechanism of each effect, the ``experiment`` of the verdict by its
+    id, ``titles`` of effects, ``maps``, ``faults``, missing evidence in ``lost``, and in ``trial`` how often this
+    catalogue was right on sealed cases like this one; None where it was never tried.
 
     Args:
         found: the diagnosis.
@@ -50,6 +51,14 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
                 "twins": found.confounded,
                 "next_experiment": sentence(found.next_experiment),
                 "experiment": asdict(found.next_experiment),
+            },
+            "effects": [_effect(each) for each in found.included],
+            "mechanisms": [{"mechanism": each, "probability": sure} for each, sure in found.mechanisms.items()],
+            "remainder": {
+                "percent": found.remainder.percent,
+                "sigma": found.remainder.sigma,
+                "significant": found.remainder.significant,
+                "where": [_place(each) for each in found.remainder.where],
             },
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
@@ -99,6 +108,18 @@ def _place(place: Place) -> dict[str, Any]:
     }
 
 
+def _effect(found: EffectFound) -> dict[str, Any]:
+    return {
+        "id": found.id,
+        "probability": found.probability,
+        "mechanism": found.mechanism,
+        "law": found.law,
+        "law_is_known": found.law_is_known,
+        "parameters": {name: asdict(estimate) for name, estimate in found.parameters.items()},
+        "out_of_range": found.out_of_range,
+    }
+
+
 def _ranked(ranked: Ranked) -> dict[str, Any]:
     known = ranked.held_out
     return {
@@ -130,4 +151,5 @@ def _map(drawn: GapMap) -> dict[str, Any]:
 def _titles(found: Diagnosis) -> dict[str, str]:
     named = {effect for ranked in found.ranking for effect in ranked.effects}
     named |= {effect for group in found.confounded for effect in group} | set(found.effects)
+    named |= {each.id for each in found.included}
     return {effect: title_of(effect) for effect in sorted(named - {UNKNOWN})}

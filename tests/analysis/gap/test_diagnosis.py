@@ -7,9 +7,11 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.gap.baseline import baseline_of
+from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates
-from analysis.gap.diagnosis import LAW, TWO_SIDED, estimates, predictions
+from analysis.gap.diagnosis import predictions
 from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.findings import TWO_SIDED, estimates
 from analysis.gap.fit import Likelihood, evaluated, fit
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
@@ -26,12 +28,14 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
     effect = AccelerometerMass()
     simulation = search_of(made((effect,), (score,)), ()).simulation((effect,))
     model = Model((effect,), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
-    (found,) = estimates(model)["accelerometer_mass"].values()
+    (found,) = estimates(model, UNCALIBRATED)[0].values()
     (parameter,), (place,) = effect.parameters, model.places(0)
     low, high = found.ci90
     assert low < parameter.value(score) < high
     noise = TWO_SIDED * parameter.spread * model.fit.deviations[place]
-    assert (high - low) / 2 == pytest.approx(np.hypot(noise, TWO_SIDED * LAW * found.value), rel=0.1)
+    assert (high - low) / 2 == pytest.approx(
+        np.hypot(noise, TWO_SIDED * UNCALIBRATED.least_form_error * found.value), rel=0.1
+    )
     assert found.unit == "kg"
 
 

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal, norm
 
 from analysis.frequency_response import Real
-from analysis.gap.evidence import FORM_ERROR, PATTERNS, at_tolerance, log_evidence, temperature_of
+from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.parameter import Parameter
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -98,17 +99,16 @@ def test_a_bound_far_below_changes_nothing() -> None:
     assert log_evidence(line.fitted(least=-40.0)) == pytest.approx(log_evidence(line.fitted()))
 
 
-@given(st.floats(0.0, 1e8), st.floats(0.0, 1e8))
-def test_temperature_is_at_least_one_and_within_both_of_its_limits(gap: float, remaining: float) -> None:
-    found = temperature_of(gap, remaining)
+@given(st.floats(0.0, 1e8), st.floats(0.0, 1e8), st.booleans())
+def test_temperature_is_at_least_one_and_as_laws_may_be_wrong(gap: float, left: float, known: bool) -> None:
+    found = temperature_of(left, gap, known, UNCALIBRATED)
+    least, most = UNCALIBRATED.form_errors(known)
+    explained = max(0.0, gap - left) / UNCALIBRATED.patterns
     assert found >= 1.0
-    assert found == 1.0 or found <= gap / FORM_ERROR
-    assert found == 1.0 or found <= remaining / PATTERNS
-    assert temperature_of(2 * gap, 2 * remaining) >= found
+    assert found == 1.0 or least**2 * explained * 0.999 <= found <= most**2 * explained * 1.001
 
 
-def test_a_model_that_leaves_nothing_needs_no_tempering_and_a_small_gap_allows_none() -> None:
-    assert temperature_of(1e6, 0.0) == 1.0
-    assert temperature_of(FORM_ERROR / 2, 1e9) == 1.0
-    assert temperature_of(1e5, 1e9) == pytest.approx(1e5 / FORM_ERROR)
-    assert temperature_of(1e9, 500.0) == pytest.approx(500.0 / PATTERNS)
+def test_a_mass_that_leaves_nothing_needs_no_tempering_and_no_other_law_is_exact() -> None:
+    assert temperature_of(0.0, 1e9, True, UNCALIBRATED) == 1.0
+    assert temperature_of(0.0, 1e9, False, UNCALIBRATED) > 1e3
+    assert temperature_of(500.0, 1e5, False, UNCALIBRATED) == pytest.approx(500.0 / UNCALIBRATED.patterns, rel=0.9)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
 from analysis.gap.baseline import baseline_of
+from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
@@ -40,7 +41,7 @@ def models(made: Made) -> tuple[Model, Model]:
 
 def test_the_right_model_reaches_the_floor_and_the_paper_s_does_not(models: tuple[Model, Model]) -> None:
     none, right = models
-    weighed = weigh(none, [right])
+    weighed = weigh(none, [right], UNCALIBRATED)
     assert weighed[0].model is right
     measurement = right.fit.likelihood.measurement
     gaps = gaps_where_asked(measured_gaps(none, weighed, measurement, serial_map), right)

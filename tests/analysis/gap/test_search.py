@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Likelihood, fit
+from analysis.gap.forward_selection import selected
 from analysis.gap.measurement import Measurement
 from analysis.gap.residual_structure import misfit
 from analysis.gap.search import Search
-from analysis.gap.two_effect_search import pairs
 from analysis.gap.verdict import UNKNOWN, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
@@ -30,7 +31,7 @@ def test_noise_and_tolerances_alone_leave_nothing_to_explain(made: Made) -> None
     search = searched(made())
     none = search.without_effects()
     assert none.fit.per_datum == pytest.approx(1.0, abs=5 * np.sqrt(2 / none.fit.likelihood.data) + 0.05)
-    weighed = weigh(none, search.singles(none))
+    weighed = weigh(none, search.singles(none), UNCALIBRATED)
     assert weighed[0].effects == ()
     assert weighed[0].probability > 0.9
 
@@ -43,7 +44,7 @@ def test_an_effect_is_named_with_its_size(
 ) -> None:
     search = searched(made((effect,), (score,)))
     none = search.without_effects()
-    weighed = weigh(none, search.singles(none))
+    weighed = weigh(none, search.singles(none), UNCALIBRATED)
     assert weighed[0].effects == (effect.id,)
     found = weighed[0].model
     (place,) = found.places(0)
@@ -75,8 +76,7 @@ def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     spoilt = replace(measurement, sets=(replace(each, accelerance=accelerance), *measurement.sets[1:]))
     search = searched(spoilt)
     none = search.without_effects()
-    singles = search.singles(none)
-    weighed = weigh(none, [*singles, *pairs(search, singles)])
+    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert weighed[0].effects == UNKNOWN
 
 

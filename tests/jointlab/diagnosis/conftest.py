@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
+from analysis.gap.effect import Mechanism
+from analysis.gap.findings import EffectFound, Remainder
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
 from analysis.gap.next_experiment import Experiment, NextExperiment
@@ -65,6 +67,11 @@ def handmade(**others: Any) -> Diagnosis:
         "faults": (),
         "predicted": Predicted(np.array([5.0, 5.5, 6.0]), np.full((1, 3), 1 + 2j), np.full((1, 3), 1 - 2j)),
         "seconds": 12.0,
+        "readings": None,
+        "missing_evidence": (),
+        "included": (EffectFound(EFFECT, 0.93, Mechanism.BEAM, "two modes", True, coupling[EFFECT]),),
+        "mechanisms": {Mechanism.BEAM: 0.93},
+        "remainder": Remainder(1.1, 0.9, False, ()),
     }
     return Diagnosis(**(fields | others))
 

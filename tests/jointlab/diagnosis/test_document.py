@@ -51,6 +51,11 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
             "corrections": [],
         },
     }
+    (effect,) = found["effects"]
+    assert effect.items() >= {"id": "out_of_plane_bending", "probability": 0.93, "law_is_known": True}.items()
+    assert effect["parameters"] == parameters["out_of_plane_bending"]
+    assert found["mechanisms"] == [{"mechanism": "beam", "probability": 0.93}]
+    assert found["remainder"] == {"percent": 1.1, "sigma": 0.9, "significant": False, "where": []}
     assert found["seconds"] == 12.0
 
 

@@ -1,0 +1,150 @@
+"""What a diagnosis finds beside its verdict: each effect and mechanism with its probability, and what remains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from analysis.gap.calibration import Calibration
+from analysis.gap.catalogue import mechanism_of
+from analysis.gap.effect import Mechanism, RecordEffect
+from analysis.gap.evidence import tempered
+from analysis.gap.held_out import HeldOut
+from analysis.gap.location import Place, maps, places
+from analysis.gap.model import Model
+from analysis.gap.parameter import Estimate
+from analysis.gap.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included
+
+
+@dataclass(frozen=True)
+class EffectFound:
+    """An effect that may be there.
+
+    Attributes:
+        id: in the catalogue.
+        probability: that it is part of the explanation, over all models that were visited.
+        mechanism: that it belongs to.
+        law: its most probable one.
+        law_is_known: whether that is a law of the catalogue; otherwise a smooth function describes it better, and the
+            effect is the closest that is known.
+        parameters: by name, of that law.
+        out_of_range: names of parameters beyond their plausible range.
+    """
+
+    id: str
+    probability: float
+    mechanism: Mechanism
+    law: str
+    law_is_known: bool
+    parameters: Mapping[str, Estimate]
+    out_of_range: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What the verdict leaves.
+
+    Attributes:
+        percent: of held-out data, noise and offsets of blows taken off.
+        sigma: rms of the misfit beyond noise, over noise.
+        significant: whether noise alone would not show as much.
+        where: its places, the largest first; empty where it is not significant.
+    """
+
+    percent: float
+    sigma: float
+    significant: bool
+    where: tuple[Place, ...]
+
+
+TWO_SIDED = float(norm.ppf(0.95))
+"""Standard deviations of half a 90 % interval."""
+IN_RECORDS = "found in records"
+"""Law of an effect that was fitted to nothing."""
+LEAST = 0.01
+"""Probability from which an effect is listed."""
+
+
+def effects_found(weighed: Sequence[Weighed], calibration: Calibration) -> tuple[EffectFound, ...]:
+    """Effects by the probability that they are part of the explanation, each as its best explanation has it.
+
+    Args:
+        weighed: explanations.
+        calibration: how wrong laws may be.
+    """
+    found = []
+    for effect, probability in included(weighed).items():
+        if probability < LEAST:
+            continue
+        best = next(each for each in weighed if effect in each.effects)
+        place = best.place_of(effect)
+        law = best.model.effects[place]
+        found.append(
+            EffectFound(
+                id=effect,
+                probability=probability,
+                mechanism=law.mechanism,
+                law=law.law,
+                law_is_known=not law.law_free,
+                parameters=estimates(best.model, calibration)[place],
+                out_of_range=out_of_range(best.model, place),
+            )
+        )
+    return tuple(found)
+
+
+def of_records(shown: RecordEffect, probability: float) -> EffectFound:
+    """An effect that records show."""
+    return EffectFound(shown.id, probability, mechanism_of(shown.id), IN_RECORDS, True, shown.parameters)
+
+
+def mechanisms_found(weighed: Sequence[Weighed]) -> dict[Mechanism, float]:
+    """Probability of each mechanism that any of its effects is part of the explanation, the largest first."""
+    found = dict[Mechanism, float]()
+    for each in weighed:
+        for mechanism in {mechanism_of(effect) for effect in each.effects if each.effects != UNKNOWN}:
+            found[mechanism] = found.get(mechanism, 0.0) + each.probability
+    return dict(sorted(found.items(), key=lambda each: -each[1]))
+
+
+def remainder_of(after: Model, gap: HeldOut) -> Remainder:
+    """What a model leaves.
+
+    Args:
+        after: the model.
+        gap: its gap on held-out data.
+    """
+    misfit, significant = after.misfit, after.misfit.significance > CHANCE
+    return Remainder(
+        percent=gap.overall.model_percent,
+        sigma=float(np.sqrt(max(misfit.energy, misfit.excess, 0.0) / after.fit.likelihood.data)),
+        significant=significant,
+        where=places(maps(after.fit)) if significant else (),
+    )
+
+
+def out_of_range(model: Model, effect: int) -> tuple[str, ...]:
+    """Names of the parameters of one effect of a model that are beyond their plausible range."""
+    own = zip(model.effects[effect].parameters, model.places(effect), strict=True)
+    return tuple(parameter.name for parameter, place in own if abs(model.fit.scores[place]) > PLAUSIBLE)
+
+
+def estimates(model: Model, calibration: Calibration) -> tuple[dict[str, Estimate], ...]:
+    """Parameters of each effect with their intervals, which the model's own misfit widens.
+
+    No bench follows a law exactly: the size of an effect is known no better than to a share of itself.
+    """
+    temperature = max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
+    deviations = tempered(model.fit, temperature).deviations
+    found = []
+    for number, effect in enumerate(model.effects):
+        own = dict[str, Estimate]()
+        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
+            score = float(model.fit.scores[place])
+            form = calibration.least_form_error * score if parameter.centre == 0.0 else 0.0
+            reach = TWO_SIDED * float(np.hypot(deviations[place], form))
+            interval = parameter.value(score - reach), parameter.value(score + reach)
+            own[parameter.name] = Estimate(parameter.value(score), interval, parameter.unit)
+        found.append(own)
+    return tuple(found)

@@ -1,0 +1,105 @@
+"""Any number of effects: one after the other is added to the best models so far, and earlier ones are exchanged.
+
+An effect is first fitted as if it were the only one. Where a wrong effect hides a large one, a further effect shows it:
+each effect of a leading model is therefore taken out again, and others are tried in its place.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from analysis.gap.calibration import Calibration
+from analysis.gap.fit import CLOSE, fit
+from analysis.gap.model import ENOUGH, Model, best_by_id
+from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
+from analysis.gap.verdict import weigh
+
+FITTED = {1: 6, 2: 4}
+"""Further effects that are fitted on top of a model with so many; on larger ones two."""
+LED = 2
+"""Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
+
+
+@dataclass(eq=False)
+class ForwardSelection:
+    """Models with more and more effects.
+
+    Attributes:
+        search: fits candidates on top of a model.
+        none: the paper's model.
+        calibration: what trials say.
+        visited: every model that was fitted, the paper's left out.
+    """
+
+    search: Search
+    none: Model
+    calibration: Calibration
+    visited: list[Model] = field(default_factory=list)
+
+    def run(self) -> list[Model]:
+        """Visit models until further effects do not pay; all of them."""
+        self.visited += self.search.singles(self.none)
+        leaders = seeds(self.visited)
+        for size in range(2, self.calibration.most_effects + 1):
+            before = len(self.visited)
+            for leader in leaders:
+                self.add_to(leader)
+            if len(self.visited) == before:
+                break
+            for leader in self._leaders(size)[: LED if size == 2 else 1]:
+                self.exchange(leader)
+            leaders = self._leaders(size)[:1]
+            if not leaders:
+                break
+        return self.visited
+
+    def _leaders(self, size: int) -> list[Model]:
+        """The best models with so many effects, if the most probable explanation so far is one; the best first."""
+        if len(weigh(self.none, self.visited, self.calibration)[0].model.effects) != size:
+            return []
+        return best_by_id([each for each in self.visited if len(each.effects) == size])
+
+    def add_to(self, model: Model) -> None:
+        """Every other effect on top of a model, but for combinations that were visited."""
+        known = {frozenset(each.ids) for each in self.visited}
+        others = [
+            each
+            for each in self.search.candidates
+            if each.id not in model.ids and frozenset((*model.ids, each.id)) not in known
+        ]
+        ranked = self.search.screened(model, others)
+        clean = model.clean or any(each.clean for each in self.visited if len(each.effects) == len(model.effects) + 1)
+        count = FITTED_AFTER_CLEAN if clean else FITTED.get(len(model.effects), 2)
+        self.visited += self.search.fitted(model, ranked, count, laws=1, known=self.visited)
+
+    def exchange(self, model: Model) -> None:
+        """Each effect of a model under its other laws; and where something remains, other effects in its place."""
+        for place, effect in enumerate(model.effects):
+            rest, is_new = self._without(model, place)
+            laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
+            ranked = self.search.screened(rest, laws)
+            self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[model])
+            if is_new and not model.clean:
+                self.add_to(rest)
+
+    def _without(self, model: Model, place: int) -> tuple[Model, bool]:
+        """A model without one of its effects, and whether it is visited now for the first time."""
+        effects = tuple(each for number, each in enumerate(model.effects) if number != place)
+        for each in self.visited:
+            if set(each.effects) == set(effects):
+                return each, False
+        start = np.delete(model.fit.scores, model.places(place))
+        rest = Model(effects, fit(self.search.simulation(effects), start, CLOSE, ENOUGH, SETTLING_STEPS))
+        self.visited.append(rest)
+        return rest, True
+
+
+def selected(search: Search, none: Model, calibration: Calibration) -> list[Model]:
+    """Every model that forward selection visits.
+
+    Args:
+        search: of one measurement.
+        none: the paper's model, fitted.
+        calibration: what trials say.
+    """
+    return ForwardSelection(search, none, calibration).run()

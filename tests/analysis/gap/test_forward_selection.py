@@ -1,0 +1,77 @@
+"""Several effects on benches that follow the search's own model."""
+
+import numpy as np
+
+from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.effects.attachment import FoundationCompliance, JointMass
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.measuring_chain import ChannelDelay
+from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance
+from analysis.gap.fit import fit
+from analysis.gap.forward_selection import ForwardSelection, selected
+from analysis.gap.measurement import Measurement
+from analysis.gap.model import Model
+from analysis.gap.search import Search
+from analysis.gap.verdict import included, leading, weigh
+from tests.analysis.gap.conftest import Made, search_among
+
+TRIED = {"accelerometer_mass", "frame_compliance", "joint_mass", "temperature_shift", "channel_delay", "sensor_gain"}
+
+
+def alone(search: Search, effect: AccelerometerMass | FrameCompliance, none: Model) -> Model:
+    """An effect by itself, wherever its fit ends."""
+    start = np.insert(none.fit.scores, len(search.baseline.parameters), 0.1)
+    return Model((effect,), fit(search.simulation((effect,)), start))
+
+
+def selection(measurement: Measurement, tried: set[str]) -> ForwardSelection:
+    search = search_among(measurement, tried)
+    return ForwardSelection(search, search.without_effects(), UNCALIBRATED)
+
+
+def test_both_of_a_pair_are_named(made: Made) -> None:
+    search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)), TRIED)
+    none = search.without_effects()
+    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance"}
+
+
+def test_three_effects_are_each_included(made: Made) -> None:
+    search = search_among(made((JointMass(), FrameCompliance(), ChannelDelay()), (0.8, 0.6, 0.5)), TRIED)
+    none = search.without_effects()
+    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance", "channel_delay"}
+    sure = included(weighed)
+    assert min(sure[each] for each in leading(weighed).effects) > 0.5
+
+
+def test_a_single_effect_gets_no_second(made: Made) -> None:
+    search = search_among(made((FrameCompliance(),), (0.6,)), TRIED)
+    none = search.without_effects()
+    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    assert leading(weighed).effects == ("frame_compliance",)
+
+
+def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: Made) -> None:
+    """The foundation is fitted alone after a pair has shown it, and then the frame is tried beside it."""
+    measurement = made((FoundationCompliance(1), FrameCompliance()), (0.8, 0.0, 0.5, 0.4))
+    found = selection(measurement, {"accelerometer_mass", "foundation_compliance", "frame_compliance"})
+    wrong = alone(found.search, AccelerometerMass(), found.none)
+    found.visited.append(wrong)
+    found.add_to(wrong)
+    found.exchange(max((each for each in found.visited if len(each.effects) == 2), key=lambda each: each.log_evidence))
+    best = max(found.visited, key=lambda each: each.log_evidence)
+    assert set(best.ids) == {"foundation_compliance", "frame_compliance"}
+    assert best.clean
+    assert any(each.ids == ("foundation_compliance",) for each in found.visited)
+
+
+def test_of_the_second_effect_every_law_is_tried(made: Made) -> None:
+    measurement = made((FrameCompliance(), FilteredDisplacement()), (0.6, 0.8))
+    found = selection(measurement, {"frame_compliance", "transducer_lag"})
+    found.run()
+    pairs = [each for each in found.visited if len(each.effects) == 2]
+    laws = {effect.law for each in pairs for effect in each.effects if effect.id == "transducer_lag"}
+    assert laws == {"delay", FilteredDisplacement.law}
+    best = max(pairs, key=lambda each: each.log_evidence)
+    assert FilteredDisplacement.law in {effect.law for effect in best.effects}

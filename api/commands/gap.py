@@ -13,6 +13,7 @@ from analysis.gap.measurement import Measurement
 from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table, write_json
 from jointlab.diagnosis import wording
+from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
 from jointlab.diagnosis.document import location_document
 from jointlab.diagnosis.load import subject_of_bundle, subject_of_run
@@ -23,7 +24,8 @@ from jointlab.errors import JointlabError
 from jointlab.report.gap import write_gap_report
 from jointlab.report.gap_tables import places_table, ranking_table
 from jointlab.sequences import BUILT_IN
-from jointlab.trials.run import Trial, carry_out
+from jointlab.trials.fit_calibration import fit_calibration
+from jointlab.trials.run import Trial, carry_out, judged_marks
 from store.bundle import read_bundle
 
 Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
@@ -121,6 +123,9 @@ def trial(
         bool,
         typer.Option("--plain", help="Laws of the catalogue on the paper's bench, without nuisances: easier cases."),
     ] = False,
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Diagnose no further cases: judge those that have been answered.")
+    ] = False,
     publish: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json."),
@@ -133,12 +138,38 @@ def trial(
     a real bench. A SHA-256 of every truth is written to DIR before the first diagnosis; workers are told of nothing but
     what was measured. A trial that was interrupted goes on when the same command is given again.
     """
-    scores = carry_out(Trial(cases, seed, seal, workers, plain, through_instruments), progress_bar)
+    scores = carry_out(Trial(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:
         published = {name: scores[name] for name in ("format", "cases", "verdicts")}
         write_json(published | {"seed": seed}, publish)
+        out.print(f"{publish} written")
+
+
+@gap.command("calibrate")
+def calibrate(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials that are complete.")],
+    publish: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the figures that a diagnosis takes, calibration.json.")
+    ] = None,
+) -> None:
+    """Fit what theory cannot say from trials: how wrong laws are, and how often a cause is in no catalogue.
+
+    The figures are judged on folds of the cases that a fit did not see. Try the diagnosis with them on a trial of
+    another seed: a trial that a figure was fitted to says nothing about it.
+    """
+    marks = [mark for folder in folders for mark in judged_marks(folder)]
+    found = fit_calibration(marks, shipped_calibration(), f"fitted to {len(marks)} sealed cases")
+    for name, value in CALIBRATION.dump_python(found.calibration, mode="json").items():
+        out.print(f"{name}: {value}")
+    out.print(
+        f"{found.cases} cases with an effect to be seen, {found.outside} of them in no catalogue: mean log loss "
+        f"{found.loss_before:.3f} before, {found.loss_after:.3f} on cases that a fit did not see; forms from "
+        f"{found.known_forms} effects of known form and {found.other_forms} others"
+    )
+    if publish is not None:
+        write_calibration(found.calibration, publish)
         out.print(f"{publish} written")
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import Diagnosis, diagnose
+from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.curves import curves_of, split_predictions, with_rows_predicted
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
@@ -56,7 +57,8 @@ def diagnosed(
             raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
         show = _by_share(advance)
-        found = diagnose(with_rows_predicted(subject.measurement), left_out, show, parallel_map)
+        whole = with_rows_predicted(subject.measurement)
+        found = diagnose(whole, left_out, show, parallel_map, shipped_calibration())
         show("done", 1.0)
     found = replace(found, missing_evidence=(*found.missing_evidence, *subject.left_out))
     rows = None

@@ -6,7 +6,7 @@ from typing import Any
 
 from analysis.gap.catalogue import effect_ids, laws
 from analysis.gap.effect import Mechanism
-from jointlab.diagnosis.document import probability
+from jointlab.diagnosis.document import UNKNOWN, probability
 
 KNOWN = frozenset(effect_ids())
 MECHANISM_OF = {each.value: each.value for each in Mechanism} | {law.id: law.mechanism.value for law in laws()}
@@ -37,7 +37,8 @@ class Claims:
         intervals: by effect and parameter.
         before, after, floor: held-out gap, percent; None where it was not found.
         rigs: the same before and after by rig.
-        remainder: what the verdict leaves, percent; None where the document has none.
+        shares: of the misfit beyond noise, what each explanation of the ranking leaves, by its effects with + between.
+        remainder: what the verdict leaves, percent; None where that is nothing significant.
         faults: of the record.
     """
 
@@ -52,6 +53,7 @@ class Claims:
     after: float | None
     floor: float | None
     rigs: dict[str, tuple[float | None, float | None]]
+    shares: dict[str, float]
     remainder: float | None
     faults: int
 
@@ -72,7 +74,12 @@ class Claims:
             after=gap["after"]["percent"],
             floor=gap["floor_percent"],
             rigs={rig: (each["before"], each["after"]) for rig, each in gap["by_rig"].items()},
-            remainder=document["remainder"]["percent"] if document.get("remainder") else None,
+            shares={
+                "+".join(sorted(each["effects"])): 1.0 - each["explained"]
+                for each in document["ranking"]
+                if each["effects"] != [UNKNOWN]
+            },
+            remainder=_remainder(document),
             faults=len(document["faults"]),
         )
 
@@ -85,6 +92,11 @@ class Claims:
     def said_mechanisms(self) -> set[str]:
         """Mechanisms that are claimed with more than even odds, and those of the verdict."""
         return {*self.acting, *(each for each, sure in self.mechanisms.items() if sure > CLAIMED)}
+
+
+def _remainder(document: Mapping[str, Any]) -> float | None:
+    found = document.get("remainder")
+    return float(found["percent"]) if found and found["significant"] else None
 
 
 def _included(document: Mapping[str, Any]) -> dict[str, float]:

@@ -82,7 +82,8 @@ class Mark:
         before, after, unseen: held-out gap as reported, and the true one on rows that were never shown, floor
             included; percent.
         worsened: rigs whose gap grows with the verdict.
-        remainder: what the verdict says that it leaves, percent.
+        shares: of the misfit, what each explanation leaves.
+        remainder: what the verdict says that it leaves beyond noise, percent.
         strength: of the gap.
         coverage: of parameters that both sides call by one name.
         seconds, error: of the diagnosis.
@@ -104,6 +105,7 @@ class Mark:
     after: float | None = None
     unseen: float | None = None
     worsened: tuple[str, ...] = ()
+    shares: dict[str, float] = field(default_factory=dict)
     remainder: float | None = None
     strength: str = ""
     coverage: tuple[Coverage, ...] = ()
@@ -146,6 +148,7 @@ def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None)
         after=claims.after,
         unseen=unseen,
         worsened=tuple(rig for rig, (before, after) in claims.rigs.items() if _grows(before, after)),
+        shares=claims.shares,
         remainder=claims.remainder,
         strength=strength(answer),
         coverage=_coverage(truth, claims),

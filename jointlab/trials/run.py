@@ -80,8 +80,13 @@ def run_trial(cases: int, seed: int, progress: Progress = silent) -> dict[str, A
         return carry_out(Trial(cases, seed, Path(folder)), progress)
 
 
-def carry_out(trial: Trial, progress: Progress = silent) -> dict[str, Any]:
+def carry_out(trial: Trial, progress: Progress = silent, *, stop: bool = False) -> dict[str, Any]:
     """Carry out a trial, or what is left of it, and return its scores, which are in its folder too.
+
+    Args:
+        trial: what is tried.
+        progress: shows how far the work is.
+        stop: diagnose no further cases, and judge those that have been answered.
 
     Raises:
         JointlabError: the folder holds another trial, or a seal was tampered with.
@@ -90,7 +95,10 @@ def carry_out(trial: Trial, progress: Progress = silent) -> dict[str, Any]:
     folder.begin(trial.settings)
     seal_all(folder, cases, progress)
     with _pool(trial.workers) as pool:
-        answer_all(trial, folder, cases, pool, progress)
+        if stop:
+            cases = tuple(case for case in cases if folder.answer_file(case).exists())
+        else:
+            answer_all(trial, folder, cases, pool, progress)
         found = judge_all(folder, cases, pool, progress)
     result = summary(found)
     write(trial.folder / "scores.json", result)
@@ -159,6 +167,18 @@ def judge(path: Path, planned: Planned) -> dict[str, Any]:
         write_case(case, Path(scratch))
         measurement = subject_of_bundle(read_bundle(Path(scratch))).measurement
     found: dict[str, Any] = MARK.dump_python(judged(truth, given, Detectability(case, measurement)), mode="json")
+    return found
+
+
+def judged_marks(path: Path) -> list[Mark]:
+    """All marks in the folder of a trial, of as many cases as were judged.
+
+    Raises:
+        JointlabError: there are none.
+    """
+    found = [MARK.validate_python(read(file)) for file in sorted((path / "judged").glob("*.json"))]
+    if not found:
+        raise JointlabError(f"{path} holds no judged case of a trial; carry one out with gap trial --seal {path}")
     return found
 
 

@@ -8,7 +8,7 @@ from jointlab.trials.summary import markdown, summary
 
 
 def document(status: str, verdict_on: list[str], ranking: list[tuple[list[str], float]], **more: Any) -> dict[str, Any]:
-    entries = [{"effects": each, "probability": share, "parameters": {}} for each, share in ranking]
+    entries = [{"effects": each, "probability": share, "parameters": {}, "explained": 0.9} for each, share in ranking]
     gap = {"before": {"percent": 9.0, "sigma": 7.0}, "after": {"percent": 3.0}, "floor_percent": 2.9, "by_rig": {}}
     verdict = {"status": status, "effects": verdict_on}
     return {"verdict": verdict, "ranking": entries, "gap": gap, "faults": [], "seconds": 2.0} | more

@@ -8,7 +8,7 @@ import pytest
 from jointlab.errors import JointlabError
 from jointlab.trials.folder import TrialFolder, read
 from jointlab.trials.plan import plan
-from jointlab.trials.run import Trial, carry_out, seal_all
+from jointlab.trials.run import Trial, carry_out, judged_marks, seal_all
 from tests.api.conftest import Command
 
 
@@ -47,6 +47,18 @@ def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None
     assert folder.commitments == committed
     assert [each.split(": ", 1)[1] for each in found["failed"]] == ["answered before it was killed: 0001"]
     assert read(trial.folder / "scores.json") == found
+
+
+def test_a_trial_that_stops_judges_what_was_answered(tmp_path: Path) -> None:
+    trial = Trial(cases=3, seed=3, folder=tmp_path / "trial", workers=1)
+    folder, cases = TrialFolder(trial.folder), plan(3, 3)
+    folder.begin(trial.settings)
+    seal_all(folder, cases)
+    with pytest.raises(JointlabError, match="no judged case"):
+        judged_marks(trial.folder)
+    folder.keep(cases[2], {"error": "answered in time", "seconds": 1.0})
+    assert carry_out(trial, stop=True)["cases"] == 1
+    assert [mark.error for mark in judged_marks(trial.folder)] == ["answered in time"]
 
 
 def test_random_laws_are_not_measured_over_the_wires(tmp_path: Path) -> None:

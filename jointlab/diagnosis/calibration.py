@@ -1,0 +1,26 @@
+"""The figures that trials gave, as they come with this version."""
+
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from analysis.gap.calibration import UNCALIBRATED, Calibration
+
+FILE = "calibration.json"
+CALIBRATION = TypeAdapter(Calibration)
+
+
+@cache
+def shipped_calibration() -> Calibration:
+    """The calibration that comes with this version; what was assumed before any trial where there is none."""
+    file = resources.files("jointlab.diagnosis") / FILE
+    return CALIBRATION.validate_json(file.read_text(encoding="utf-8")) if file.is_file() else UNCALIBRATED
+
+
+def write_calibration(calibration: Calibration, file: Path) -> None:
+    """Write a calibration as JSON."""
+    document = CALIBRATION.dump_python(calibration, mode="json")
+    file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

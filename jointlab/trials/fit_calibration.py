@@ -1,0 +1,125 @@
+"""Fit what theory cannot say, from the marks of trials: how wrong laws are, and how often a cause is in no catalogue.
+
+The share of a gap that the best explanation leaves tells whether it is the cause. Its logarithm enters a logistic
+regression of two parameters, with a weak prior about the figures before; left-out folds say whether it is better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import expit
+
+from analysis.frequency_response import Real
+from analysis.gap.calibration import Calibration
+from analysis.gap.catalogue import laws
+from jointlab.trials.marks import VISIBLE, Mark
+
+KNOWN_FORM = frozenset(law.id for law in laws() if law.form_is_known)
+FOLDS = 5
+PRIOR_SPREAD = 1.0
+"""Standard deviation of the natural logarithms of both parameters about what they were."""
+LEAST_SHARE = 1e-8
+FEW = 8
+"""Cases below which a figure stays as it was."""
+
+
+@dataclass(frozen=True)
+class FittedCalibration:
+    """A calibration with what speaks for it.
+
+    Attributes:
+        calibration: the new figures.
+        cases: that the outside regression saw.
+        outside: of them in no catalogue.
+        loss_before, loss_after: mean negative log likelihood of in or outside the catalogue, with the figures before
+            and, on folds that a fit did not see, with new ones.
+        known_forms, other_forms: cases that gave the error of a form.
+    """
+
+    calibration: Calibration
+    cases: int
+    outside: int
+    loss_before: float
+    loss_after: float
+    known_forms: int
+    other_forms: int
+
+
+def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str) -> FittedCalibration:
+    """New figures from the marks of trials.
+
+    Args:
+        marks: of cases that are not used to judge the result.
+        before: figures to begin with; what these marks cannot say stays.
+        provenance: where the new ones are from.
+    """
+    known, other = _form_errors(marks)
+    calibration = replace(
+        before,
+        known_form_error=_typical(known, before.known_form_error),
+        form_error=_typical(other, before.form_error),
+        provenance=provenance,
+    )
+    told = [each for each in marks if each.shares and each.truth.d >= VISIBLE and each.truth.kind != "none"]
+    shares = np.array([_logarithm(each, calibration) for each in told])
+    outside = np.array([bool(each.truth.novel) for each in told], dtype=float)
+    start = np.log([calibration.outside_share, calibration.outside_slope])
+    fold = np.arange(len(told)) % FOLDS
+    unseen = [
+        _loss(_fitted(shares[fold != each], outside[fold != each], start), shares[fold == each], outside[fold == each])
+        for each in range(FOLDS)
+        if np.any(fold == each)
+    ]
+    after = sum(unseen) / max(len(told), 1)
+    share, slope = np.exp(_fitted(shares, outside, start))
+    return FittedCalibration(
+        calibration=replace(calibration, outside_share=float(share), outside_slope=float(slope)),
+        cases=len(told),
+        outside=int(outside.sum()),
+        loss_before=_loss(start, shares, outside) / max(len(told), 1),
+        loss_after=float(after),
+        known_forms=len(known),
+        other_forms=len(other),
+    )
+
+
+def _form_errors(marks: Sequence[Mark]) -> tuple[list[float], list[float]]:
+    """Rms shares that the true effects leave of gaps that noise does not limit, by whether all forms are known."""
+    found: tuple[list[float], list[float]] = ([], [])
+    for mark in marks:
+        left = mark.shares.get("+".join(sorted(mark.truth.effects)))
+        if mark.truth.effects and left is not None and mark.truth.d >= 20 * VISIBLE:
+            found[not set(mark.truth.effects) <= KNOWN_FORM].append(float(np.sqrt(left)))
+    return found
+
+
+def _typical(errors: Sequence[float], before: float) -> float:
+    """What three of four true explanations stay below."""
+    return before if len(errors) < FEW else float(np.clip(np.quantile(errors, 0.75), 1e-3, 0.5))
+
+
+def _logarithm(mark: Mark, calibration: Calibration) -> float:
+    """Of the share that each effect of the best explanation leaves in the mean."""
+    names, left = min(mark.shares.items(), key=lambda each: each[1] if each[0] else 2.0)
+    effects = names.split("+") if names else []
+    most = calibration.form_errors(bool(effects) and set(effects) <= KNOWN_FORM)[1]
+    return float(np.log10(np.clip(left, max(most**2, LEAST_SHARE), 1.0)) / max(1, len(effects)))
+
+
+def _log_odds(logarithms: Real, shares: Real) -> Real:
+    share, slope = np.exp(logarithms)
+    return np.asarray(slope * (shares - np.log10(share)))
+
+
+def _loss(logarithms: Real, shares: Real, outside: Real) -> float:
+    sure = np.clip(expit(_log_odds(logarithms, shares)), 1e-9, 1 - 1e-9)
+    return float(-np.sum(outside * np.log(sure) + (1 - outside) * np.log(1 - sure)))
+
+
+def _fitted(shares: Real, outside: Real, start: Real) -> Real:
+    def cost(logarithms: Real) -> float:
+        return _loss(logarithms, shares, outside) + float(np.sum(((logarithms - start) / PRIOR_SPREAD) ** 2)) / 2
+
+    return np.asarray(minimize(cost, start, method="Nelder-Mead").x)

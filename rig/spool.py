@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from rig.records import EndRecord, Record, RunOrder, RunRecords
 from rig.spool_file import Frame, FrameWriter, read_frames
@@ -23,7 +23,7 @@ from store.file_lock import LockHeldError, exclusive_lock
 from store.waveform import Waveform
 from store.waveform_codec import Encoded, encode
 
-RECORDS, RESERVE, LOCK = "records", "reserve", ".lock"
+RECORDS, RESERVE, LOCK, DAMAGED = "records", "reserve", ".lock", ".damaged"
 FREE_TO_BEGIN = 200_000_000
 """Bytes that have to be free before a run begins: a sweep of some hundred points."""
 FREE_TO_GO_ON = 20_000_000
@@ -36,7 +36,7 @@ _records: TypeAdapter[Record] = TypeAdapter(Record)
 
 
 class SpoolError(StoreError):
-    """The spool cannot be written; everything before this record is in it."""
+    """The spool cannot be written or read; everything that was written before is in it."""
 
 
 @dataclass(frozen=True)
@@ -133,19 +133,24 @@ class SpoolReader:
     def records(self) -> Iterator[Spooled]:
         """The records after those that were read before.
 
-        Raises DamagedError where the spool is damaged, OSError where it cannot be read.
+        Raises SpoolDamagedError where the spool is damaged, SpoolError where it cannot be read.
         """
-        for frame in read_frames(self.path / RECORDS, self._last):
-            if frame.number == 0:
-                self.order = _orders.validate_json(frame.content)
-            else:
-                yield _spooled(frame.number, frame.content)
-            self._last = frame
+        try:
+            for frame in read_frames(self.path / RECORDS, self._last):
+                if frame.number == 0:
+                    self.order = _orders.validate_json(frame.content)
+                else:
+                    yield _spooled(frame.number, frame.content)
+                self._last = frame
+        except OSError as error:
+            raise SpoolError(f"{self.path} cannot be read: {error.strerror or error}") from error
+        except ValidationError as error:
+            raise SpoolError(f"{self.path} was written by another version; store it with that one") from error
 
 
 def spools(folder: Path) -> list[Path]:
-    """The spools in the folder, by name, thus by date."""
-    return sorted(path.parent for path in folder.glob(f"*/{RECORDS}"))
+    """The spools in the folder, by name, thus by date; not those that are damaged."""
+    return sorted(path.parent for path in folder.glob(f"*/{RECORDS}") if path.parent.suffix != DAMAGED)
 
 
 def is_written(path: Path) -> bool:
@@ -161,6 +166,12 @@ def discard_spool(path: Path) -> None:
     """Remove a spool whose records are all stored."""
     (path / RECORDS).unlink(missing_ok=True)  # first: a folder without it is no spool
     shutil.rmtree(path, ignore_errors=True)
+    _lock_of(path).unlink(missing_ok=True)
+
+
+def set_aside(path: Path) -> None:
+    """Keep a damaged spool under another name, out of the way of others."""
+    path.rename(path.with_name(path.name + DAMAGED))
     _lock_of(path).unlink(missing_ok=True)
 
 

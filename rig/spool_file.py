@@ -19,6 +19,10 @@ _FIELDS = struct.Struct("<QQI")
 _CHECKED = struct.Struct("<QQII")
 
 
+class SpoolDamagedError(DamagedError):
+    """A frame does not fit its checksums."""
+
+
 def frame_of(number: int, content: bytes) -> bytes:
     """The bytes of frame `number`."""
     fields = (len(content), number, zlib.crc32(content))
@@ -66,8 +70,8 @@ class Frame:
 def read_frames(path: Path, after: Frame | None = None) -> Iterator[Frame]:
     """The frames of a file after one that was read before, until the file ends; it may be written meanwhile.
 
-    A frame that is not complete (yet, or for ever where its writer is gone) is not given. Raises DamagedError where a
-    frame does not fit its checksums, OSError where the file cannot be read.
+    A frame that is not complete (yet, or for ever where its writer is gone) is not given. Raises SpoolDamagedError
+    where a frame does not fit its checksums, OSError where the file cannot be read.
     """
     number, end = (0, 0) if after is None else (after.number + 1, after.end)
     with path.open("rb") as file:
@@ -85,10 +89,10 @@ def _content(file: BinaryIO, expected: int, path: Path) -> bytes | None:
         return None
     length, number, content_sum, head_sum = _CHECKED.unpack(head)
     if zlib.crc32(head[: _FIELDS.size]) != head_sum or number != expected:
-        raise DamagedError(str(path), f"the head of record {expected} does not fit its checksum")
+        raise SpoolDamagedError(str(path), f"the head of record {expected} does not fit its checksum")
     content = file.read(length)
     if len(content) < length:
         return None
     if zlib.crc32(content) != content_sum:
-        raise DamagedError(str(path), f"the content of record {expected} does not fit its checksum")
+        raise SpoolDamagedError(str(path), f"the content of record {expected} does not fit its checksum")
     return content

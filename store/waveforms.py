@@ -13,7 +13,7 @@ from store.database import driver_message, prepare_sqlite
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.time_limits import DEFAULT_LIMITS, TimeLimits, seconds_left
 from store.waveform import Waveform, WaveformReference
-from store.waveform_codec import decode, encode
+from store.waveform_codec import Encoded, decode, encode
 
 SUFFIX = ".waveforms"
 _SCHEMA = """
@@ -56,11 +56,28 @@ class WaveformFolder:
             writer = self._writer(file)
             with writer:
                 writer.execute("BEGIN IMMEDIATE")
-                numbers = [
-                    writer.execute("INSERT INTO records (header, samples, crc) VALUES (?, ?, ?)", row).lastrowid
-                    for row in rows
-                ]
-        return [WaveformReference(file, int(number)) for number in numbers if number is not None]
+                return [WaveformReference(file, _add(writer, row)) for row in rows]
+
+    def append_once(self, file: str, rows: Sequence[Encoded], after: int) -> list[WaveformReference]:
+        """Add encoded waveforms in one commit, but for those that were added before.
+
+        Args:
+            file: of the run.
+            rows: the waveforms, in order.
+            after: number of the last record that the catalogue refers to; what is after it was added by an attempt that
+                was lost before it could store the references, and is taken where it is the same.
+
+        Raises StoreError if the file cannot be written.
+        """
+        path, found = self._path(file), list[WaveformReference]()
+        with self._lock, _explained(path, "written"):
+            writer = self._writer(file)
+            with writer:
+                writer.execute("BEGIN IMMEDIATE")
+                for row in rows:
+                    after = _same(writer, row, after) or _add(writer, row)
+                    found.append(WaveformReference(file, after))
+        return found
 
     def read(self, reference: WaveformReference) -> Waveform:
         """A record, verified against its checksum.
@@ -161,6 +178,19 @@ class WaveformFolder:
                 yield reader
             finally:
                 reader.close()
+
+
+def _add(writer: sqlite3.Connection, row: Encoded) -> int:
+    number = writer.execute("INSERT INTO records (header, samples, crc) VALUES (?, ?, ?)", row).lastrowid
+    assert number is not None, "an INSERT gives a number"
+    return number
+
+
+def _same(writer: sqlite3.Connection, row: Encoded, after: int) -> int | None:
+    """Number of the first record after `after` that is `row`."""
+    query = "SELECT number FROM records WHERE number > ? AND header = ? AND samples = ? AND crc = ? ORDER BY number"
+    found = writer.execute(f"{query} LIMIT 1", (after, *row)).fetchone()
+    return None if found is None else int(found[0])
 
 
 def _record(reader: sqlite3.Connection, reference: WaveformReference) -> Waveform:

@@ -19,11 +19,11 @@ from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.queue import JobQueue
+from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
-from store.deferred_run_end import store_deferred_ends
 from store.keys import count_keys
 from store.locks import rig_lock
 
@@ -103,7 +103,7 @@ def _driving(
         yield None
         return
     with rig_lock(catalogue, settings.rig):
-        store_deferred_ends(catalogue)
+        store_spools(catalogue)
         yield RunManager(catalogue, instruments_of(settings), automatic_operator)
 
 

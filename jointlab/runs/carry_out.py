@@ -5,27 +5,40 @@ measurement is in the store, and the store tells the rest.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from pathlib import Path
 
+from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
-from jointlab.runs.rows import add_record
 from rig.control import RunControl
-from rig.events import Observer, ignore_event
+from rig.events import Event, Observer, RunContinued, RunStarted, ignore_event
 from rig.instruments import Instruments
 from rig.operator import Operator
-from rig.records import BeginRecord, EndRecord, Record, RunOrder
+from rig.records import RunOrder
 from rig.run import carry_out
 from rig.sequence import Sequence
+from rig.spool import spooling
 from store.catalogue import Catalogue
-from store.deferred_run_end import defer_run_end, store_deferred_end
 from store.errors import StoreError
 from store.locks import discard_run_lock, run_lock
-from store.runs import Run, discard_run, get_run
-from store.states import RunState
-from store.waveform import Waveform
+from store.runs import Run, get_run
 
+PATIENCE = 10.0  # s that the end of a run, or a resumption, waits for the database
+BEGUN = 5.0  # s that the beginning of a run waits for it
 CarryOut = Callable[[Instruments, Catalogue, Operator, Observer, RunControl], object]
 """`run_sequence` or `resume_run`, when it is known which run to carry out."""
+
+
+def spool_folder(catalogue: Catalogue) -> Path:
+    """Where runs of this process are written before they are stored: beside the waveforms."""
+    folder = catalogue.waveforms.folder
+    return folder.with_name(f"{folder.name}-spools")
+
+
+def store_spools(catalogue: Catalogue) -> None:
+    """Store what earlier processes have left to be stored. StoreError where that cannot be done now."""
+    with Ingester(catalogue, spool_folder(catalogue)) as ingester:
+        if not ingester.settle(PATIENCE):
+            raise StoreError(f"what is kept in {ingester.folder} cannot be stored now: {ingester.problem}")
 
 
 def run_sequence(
@@ -103,7 +116,7 @@ def resume_run(
     with catalogue.reading() as session:
         run = get_run(session, run_id)
     with run_lock(catalogue, run):
-        store_deferred_end(catalogue, run)
+        store_spools(catalogue)
         order = order_to_resume(catalogue, run_id, instruments.limits, reset=reset, who=who)
         _carry_out(order, run, instruments, catalogue, operator, observer, control)
 
@@ -117,44 +130,32 @@ def _carry_out(
     observer: Observer,
     control: RunControl | None,
 ) -> None:
-    records = CatalogueRecords(catalogue, run, order)
-    try:
-        carry_out(order, instruments, operator, records, observer, control)
-    finally:
-        records.close()
+    """Carry out `order` into a spool that is stored meanwhile; returns when everything is stored."""
+    folder = spool_folder(catalogue)
 
+    def observe(event: Event) -> None:
+        if isinstance(event, RunStarted | RunContinued):
+            ingester.settle(BEGUN)  # observers find the run running, unless the database is away
+        else:
+            ingester.wake()
+        observer(event)
 
-@dataclass
-class CatalogueRecords:
-    """Writes the records of a run to the catalogue."""
-
-    catalogue: Catalogue
-    run: Run
-    order: RunOrder
-    begun: bool = False
-
-    def write(self, record: Record, waveform: Waveform | None = None) -> None:
-        """See `RunRecords`; an end that the database does not take is kept beside the waveforms."""
-        file = self.run.waveform_file
-        reference = None if waveform is None else self.catalogue.waveforms.append(file, waveform)
+    with Ingester(catalogue, folder) as ingester:
         try:
-            with self.catalogue.writing() as session:
-                add_record(session, self.order, record, reference)
-        except StoreError as error:
-            if isinstance(record, EndRecord):
-                try:
-                    defer_run_end(self.catalogue, self.run, record.state, record.reason, record.who)
-                except StoreError as other:
-                    raise StoreError(f"{error}; nor kept: {other}") from error
+            with spooling(folder, order) as spool:
+                carry_out(order, instruments, operator, spool, observe, control)
+        except BaseException as error:
+            if not ingester.settle(PATIENCE):
+                error.add_note(_not_stored(order, ingester))
             raise
-        self.begun = self.begun or isinstance(record, BeginRecord)
-        if isinstance(record, EndRecord) and record.state is RunState.FINISHED:
-            discard_run_lock(self.catalogue, self.run)
+        finally:
+            discard_run_lock(catalogue, run)
+        if not ingester.settle(PATIENCE):
+            raise StoreError(_not_stored(order, ingester))
 
-    def close(self) -> None:
-        """Close the waveform file, and remove a run that was made for this order and did not begin."""
-        self.catalogue.waveforms.finish(self.run.waveform_file)
-        if not (self.begun or self.order.planned):
-            with self.catalogue.writing() as session:
-                discard_run(session, self.run.id)
-            discard_run_lock(self.catalogue, self.run)
+
+def _not_stored(order: RunOrder, ingester: Ingester) -> str:
+    return (
+        f"run {order.run_id} cannot be stored now: {ingester.problem}; its records are kept in {ingester.folder}, and "
+        "stored by the next program that runs or resumes something there"
+    )

@@ -1,4 +1,4 @@
-"""Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses."""
+"""Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses, spools."""
 
 from datetime import datetime
 from typing import Any
@@ -103,3 +103,12 @@ class DiagnosisRow(Recorded, Base):
     gap_before_percent: Mapped[float | None]
     gap_after_percent: Mapped[float | None]
     document: Mapped[dict[str, Any]]
+
+
+class SpoolRow(Recorded, Base):
+    """How far a spool is stored; its name begins with that of the waveform file of its run."""
+
+    __tablename__ = "spools"
+
+    name: Mapped[str] = mapped_column(unique=True)
+    last_stored: Mapped[int]

@@ -37,6 +37,7 @@ from store.rig_limits import save_rig_limits
 from store.runs import finish_run, start_run
 from store.sequence_documents import save_sequence
 from store.sine_records import SineRecord, add_sine_record
+from store.spools import advance_spool
 from store.states import AnalysisKind, RunState, Scope
 from store.waveform import Waveform, WaveformChannel
 from tests.fault_proxy import FaultProxy
@@ -367,5 +368,6 @@ def _add_requests(session: Session) -> None:
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
     save_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    advance_spool(session, "20260304-0123456789ab-01234567", 0, 5)
     save_rig_limits(session, "rig", {"force": 2e3}, "bench")
     add_job(session, "identify", {"run": 1}, "bench")

@@ -7,21 +7,27 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 
 import httpx
 import pytest
 
 from api.commands.service import is_loopback
+from jointlab.runs.carry_out import spool_folder
+from jointlab.runs.orders import order_to_begin, plan_run
 from jointlab.supervision.stored_limits import save_limits
 from rig.instruments import Instruments
+from rig.records import BeginRecord, EndRecord
+from rig.sequence import sequence_from
+from rig.spool import spooling
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
-from store.deferred_run_end import defer_run_end
 from store.locks import rig_lock
-from store.runs import list_runs, start_run
+from store.runs import list_runs
 from store.states import RunState
 from tests.api.conftest import Command
+from tests.rig.conftest import DOCUMENT
 
 
 @contextmanager
@@ -67,14 +73,12 @@ def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
         assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
 
 
-def test_a_service_that_is_started_anew_says_how_a_run_ended_that_its_database_could_not_be_told(
-    tmp_path: Path,
-) -> None:
+def test_a_service_stores_what_a_lost_process_has_left_in_the_spool(tmp_path: Path) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        catalogue.waveforms.folder.mkdir()
-        with catalogue.writing() as session:
-            run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
-        defer_run_end(catalogue, run, RunState.FAILED, "the database is locked", "test")
+        run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue)
+        with spooling(spool_folder(catalogue), order_to_begin(run)) as spool:
+            spool.write(BeginRecord(datetime.now(UTC), "test", (), (), None))
+            spool.write(EndRecord(datetime.now(UTC), "test", RunState.FAILED, "the database is locked"))
     with serving(tmp_path, "--simulated") as address:
         found = httpx.get(f"{address}/api/runs/{run.id}", timeout=30).json()
     assert (found["state"], found["reason"]) == ("failed", "the database is locked")

@@ -21,6 +21,7 @@ from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
 from analysis.inverse.joint_parameters import matrices, real_terms
 from analysis.inverse.levenberg_marquardt import Minimum, inverse
+from analysis.inverse.model_error import correlation_of_neighbours, missing_causes
 from analysis.inverse.observability import TermBound, term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
@@ -28,7 +29,16 @@ from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel, SupportedResponse
 from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
 from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
-from analysis.inverse.validity_checks import ValidityCheck, convergence, goodness_of_fit, passivity
+from analysis.inverse.validity_checks import (
+    ValidityCheck,
+    convergence,
+    goodness_of_fit,
+    independent_residual,
+    no_missing_cause,
+    passivity,
+    positive_stiffness,
+    within_tolerances,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,12 +258,15 @@ class JointFit:
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
 
-def describe_fit(likelihood: ResponseLikelihood, found: Minimum, scatter: Complex | None = None) -> JointFit:
+def describe_fit(
+    likelihood: ResponseLikelihood, found: Minimum, noise: Real, scatter: Complex | None = None
+) -> JointFit:
     """The result at a minimum.
 
     Args:
         likelihood: that was maximised.
         found: where.
+        noise: (rows, lines) standard deviation of the accelerances by what is known without this fit, for its checks.
         scatter: (rows, blows, lines) how far each blow moves the average of its row; None where blows are not known.
     """
     model, names = likelihood.model, likelihood.parameters.names
@@ -284,12 +297,16 @@ def describe_fit(likelihood: ResponseLikelihood, found: Minimum, scatter: Comple
         common = joint_from_terms(
             name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
         )
-        check = passivity(common, float(np.min(freedom[at][HALF:])))
-        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], checks=(check,))
+        checks = (
+            positive_stiffness(common, float(np.min(freedom[at][:HALF]))),
+            passivity(common, float(np.min(freedom[at][HALF:]))),
+        )
+        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], checks=checks)
 
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
+    ending = convergence(found.converged, found.expected)
     common_scale = scale_direction(likelihood.tolerance[:3, :3], bound.as_drawn, terms.ravel())
     return JointFit(
         joints=joints,
@@ -304,10 +321,43 @@ def describe_fit(likelihood: ResponseLikelihood, found: Minimum, scatter: Comple
         bound=bound,
         weak_directions=weak if common_scale is None else (*weak, common_scale),
         checks=(
-            goodness_of_fit(per_line, per_row, model.frequency, model.inputs),
-            convergence(found.converged, found.expected),
+            *_checks_of_model(
+                likelihood, found, response, noise, scatter, slope / np.sqrt(np.diag(terms_covariance))[:, None]
+            ),
+            ending,
         ),
         likelihood=likelihood,
+    )
+
+
+def _checks_of_model(
+    likelihood: ResponseLikelihood,
+    found: Minimum,
+    response: SupportedResponse,
+    noise: Real,
+    scatter: Complex | None,
+    relative_slope: Real,
+) -> tuple[ValidityCheck, ...]:
+    """Whether noise alone is left, and the bench is within its tolerances.
+
+    `relative_slope` (terms, parameters) is the derivative of the terms over the standard deviation of each.
+    """
+    model = likelihood.model
+    left = likelihood.measured - response.accelerance
+    square = np.abs(left / noise) ** 2 / 2
+    of_blows = None if scatter is None else scatter / likelihood.deviation[:, None]
+    per_line = model.decay * float(np.ptp(model.frequency)) / (model.frequency.size - 1)
+    causes = missing_causes(likelihood, found.values, response, noise, scatter)
+    labels = np.array(deviation_labels(model.response, model.inputs, likelihood.parameters.names))[likelihood.active]
+    return (
+        goodness_of_fit(np.mean(square, axis=0), np.mean(square, axis=1), model.frequency, model.inputs),
+        independent_residual(correlation_of_neighbours(left / likelihood.deviation, of_blows, per_line)),
+        no_missing_cause(causes, relative_slope),
+        within_tolerances(
+            labels.tolist(),
+            found.values[len(likelihood.parameters.labels) :],
+            np.sqrt(np.diag(likelihood.active_tolerance)),
+        ),
     )
 
 

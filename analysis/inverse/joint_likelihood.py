@@ -95,7 +95,7 @@ def identify_from_responses(
             fitted = target.response(found.values).accelerance
             target = replace(target, deviation=np.sqrt(variance_from_residual(lines.accelerance, fitted)))
             found = minimise(target, found.values, FINAL_TOLERANCE, MOST_STEPS)
-    return describe_fit(target, found, lines.scatter)
+    return describe_fit(target, found, standard_deviation(lines), lines.scatter)
 
 
 def _search(target: ResponseLikelihood, starts: Sequence[Real]) -> Minimum:

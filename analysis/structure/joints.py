@@ -150,6 +150,14 @@ def least_loss(dynamic_stiffness: Complex) -> tuple[float, Complex]:
     return float(losses[0]), np.asarray(motions[:, 0] * np.sqrt(scale))
 
 
+def least_stiffness(dynamic_stiffness: Complex) -> tuple[float, Complex]:
+    """The least eigenvalue of the scaled k, and the motion u (3,) with this u^H k u; negative: u gains energy."""
+    elastic = (dynamic_stiffness + dynamic_stiffness.conj().T) / 2
+    values, motions = np.linalg.eigh(_dimensionless(elastic, dynamic_stiffness))
+    scale = np.real(np.diag(_dimensionless(np.eye(3, dtype=complex), dynamic_stiffness)))
+    return float(values[0]), np.asarray(motions[:, 0] * np.sqrt(scale))
+
+
 def _dimensionless(matrix: Complex, stiffness: Complex) -> Complex:
     """`matrix` scaled to a unit diagonal of `stiffness`, so that translation and rotation weigh alike."""
     scale = np.sqrt(np.abs(np.diag(stiffness)))

@@ -25,6 +25,7 @@ def _plain_name(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_plain_name)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Share = Annotated[float, Field(ge=0, le=0.2)]
 Node = Annotated[int, Field(ge=1)]
 
 
@@ -83,7 +84,10 @@ class DirectTable(_Part):
 
 
 class StatedTolerances(_Part):
-    """Uncertainties, one standard deviation each; a unit of 1 is relative."""
+    """Uncertainties, one standard deviation each; a unit of 1 is relative.
+
+    The last three may be left out: a diagnosis then estimates them.
+    """
 
     node_position: Annotated[NotNegative, quantity("m")]
     sensor_gain: Annotated[NotNegative, quantity("1")]
@@ -92,6 +96,9 @@ class StatedTolerances(_Part):
     impact_position: Annotated[NotNegative, quantity("m")]
     inclination_deg: Annotated[NotNegative, quantity("deg")]
     tester_gain: Annotated[NotNegative, quantity("1")]
+    setup_scatter: Annotated[Share | None, quantity("1", "of a joint's stiffness between set-ups")] = None
+    configuration_gain: Annotated[Share | None, quantity("1", "of the tester between configurations")] = None
+    model_error: Annotated[Share | None, quantity("1", "of an accelerance, coherent over neighbouring lines")] = None
 
 
 class RequestedPrediction(_Part):

@@ -14,6 +14,7 @@ from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting
 from analysis.gap.effect import Given
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
+from analysis.gap.scales import Scales, typical_scales
 
 STIFFNESS_SPREAD = 1.0
 """Prior of the natural logarithm of a cylinder's stiffness: only its order of magnitude is known."""
@@ -25,6 +26,8 @@ MESH_TOLERANCE = 5e-5
 """Relative error of the squared third free frequency: eighty elements are this close to a converged mesh."""
 STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
 """Weights of shear and compression in the tester's reading, by configuration; angled pairs: `Baseline.weights`."""
+IN_TESTER, GAIN = "set-up in the tester", "gain"
+"""Names of the parameters, with a joint or a configuration in brackets, that `Scales` gives their spread."""
 LOCAL_COMPLIANCE = 1e-11
 """m/N, of the beam between a blow and an accelerometer one millimetre away. Beam theory does not contain it; shear in
 that millimetre makes half of it."""
@@ -37,11 +40,13 @@ class Baseline:
     Attributes:
         measurement: of the bench that is modelled.
         shear, compression: (joints,) typical stiffness a and b, N/m, on which the priors are centred.
+        scales: of what differs on every bench.
     """
 
     measurement: Measurement
     shear: Real
     compression: Real
+    scales: Scales
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -71,6 +76,9 @@ class Baseline:
             ]
         if self.measurement.points is not None:
             found.append(Parameter("tester gain", "1", 1.0, tolerances.tester_gain))
+            scatter, gain = self.scales.setup_scatter, self.scales.configuration_gain
+            found += [Parameter(f"{IN_TESTER}({joint.name})", "1", 1.0, scatter) for joint in drawing.joints]
+            found += [Parameter(f"{GAIN}({each.name.lower()})", "1", 1.0, gain) for each in Configuration]
         return tuple(found)
 
     def cylinders(self, given: Given) -> Cylinders:
@@ -80,9 +88,9 @@ class Baseline:
             name = joint.name
             gamma_a, gamma_b = given[f"gamma_a({name})"], given[f"gamma_b({name})"]
             a, b, c = given[f"a({name})"], given[f"b({name})"], given.get(f"c({name})", 0.0)
-            storage.append([[a], [b], [c]])
-            loss.append([[a * gamma_a], [b * gamma_b], [c * gamma_b]])
-        return Cylinders(np.array(storage), np.array(loss))
+            storage.append([a, b, c])
+            loss.append([a * gamma_a, b * gamma_b, c * gamma_b])
+        return Cylinders(np.array(storage)[:, :, None, None], np.array(loss)[:, :, None, None])
 
     @cached_property
     def _drawn(self) -> Mounting:
@@ -131,6 +139,16 @@ class Baseline:
             added=(driven * given["local compliance"])[:, None].astype(complex),
         )
 
+    def in_tester(self, given: Given, cylinders: Cylinders) -> Cylinders:
+        """The cylinders after they were set up in the tester."""
+        factor = np.array([given[f"{IN_TESTER}({joint.name})"] for joint in self.measurement.drawing.joints])
+        return cylinders.scaled(factor[:, None, None, None], factor[:, None, None, None])
+
+    def tester_gain(self, given: Given, points: TesterPoints) -> Real:
+        """(points,) gain of the tester in the configuration of each point."""
+        gains = np.array([given[f"{GAIN}({each.name.lower()})"] for each in Configuration])
+        return np.asarray(given["tester gain"] * gains[points.configuration])
+
     def weights(self, mounting: Mounting, points: TesterPoints) -> Real:
         """(points, 2) weights of shear and of compression in the tester's reading.
 
@@ -148,7 +166,7 @@ def changed_by(name: str) -> frozenset[str]:
     kind = name.partition("(")[0]
     if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
         return frozenset({"surroundings"})
-    return frozenset({"tester"}) if kind == "tester gain" else frozenset({"joints", "tester"})
+    return frozenset({"tester"} if kind in ("tester gain", IN_TESTER, GAIN) else {"joints", "tester"})
 
 
 def baseline_of(measurement: Measurement) -> Baseline:
@@ -166,4 +184,4 @@ def baseline_of(measurement: Measurement) -> Baseline:
                 of = (points.specimen == joint) & (points.configuration == configuration)
                 if np.any(of):
                     found[joint] = float(np.median(points.stiffness[of].real)) / share
-    return Baseline(measurement, shear, compression)
+    return Baseline(measurement, shear, compression, typical_scales(measurement.tolerances))

@@ -18,6 +18,7 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench
 from analysis.gap.free_beam_modes import BeamModes
+from analysis.gap.measurement import Indices
 
 JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
 MODE_FIELDS = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
@@ -37,6 +38,7 @@ class BeamRig:
         sensor: direction of the accelerometer.
         sensor_mass: known, kg.
         joint_mass: (joints,) known, kg.
+        state: (rows,) index of the state of the joints in which each row was measured.
     """
 
     modes: BeamModes
@@ -45,6 +47,20 @@ class BeamRig:
     sensor: Direction
     sensor_mass: float
     joint_mass: Real
+    state: Indices
+
+    @cached_property
+    def rows_of(self) -> Indices:
+        """(states, n) rows of each state, its first again where it has fewer than n."""
+        members = [np.flatnonzero(self.state == state) for state in range(int(np.max(self.state)) + 1)]
+        most = max(each.size for each in members)
+        return np.array([np.concatenate([each, np.repeat(each[:1], most - each.size)]) for each in members])
+
+    @cached_property
+    def place(self) -> Indices:
+        """(rows,) of each row in the flattened `rows_of`."""
+        rank = np.array([np.count_nonzero(self.state[:row] == own) for row, own in enumerate(self.state)])
+        return np.asarray(self.state * self.rows_of.shape[1] + rank)
 
     def answer(self, bench: BeamBench, blow_offset: Real) -> Answer:
         """The response of `bench` to blows that fall another `blow_offset` (rows,) m beside their points."""
@@ -110,18 +126,18 @@ class Answer:
 
     @cached_property
     def _stiffness(self) -> Complex:
-        """(lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
+        """(states, lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
         bench, rig = self.bench, self.rig
-        joints = bench.joints.shape[1]
+        states, _, joints = bench.joints.shape[:3]
         size = 3 * joints + 2
-        found = np.zeros((bench.pole.size, size, size), dtype=complex)
+        found = np.zeros((states, bench.pole.size, size, size), dtype=complex)
         for joint in range(joints):
             at = slice(3 * joint, 3 * joint + 3)
-            found[:, at, at] = bench.joints[:, joint]
+            found[:, :, at, at] = bench.joints[:, :, joint]
             for way in range(2):
-                found[:, 3 * joint + way, 3 * joint + way] += bench.pole**2 * rig.joint_mass[joint]
+                found[:, :, 3 * joint + way, 3 * joint + way] += bench.pole**2 * rig.joint_mass[joint]
         for way in (size - 2, size - 1):
-            found[:, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
+            found[:, :, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
         return found
 
     @cached_property
@@ -141,30 +157,46 @@ class Answer:
         """(3 + rows, N) modes at the accelerometer, their two derivatives, and modes at the blows."""
         return np.concatenate([np.array(self._sensor), self._blows[0]])
 
+    def _by_state(self, values: Complex, shared: int) -> Complex:
+        """(states, lines, x, shared + n) of (lines, x, shared + rows): columns for all, then of a state's rows."""
+        columns = np.arange(shared), shared + self.rig.rows_of
+        chosen = np.concatenate([np.tile(columns[0], (len(columns[1]), 1)), columns[1]], axis=1)
+        return np.moveaxis(values[..., chosen], -2, 0)
+
+    def _by_row(self, values: Complex) -> Complex:
+        """(..., rows, lines) of (..., states, lines, n)."""
+        swapped = np.swapaxes(values, -1, -2)
+        return np.asarray(swapped.reshape(*swapped.shape[:-3], -1, swapped.shape[-1])[..., self.rig.place, :])
+
+    def _at_rows(self, modes: Real, fields: Complex) -> Complex:
+        """(rows, lines) of (rows, N) `modes` at the blows times (states, N, lines) fields of each row's state."""
+        found = _times(modes[self.rig.rows_of], fields)
+        return np.asarray(found.reshape(-1, found.shape[-1])[self.rig.place])
+
     @cached_property
     def _motion(self) -> Complex:
-        """(lines, attached, 3 + rows) motion of the attached degrees of freedom under unit forces at the ends."""
+        """(states, lines, attached, 3 + n) motion of the attached under unit forces at sensor and a state's blows."""
         attached, _ = self._attached
         system = np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness
-        return np.asarray(np.linalg.solve(system, self._free(attached, self._ends)))
+        return np.asarray(np.linalg.solve(system, self._by_state(self._free(attached, self._ends), 3)))
 
     @cached_property
     def _force(self) -> Complex:
-        """(lines, attached, 3 + rows) forces of the attached parts on the beam, negative."""
+        """(states, lines, attached, 3 + n) forces of the attached parts on the beam, negative."""
         return self._stiffness @ self._motion
 
     @cached_property
     def _receptances(self) -> Complex:
-        """(lines, 3, rows) of the accelerometer and its derivatives under the blows."""
+        """(states, lines, 3, n) of the accelerometer and its derivatives under the blows."""
         attached, _ = self._attached
-        free = self._free(self._ends[:3], self._ends[3:])
+        free = self._by_state(self._free(self._ends[:3], self._ends[3:]), 0)
         at_ends = np.swapaxes(self._free(attached, self._ends[:3]), 1, 2)
-        return free - at_ends @ self._force[:, :, 3:]
+        return free - at_ends @ self._force[..., 3:]
 
     @cached_property
     def receptance(self) -> Complex:
         """(rows, lines) of the plane model, m/N."""
-        return np.ascontiguousarray(self._receptances[:, 0].T)
+        return np.ascontiguousarray(self._by_row(self._receptances[:, :, 0]))
 
     @cached_property
     def accelerance(self) -> Complex:
@@ -179,52 +211,54 @@ class Answer:
 
     @cached_property
     def _field(self) -> Complex:
-        """(N, lines) the beam's motion under a unit force at the accelerometer, in free modes."""
+        """(states, N, lines) the beam's motion under a unit force at the accelerometer, in free modes."""
         attached, _ = self._attached
-        return np.asarray(self._compliance * (self._ends[0][:, None] - _times(attached.T, self._force[:, :, 0].T)))
+        pulled = _times(attached.T, np.swapaxes(self._force[..., 0], 1, 2))
+        return np.asarray(self._compliance * (self._ends[0][:, None] - pulled))
 
     @cached_property
     def by_blow_offset(self) -> Complex:
         """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
-        return self._to_read * _times(self._blows[1], self._field)
+        return self._to_read * self._at_rows(self._blows[1], self._field)
 
     @cached_property
     def _by_lean(self) -> Complex:
-        return self._to_read * _times(self._blows[2], self._field)
+        return self._to_read * self._at_rows(self._blows[2], self._field)
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
         """(rows, lines) derivative in the sensor's position; its mass moves with it."""
-        carried = range(self._stiffness.shape[1] - 2, self._stiffness.shape[1])
-        return self._to_read * (self._receptances[:, 1] + self._moved(carried)).T
+        carried = range(self._stiffness.shape[-1] - 2, self._stiffness.shape[-1])
+        return self._to_read * self._by_row(self._receptances[:, :, 1] + self._moved(carried))
 
     @cached_property
     def _slopes_under_forces(self) -> Complex:
-        """(lines, attached, 1 + rows) slope of the beam at the attached, under unit forces at sensor and blows."""
+        """(states, lines, attached, 1 + n) slope of the beam at the attached, under unit forces at sensor and blows."""
         attached, slopes = self._attached
-        at = [0, *range(3, len(self._ends))]
-        return self._free(slopes, self._ends[at]) - self._free(slopes, attached) @ self._force[:, :, at]
+        free = self._by_state(self._free(slopes, self._ends[[0, *range(3, len(self._ends))]]), 1)
+        at = [0, *range(3, self._force.shape[-1])]
+        return free - self._free(slopes, attached) @ self._force[..., at]
 
     def _moved(self, which: range) -> Complex:
-        """(lines, rows) derivative of the receptance when the parts attached at `which` move along the beam."""
+        """(states, lines, n) derivative of the receptance when the parts attached at `which` move along the beam."""
         at, slope = list(which), self._slopes_under_forces
-        of_sensor = np.einsum("la,lar->lr", slope[:, at, 0], self._force[:, at, 3:])
-        of_blows = np.einsum("la,lar->lr", self._force[:, at, 0], slope[:, at, 1:])
+        of_sensor = np.einsum("sla,slan->sln", slope[:, :, at, 0], self._force[:, :, at, 3:])
+        of_blows = np.einsum("sla,slan->sln", self._force[:, :, at, 0], slope[:, :, at, 1:])
         return np.asarray(-(of_sensor + of_blows))
 
     @cached_property
     def _by_joint_position(self) -> Complex:
         """(joints, rows, lines)."""
-        joints = self.bench.joints.shape[1]
-        return np.array([self._to_read * self._moved(range(3 * j, 3 * j + 3)).T for j in range(joints)])
+        joints = self.bench.joints.shape[2]
+        return np.array([self._to_read * self._by_row(self._moved(range(3 * j, 3 * j + 3))) for j in range(joints)])
 
     def _along(self, weight: Real) -> Complex:
         """(rows, lines) sum over free modes of their motion under the sensor's force times that under each blow, with
         (N,) weights, as read; by reciprocity."""
         attached, _ = self._attached
         field = self._compliance * self._field * weight[:, None]
-        found = _times(self._ends[3:], field) - np.einsum("al,lar->rl", _times(attached, field), self._force[:, :, 3:])
-        return np.asarray(self._to_read * found)
+        pulled = np.swapaxes(_times(attached, field), 1, 2)[:, :, None, :] @ self._force[..., 3:]
+        return np.asarray(self._to_read * (self._at_rows(self._ends[3:], field) - self._by_row(pulled[:, :, 0])))
 
     @cached_property
     def _by_modes(self) -> dict[str, Complex]:
@@ -256,19 +290,20 @@ class Answer:
 
     def _through_joints(self, changes: Sequence[Complex | Real]) -> Complex:
         """(n, rows, lines) minus the derivatives of the accelerance, from those of the joints' stiffness."""
-        joints = self.bench.joints.shape[1]
-        stacked = np.array([np.broadcast_to(each, (self.bench.pole.size, *each.shape[1:])) for each in changes])
-        sensor = self._motion[:, : 3 * joints, 0].reshape(-1, joints, 3)
-        pulled = np.einsum("ljp,nljpq->lnjq", sensor, stacked).reshape(len(sensor), len(changes), -1)
-        return np.asarray(self._to_read * np.moveaxis(pulled @ self._motion[:, : 3 * joints, 3:], 0, 2))
+        states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
+        stacked = np.array([np.broadcast_to(each, (states, lines, joints, 3, 3)) for each in changes])
+        sensor = self._motion[:, :, : 3 * joints, 0].reshape(states, lines, joints, 3)
+        pulled = np.einsum("sljp,csljpq->slcjq", sensor, stacked).reshape(states, lines, len(changes), -1)
+        found = np.moveaxis(pulled @ self._motion[:, :, : 3 * joints, 3:], 2, 0)
+        return np.asarray(self._to_read * self._by_row(found))
 
     def _besides_joints(self, changes: Changes) -> Complex:
         """(rows, lines) derivative of the accelerance in one parameter, without the part through the joints."""
         bench = self.bench
         total = np.zeros_like(self.accelerance)
         if "sensor_mass" in changes:
-            both = np.einsum("lp,lpr->rl", self._motion[:, -2:, 0], self._motion[:, -2:, 3:])
-            total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * both
+            both = np.einsum("slp,slpn->sln", self._motion[:, :, -2:, 0], self._motion[:, :, -2:, 3:])
+            total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * self._by_row(both)
         for name in MODE_FIELDS:
             if name in changes:
                 total -= changes[name] * self._by_modes[name]
@@ -277,7 +312,7 @@ class Answer:
         if "sensor_position" in changes:
             total += changes["sensor_position"] * self._by_sensor_position
         if "cross_axis" in changes:
-            total += changes["cross_axis"] * self._to_read * self._receptances[:, 2].T
+            total += changes["cross_axis"] * self._to_read * self._by_row(self._receptances[:, :, 2])
         if "joint_position" in changes:
             total += np.tensordot(changes["joint_position"], self._by_joint_position, axes=1)
         if "blow_offset" in changes:
@@ -295,10 +330,10 @@ class Answer:
         """(rows, lines) derivative in the pole through the known masses; joints and modes are treated elsewhere."""
         joints = [mass for kilograms in self.rig.joint_mass for mass in (kilograms, kilograms, 0.0)]
         mass = np.array([*joints, *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
-        both = np.einsum("lp,p,lpr->rl", self._motion[:, :, 0], mass, self._motion[:, :, 3:])
-        return np.asarray(-self._to_read * 2 * self.bench.pole * both)
+        both = np.einsum("slp,p,slpn->sln", self._motion[..., 0], mass, self._motion[..., 3:])
+        return np.asarray(-self._to_read * 2 * self.bench.pole * self._by_row(both))
 
 
 def _times(rows: Real, fields: Complex) -> Complex:
-    """(rows, lines) real `rows` (rows, N) times complex `fields` (N, lines), without making the rows complex."""
+    """(..., rows, lines) real `rows` (..., rows, N) times complex `fields` (..., N, lines), the rows kept real."""
     return (rows @ np.ascontiguousarray(fields).view(np.float64)).view(np.complex128)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
+from analysis.gap.measurement import Indices
 
 REFERENCE_FORCE = 100.0
 """Peak force in N of a blow at level 1."""
@@ -23,7 +24,7 @@ class Loading:
         tester: whether the cylinders are in the tester; otherwise they are under the beam.
         frequency: Hz.
         amplitude: zero to peak in the tester, m; nan under the beam, where a law derives it from `level`.
-        level: peak force of the blows over 100 N; 1 in the tester.
+        level: (states, 1) peak force of the blows over 100 N; 1 in the tester.
         fraction: how far the test had come in the order of measuring, 0 to 1; 0 under the beam.
         angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
@@ -31,7 +32,7 @@ class Loading:
     tester: bool
     frequency: Real
     amplitude: Real
-    level: float
+    level: Real
     fraction: Real
     angled: NDArray[np.bool_]
 
@@ -47,13 +48,15 @@ class Setting:
     Attributes:
         inputs: (rows,) points struck.
         frequency: (lines,) Hz.
-        peak_force: of a blow, N.
+        peak_force: (states,) of a blow in each state of the joints, N.
+        state: (rows,) index of the state of the joints in which each row was measured.
         decay: of the exponential window that the records are stated to carry, 1/s.
     """
 
     inputs: tuple[Dof, ...]
     frequency: Real
-    peak_force: float
+    peak_force: Real
+    state: Indices
     decay: float = 0.0
 
     @cached_property
@@ -64,7 +67,7 @@ class Setting:
             tester=False,
             frequency=self.frequency,
             amplitude=np.full(lines, np.nan),
-            level=self.peak_force / REFERENCE_FORCE,
+            level=self.peak_force[:, None] / REFERENCE_FORCE,
             fraction=np.zeros(lines),
             angled=np.zeros(lines, dtype=bool),
         )
@@ -75,7 +78,7 @@ class Cylinders:
     """Stiffness of the cylinders of each joint in shear, compression (N/m) and rotation (N m).
 
     Attributes:
-        storage, loss: (joints, 3, n) k' and k''; n is 1 where they are the same for all points or lines.
+        storage, loss: (joints, 3, states, n) k' and k''; 1 where they are the same for all states, points or lines.
     """
 
     storage: Real
@@ -83,11 +86,11 @@ class Cylinders:
 
     @property
     def complex_stiffness(self) -> Complex:
-        """(joints, 3, n) k' + i k''."""
+        """(joints, 3, states, n) k' + i k''."""
         return np.asarray(self.storage + 1j * self.loss)
 
     def scaled(self, storage: Real | float, loss: Real | float) -> Cylinders:
-        """Multiplied by factors that broadcast to (joints, 3, n)."""
+        """Multiplied by factors that broadcast to (joints, 3, states, n)."""
         return Cylinders(np.asarray(self.storage * storage), np.asarray(self.loss * loss))
 
 
@@ -114,7 +117,7 @@ class BeamBench:
 
     Attributes:
         pole: (lines,) at which the bench is evaluated: i w, plus the decay of an exponential window.
-        joints: (lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
+        joints: (states, lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
         modulus, density: relative to the drawing.
         mesh: share by which the mesh raises the squared frequency of the third free mode; of others by that square.
         loss: (lines or 1,) structural loss factor of the beam beyond its free damping.
@@ -151,13 +154,13 @@ class BeamBench:
 
 
 def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
-    """(lines, joints, 3, 3) stiffness of joints with a lower and an upper cylinder each, Eqs. (9)-(11).
+    """(states, lines, joints, 3, 3) stiffness of joints with a lower and an upper cylinder each, Eqs. (9)-(11).
 
     A stiffness that is spread over a length l adds k22 l^2 / 12 in rotation.
     """
-    a, b, c = (each.T[:, :, None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
+    a, b, c = (np.moveaxis(each, 0, -1)[..., None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
     cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity
     along, across = np.array([[cosine, sine, -e * cosine], [-sine, cosine, e * sine]])  # (3, joints, 2)
     found = a * np.einsum("pjn,qjn->jpq", along, along) + b * np.einsum("pjn,qjn->jpq", across, across)
-    found[:, :, 2, 2] += 2 * c[:, :, 0, 0] + found[:, :, 1, 1] * mounting.length**2 / 12
+    found[..., 2, 2] += 2 * c[..., 0, 0] + found[..., 1, 1] * mounting.length**2 / 12
     return np.asarray(found)

@@ -24,7 +24,7 @@ from analysis.gap.findings import (
     of_records,
     remainder_of,
 )
-from analysis.gap.fit import Fit
+from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.forward_selection import selected
 from analysis.gap.gaps import gaps_where_asked, held_to_account, measured_gaps
 from analysis.gap.held_out import HeldOut
@@ -168,9 +168,13 @@ def diagnose(
     found = selected(search, coarse, calibration)
     report("weighing the best on all lines", 0.7)
     fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
-    none = refined(coarse, fine)
     chosen = contenders(Contest(coarse, found, calibration))
-    weighed = weigh(none, list(parallel_map(partial(refined, measurement=fine), chosen)), calibration)
+    # all models are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales
+    first = [coarse, *sorted(chosen, key=lambda each: -each.log_evidence)[:1]]
+    best = max(parallel_map(partial(refined, measurement=fine), first), key=lambda each: each.log_evidence)
+    alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
+    none, *contest = parallel_map(alike, [coarse, *chosen])
+    weighed = weigh(none, contest, calibration)
     report("measuring the gap on held-out data", 0.85)
     measured = measured_gaps(none, weighed, measurement, parallel_map)
     weighed = held_to_account(weighed, none, measured)
@@ -277,10 +281,10 @@ def _readings(found: Fit) -> Complex:
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
     asked = measurement.sets[0].struck_at(inputs, frequency)
-    shared = len(simulation.shared)
-    gain = measurement.tolerances.sensor_gain * found.scores[shared : shared + 1]
-    whole = simulation.of(replace(measurement, sets=(asked,)))
-    return whole.state(found.scores[:shared], gain, [np.zeros(len(inputs))]).prediction(()).accelerances[0]
+    whole = Likelihood(simulation.of(replace(measurement, sets=(asked,))))
+    known = [*range(len(simulation.shared)), *found.likelihood.setups[0]]
+    scores = np.concatenate([found.scores[known], np.zeros(len(inputs))])
+    return whole.predict(scores, ()).accelerances[0]
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:

@@ -85,7 +85,7 @@ class Effect:
         return mounting
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        """Change joint matrices (lines, joints, 3, 3) of the beam rig at `pole` (lines,)."""
+        """Change joint matrices (states, lines or 1, joints, 3, 3) of the beam rig at `pole` (lines,)."""
         return joints
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:

@@ -39,7 +39,7 @@ def log_evidence(found: Fit, temperature: float = 1.0) -> float:
     """
     there = tempered(found, temperature)
     _, logarithm = np.linalg.slogdet(there.at.normal)
-    total = -(there.at.cost + logarithm) / 2
+    total = -(there.at.cost + logarithm) / 2 + found.likelihood.log_normalisation
     deviations = there.deviations
     for place, parameter in enumerate(found.likelihood.simulation.shared):
         if np.isfinite(parameter.least):

@@ -1,8 +1,11 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
-All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set,
-and the offset of the blows of each row from their node.
+All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
+and the stiffness of its joints, and the offset of the blows of each row from their node. Accelerances have noise and
+smooth errors (`model_error`).
 """
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +19,8 @@ from numpy.typing import NDArray
 from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.model_error import SmoothErrors, smooth_errors
+from analysis.gap.scales import Scales, log_prior
 from analysis.gap.simulation import Prediction, Simulation, State
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, inverse, minimise
 
@@ -64,6 +69,7 @@ class Block:
         descent: (n,) J^t r.
         chi_square: r^t r.
         data: number of real and imaginary parts.
+        smooth: (n + 1, K) J and r along the modes of smooth errors, already left out of the above; None without them.
     """
 
     rig: str
@@ -74,6 +80,18 @@ class Block:
     descent: Real
     chi_square: float
     data: int
+    smooth: Complex | None = None
+
+    def less(self, share: Real) -> Block:
+        """Without a (K,) share of the squares along the modes of smooth errors; a negative share adds them."""
+        assert self.smooth is not None, "a block of accelerances"
+        products = _as_parts(self.smooth * share) @ _as_parts(self.smooth).T
+        return replace(
+            self,
+            normal=self.normal - products[:-1, :-1],
+            descent=self.descent - products[:-1, -1],
+            chi_square=self.chi_square - float(products[-1, -1]),
+        )
 
 
 @dataclass(eq=False)
@@ -110,15 +128,40 @@ class Likelihood:
         return self.simulation.baseline.measurement
 
     @cached_property
-    def _first_blow(self) -> list[int]:
+    def setups(self) -> tuple[range, ...]:
+        """For each set, the indices of its gain and of the stiffness of each joint among the unknowns."""
+        first, each = len(self.simulation.shared), 1 + len(self.measurement.drawing.joints)
+        return tuple(range(first + each * n, first + each * (n + 1)) for n in range(len(self.measurement.sets)))
+
+    @cached_property
+    def first_blow(self) -> list[int]:
         """Index of the first blow offset of each set among the unknowns, and the number of unknowns."""
         counts = [len(each.inputs) for each in self.measurement.sets]
-        return list(len(self.simulation.shared) + len(counts) + np.cumsum([0, *counts]))
+        first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
+        return list(first + np.cumsum([0, *counts]))
+
+    @property
+    def scales(self) -> Scales:
+        """Of what differs on every bench."""
+        return self.simulation.baseline.scales
+
+    def smooth_errors(self, number: int) -> SmoothErrors | None:
+        """Of one hammer set; None where inflated noise hides them."""
+        if self.inflation or not self.scales.model_error:
+            return None
+        return smooth_errors(self.measurement.sets[number], self.scales.correlation)
+
+    @cached_property
+    def log_normalisation(self) -> float:
+        """Of the density of smooth errors over that of noise alone, with the prior of the scales."""
+        errors = [self.smooth_errors(number) for number in range(len(self.measurement.sets))]
+        spread = sum(each.log_determinant(self.scales.model_error) for each in errors if each is not None)
+        return log_prior(self.scales, self.measurement.tolerances) - spread / 2
 
     @property
     def unknowns(self) -> int:
         """Number of unknowns."""
-        return self._first_blow[-1]
+        return self.first_blow[-1]
 
     @property
     def data(self) -> int:
@@ -138,9 +181,10 @@ class Likelihood:
         if last is not None and last.state is not None and np.array_equal(scores, last.scores):
             return last.state
         shared, tolerances = len(self.simulation.shared), self.measurement.tolerances
-        gains = tolerances.sensor_gain * scores[shared : shared + len(self.measurement.sets)]
-        blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self._first_blow)]
-        state = self.simulation.state(scores[:shared], gains, blows)
+        of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
+        gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
+        blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
+        state = self.simulation.state(scores[:shared], gains, stiffness, blows)
         if last is not None:
             last.scores, last.state = scores, state
         return state
@@ -163,13 +207,22 @@ class Likelihood:
         with np.errstate(all="ignore"):
             state = self._state(values)
             predicted, total = state.prediction(()), float(values @ values)
-            for each, found in zip(self.measurement.sets, predicted.accelerances, strict=True):
-                total += _square((each.accelerance - found) / self.deviation(each))
+            for number, (each, found) in enumerate(zip(self.measurement.sets, predicted.accelerances, strict=True)):
+                left = (each.accelerance - found) / self.deviation(each)
+                total += _square(left) - self._smooth(number, left)
             if self.measurement.points is not None:
                 total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
         if not np.isfinite(total):
             return NOWHERE
         return Trial(total, partial(self._linearised, values, state))
+
+    def _smooth(self, number: int, left: Complex) -> float:
+        """The part of the square of whitened rows (rows, lines) that smooth errors explain."""
+        errors, scale = self.smooth_errors(number), self.scales.model_error
+        if errors is None:
+            return 0.0
+        along = [errors.along(row, each[None])[0] for row, each in enumerate(left)]
+        return sum(float(errors.share(row, scale) @ np.abs(each) ** 2) for row, each in enumerate(along))
 
     def _linearised(self, values: Real, state: State) -> Linearised:
         with np.errstate(all="ignore"):
@@ -180,18 +233,23 @@ class Likelihood:
         predicted, shared = predicted or self.predict(values), len(self.simulation.shared)
         tolerances, found = self.measurement.tolerances, list[Block]()
         for number, each in enumerate(self.measurement.sets):
-            weight = 1 / self.deviation(each)
+            weight, errors = 1 / self.deviation(each), self.smooth_errors(number)
             accelerance = predicted.accelerances[number]
             left = (each.accelerance - accelerance) * weight
-            gain = values[shared + number] * tolerances.sensor_gain
+            gain = values[self.setups[number][0]] * tolerances.sensor_gain
             by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
             for row, dof in enumerate(each.inputs):
-                columns = [*predicted.by_shared[number][:, row], by_gain[row]]
-                unknowns = [*range(shared), shared + number]
+                columns = [*predicted.by_shared[number][:, row], by_gain[row], *predicted.by_setup[number][:, row]]
+                unknowns = [*range(shared), *self.setups[number]]
                 if dof.direction is Direction.Y:
                     columns.append(predicted.by_blow[number][row])
-                    unknowns.append(self._first_blow[number] + row)
-                found.append(_block("inverse", number, row, unknowns, np.array(columns) * weight[row], left[row]))
+                    unknowns.append(self.first_blow[number] + row)
+                weighted = np.array(columns) * weight[row]
+                block = _block("inverse", number, row, unknowns, weighted, left[row])
+                if errors is not None:
+                    along = errors.along(row, np.concatenate([weighted, left[row : row + 1]]))
+                    block = replace(block, smooth=along).less(errors.share(row, self.scales.model_error))
+                found.append(block)
         points = self.measurement.points
         if points is not None:
             weight = 1 / self.tester_deviation
@@ -204,9 +262,9 @@ class Likelihood:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
         predicted, parts, left = self.predict(values, shared), list[Complex](), list[Complex]()
         for number, each in enumerate(self.measurement.sets):
-            weight = 1 / self.deviation(each)
-            parts.append((predicted.by_shared[number] * weight).reshape(len(shared), -1))
-            left.append(((each.accelerance - predicted.accelerances[number]) * weight).ravel())
+            columns = self._whitened(number, predicted.by_shared[number])
+            parts.append(columns.reshape(len(shared), -1))
+            left.append(self._whitened(number, each.accelerance - predicted.accelerances[number]).ravel())
         points = self.measurement.points
         if points is not None:
             parts.append(predicted.stiffness_by_shared / self.tester_deviation)
@@ -214,20 +272,35 @@ class Likelihood:
         return _as_parts(np.concatenate(parts, axis=1)), _as_parts(np.concatenate(left))
 
     def own_columns(self, values: Real) -> Real:
-        """(sets and rows, data) whitened derivatives in the gain of each set and in the blow offset of each row."""
+        """(own unknowns, data) whitened derivatives in those of each set-up, and in the blow offset of each row."""
         predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
         tolerances, found, place = self.measurement.tolerances, np.zeros((self.unknowns - first, self.data)), 0
         for number, each in enumerate(self.measurement.sets):
-            weight = 1 / self.deviation(each)
-            gain = 1 + values[first + number] * tolerances.sensor_gain
-            by_gain = _as_parts(tolerances.sensor_gain / gain * predicted.accelerances[number] * weight)
-            by_blow = _as_parts(predicted.by_blow[number] * weight)
+            own = np.array(self.setups[number]) - first
+            gain = 1 + values[first + own[0]] * tolerances.sensor_gain
+            by_gain = tolerances.sensor_gain / gain * predicted.accelerances[number][None]
+            by_setup = np.concatenate([by_gain, predicted.by_setup[number], predicted.by_blow[number][None]])
+            columns = _as_parts(self._whitened(number, by_setup))
             for row in range(len(each.inputs)):
-                at = slice(place, place + by_gain.shape[1])
-                found[number, at] = by_gain[row]
-                found[self._first_blow[number] - first + row, at] = by_blow[row]
+                at = slice(place, place + columns.shape[2])
+                found[own, at] = columns[:-1, row]
+                found[self.first_blow[number] - first + row, at] = columns[-1, row]
                 place = at.stop
         return found
+
+    def residuals(self, scores: Real) -> tuple[Complex, ...]:
+        """For each set, (rows, lines) what is left over noise and smooth errors."""
+        pairs = zip(self.measurement.sets, self.predict(scores, ()).accelerances, strict=True)
+        return tuple(self._whitened(n, each.accelerance - found) for n, (each, found) in enumerate(pairs))
+
+    def _whitened(self, number: int, values: Complex) -> Complex:
+        """(..., rows, lines) values of one set over noise and smooth errors."""
+        found, errors = values / self.deviation(self.measurement.sets[number]), self.smooth_errors(number)
+        if errors is None:
+            return found
+        rows = range(found.shape[-2])
+        whole = [errors.whitened(n, np.atleast_2d(found[..., n, :]), self.scales.model_error) for n in rows]
+        return np.asarray(np.stack(whole, axis=-2).reshape(found.shape))
 
 
 def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:

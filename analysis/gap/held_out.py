@@ -128,10 +128,11 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
             accelerance = predicted.accelerances[block.set_number][block.row]
             by_blow = predicted.by_blow[block.set_number][block.row]
             by_shared = predicted.by_shared[block.set_number][:, block.row]
-            gain, *blow = block.unknowns[shared:]
+            gain, *joints = likelihood.setups[block.set_number]
             change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
-            if blow:
-                change = change + step[blow[0]] * by_blow
+            change = change + np.tensordot(step[joints], predicted.by_setup[block.set_number][:, block.row], axes=1)
+            for blow in block.unknowns[shared + 1 + len(joints) :]:
+                change = change + step[blow] * by_blow
             result[block.set_number] = accelerance + change, by_blow
         return result
 
@@ -143,11 +144,10 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     likelihood = found.likelihood
     simulation, measurement = likelihood.simulation, likelihood.measurement
     keep = [np.arange(len(each.inputs)) != fold.get(number, -1) for number, each in enumerate(measurement.sets)]
-    shared, sets = len(simulation.shared), len(measurement.sets)
     left = [number for number, rows in enumerate(keep) if np.any(rows)]
     rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
-    known = [*range(shared), *(shared + number for number in left)]
-    start = np.concatenate([found.scores[known], found.scores[shared + sets :][np.concatenate(keep)]])
+    known = [*range(len(simulation.shared)), *(place for number in left for place in likelihood.setups[number])]
+    start = np.concatenate([found.scores[known], found.scores[likelihood.first_blow[0] :][np.concatenate(keep)]])
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]

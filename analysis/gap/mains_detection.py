@@ -242,7 +242,7 @@ def _cleaned(
             away = np.arange(each.frequency.size) - line
             shape: Real = np.where(away == 0, 0.0, lines_off / (lines_off - np.where(away == 0, 1, away)))
             accelerance -= found[0][:, None] * shape
-    return replace(each, accelerance=accelerance)
+    return replace(each, accelerance=accelerance, reference=None)
 
 
 def _spacing(each: HammerSet) -> float:

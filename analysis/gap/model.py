@@ -9,6 +9,8 @@ from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.residual_structure import Misfit, misfit
+from analysis.gap.scale_estimate import rescaled, with_likely_scales
+from analysis.gap.scales import Scales
 
 CLEAN = 1.2
 """Chi-square per datum of a model that leaves almost no misfit."""
@@ -57,10 +59,19 @@ def evaluate_on(model: Model, measurement: Measurement) -> Model:
     return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
 
 
-def refined(model: Model, measurement: Measurement) -> Model:
-    """A model fitted to other lines of the same sets, from its own parameters."""
-    other = model.fit.likelihood.simulation.of(measurement)
-    return Model(model.effects, fit(other, model.fit.scores, (FINAL,), ENOUGH, REFINING_STEPS))
+def refined(model: Model, measurement: Measurement, scales: Scales | None = None) -> Model:
+    """A model fitted to other lines of the same sets, from its own parameters.
+
+    Args:
+        model: fitted.
+        measurement: with other lines.
+        scales: of what differs on every bench; None for those that are most likely with this model.
+    """
+    simulation, start = model.fit.likelihood.simulation.of(measurement), model.fit.scores
+    if scales is None:
+        return Model(model.effects, with_likely_scales(fit(simulation, start, (FINAL,), ENOUGH, REFINING_STEPS)))
+    start = rescaled(model.fit.likelihood, start, scales)
+    return Model(model.effects, fit(simulation.with_scales(scales), start, (FINAL,), ENOUGH, REFINING_STEPS))
 
 
 def best_by_id(models: Sequence[Model]) -> list[Model]:

@@ -162,7 +162,9 @@ def _expected(model: Model, further: Measurement) -> Measurement:
     """The further measurement as a model expects it, without noise."""
     likelihood, scores = in_other_set_up(model.fit, further)
     found = likelihood.predict(scores, derivatives=())
-    sets = tuple(replace(each, accelerance=a) for each, a in zip(further.sets, found.accelerances, strict=True))
+    sets = tuple(
+        replace(each, accelerance=a, reference=None) for each, a in zip(further.sets, found.accelerances, strict=True)
+    )
     points = None if further.points is None else replace(further.points, stiffness=found.stiffness)
     return replace(further, sets=sets, points=points)
 

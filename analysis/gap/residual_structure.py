@@ -73,8 +73,8 @@ def misfit(found: Fit) -> Misfit:
     measurement = found.likelihood.measurement
     predicted = found.likelihood.predict(found.scores, derivatives=())
     parts = list[Complex]()
-    for each, accelerances in zip(measurement.sets, predicted.accelerances, strict=True):
-        parts += list((each.accelerance - accelerances) / each.deviation)
+    for rows in found.likelihood.residuals(found.scores):
+        parts += list(rows)
     points = measurement.points
     if points is not None:
         left = (points.stiffness - predicted.stiffness) / points.deviation

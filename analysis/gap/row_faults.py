@@ -59,7 +59,8 @@ def _looks_right(rough: RoughFit, number: int, correlation: float, size: float) 
 
 def _converted(each: HammerSet, to_accelerance: Callable[[Real], Complex]) -> HammerSet:
     factor = to_accelerance(each.frequency)
-    return replace(each, accelerance=factor * each.accelerance, deviation=np.abs(factor) * each.deviation)
+    accelerance, deviation = factor * each.accelerance, np.abs(factor) * each.deviation
+    return replace(each, accelerance=accelerance, deviation=deviation, reference=None)
 
 
 Places = dict[int, list[int]]
@@ -194,7 +195,8 @@ def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
     for number, each in enumerate(rough.measurement.sets):
         wrong = rough.correlation(number) < REVERSED
         if np.any(wrong):
-            turned = replace(each, accelerance=np.where(wrong[:, None], -each.accelerance, each.accelerance))
+            accelerance = np.where(wrong[:, None], -each.accelerance, each.accelerance)
+            turned = replace(each, accelerance=accelerance, reference=None)
             sets = (*rough.measurement.sets[:number], turned, *rough.measurement.sets[number + 1 :])
             names = [dof for dof, is_wrong in zip(each.inputs, wrong, strict=True) if is_wrong]
             said = f"row {names[0]} has" if len(names) == 1 else f"rows {_listed(names)} have"
@@ -211,7 +213,7 @@ def _with_swap_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
         for number, rows in exchange.places.items():
             accelerance, deviation = sets[number].accelerance.copy(), sets[number].deviation.copy()
             accelerance[rows], deviation[rows] = accelerance[rows[::-1]], deviation[rows[::-1]]
-            sets[number] = replace(sets[number], accelerance=accelerance, deviation=deviation)
+            sets[number] = replace(sets[number], accelerance=accelerance, deviation=deviation, reference=None)
         again = rough_fit(replace(rough.measurement, sets=tuple(sets)))
         before, after = (float(np.trace(_block(each, exchange.places))) for each in (rough, again))
         itself = after < ITSELF * 2 * len(exchange.places) or exchange.believed == np.inf

@@ -33,7 +33,9 @@ from analysis.gap.fit import (
 )
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Indices, Measurement
-from analysis.gap.model import ENOUGH, Model, best_by_id
+from analysis.gap.model import ENOUGH, Model, best_by_id, refined
+from analysis.gap.scale_estimate import with_likely_scales
+from analysis.gap.scales import narrower
 from analysis.gap.screening import (
     LinearStep,
     Promise,
@@ -124,9 +126,12 @@ class Search:
         return Simulation(self.baseline, self.modes, tuple(effects))
 
     def without_effects(self) -> Model:
-        """The paper's model, fitted from the centre of the priors."""
+        """The paper's model, fitted from the centre of the priors; its scales are those of the search from then on."""
         simulation = self.simulation()
-        return Model((), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
+        found = Model((), with_likely_scales(fit(simulation, np.zeros(Likelihood(simulation).unknowns))))
+        scales = narrower(found.fit.likelihood.scales, self.baseline.scales)  # a gap is no reason for wide scales
+        self.baseline = replace(self.baseline, scales=scales)
+        return refined(found, self.measurement, scales)
 
     def singles(self, none: Model) -> list[Model]:
         """The most promising effects, fitted, the best first.

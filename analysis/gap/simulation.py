@@ -1,9 +1,9 @@
 """One simulation of both rigs with its derivatives: the paper's model, and effects on top of it.
 
 Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
-its gain and the offsets of its blows. Accelerances as a function of the bench, with their sharp resonances, are
-differentiated analytically in `beam_rig`; the bench is a smooth function of the parameters, and differences give it to
-five digits.
+its gain, the stiffness of its joints and the offsets of its blows. Accelerances as a function of the bench, with their
+sharp resonances, are differentiated analytically in `beam_rig`; the bench is a smooth function of the parameters, and
+differences give it to five digits.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import Baseline, changed_by
-from analysis.gap.beam_rig import Answer, BeamRig
+from analysis.gap.beam_rig import Answer, BeamRig, Changes
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
+from analysis.gap.scales import Scales
 
 STEP = 1e-7
 """In standard deviations of the prior: truncation and rounding are then both below 1e-5 of a derivative."""
@@ -45,6 +46,7 @@ class Prediction:
         accelerances: for each set, (rows, lines), (m/s^2)/N.
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
         by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
+        by_setup: for each set, (joints, rows, lines) per score of the stiffness of each joint after its set-up.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """
@@ -52,6 +54,7 @@ class Prediction:
     accelerances: tuple[Complex, ...]
     by_shared: tuple[Complex, ...]
     by_blow: tuple[Complex, ...]
+    by_setup: tuple[Complex, ...]
     stiffness: Complex
     stiffness_by_shared: Complex
 
@@ -82,6 +85,10 @@ class Simulation:
         """The same model, priors included, of another measurement on the same drawing."""
         return replace(self, baseline=replace(self.baseline, measurement=measurement))
 
+    def with_scales(self, scales: Scales) -> Simulation:
+        """The same model with other scales of what differs on every bench."""
+        return replace(self, baseline=replace(self.baseline, scales=scales))
+
     @cached_property
     def shared(self) -> tuple[Parameter, ...]:
         """Parameters of the baseline and of the effects."""
@@ -90,19 +97,18 @@ class Simulation:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """Hammer sets that share one bench: the same lines and window, and one level where stiffness depends on it."""
+        """Hammer sets that share one bench: the same lines and window."""
         measurement = self.baseline.measurement
-        by_level = any(acts_on(effect, "cylinders") for effect in self.effects)
         found = dict[tuple[object, ...], list[int]]()
         for number, each in enumerate(measurement.sets):
-            key = (each.frequency.tobytes(), each.decay, each.peak_force if by_level else None)
-            found.setdefault(key, []).append(number)
+            found.setdefault((each.frequency.tobytes(), each.decay), []).append(number)
         return tuple(self._group(numbers) for numbers in found.values())
 
     def _group(self, numbers: list[int]) -> Group:
         drawing, sets = self.baseline.measurement.drawing, [self.baseline.measurement.sets[n] for n in numbers]
         inputs = tuple(dof for each in sets for dof in each.inputs)
         ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
+        state = np.repeat(np.arange(len(sets)), np.diff(ends))
         rig = BeamRig(
             modes=self.modes,
             inputs=inputs,
@@ -110,9 +116,10 @@ class Simulation:
             sensor=drawing.accelerometer.direction,
             sensor_mass=drawing.accelerometer_mass,
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
+            state=state,
         )
-        first = sets[0]
-        setting = Setting(inputs, first.frequency, first.peak_force, first.decay)
+        first, force = sets[0], np.array([each.peak_force for each in sets])
+        setting = Setting(inputs, first.frequency, force, state, first.decay)
         return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
 
     @cached_property
@@ -148,13 +155,16 @@ class Simulation:
             bench = effect.beam(given, bench, setting)
         return bench
 
-    def joints(self, values: Values, setting: Setting, pole: Complex) -> Complex:
-        """(lines or 1, joints, 3, 3) stiffness of the joints in one setting."""
+    def joints(self, values: Values, setting: Setting, pole: Complex, setups: Real) -> Complex:
+        """(states, lines or 1, joints, 3, 3) stiffness of the joints in one setting.
+
+        `setups` (states, joints) are factors by which the cylinders differ after each set-up.
+        """
         cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
         for effect, given in values.acting:
             cylinders = effect.cylinders(given, cylinders, setting.loading)
             mounting = effect.mounting(given, mounting)
-        joints = joint_matrices(cylinders, mounting)
+        joints = setups[:, None, :, None, None] * joint_matrices(cylinders, mounting)
         for effect, given in values.acting:
             joints = effect.joints(given, joints, pole)
         return joints
@@ -166,13 +176,13 @@ class Simulation:
             cylinders = effect.cylinders(given, cylinders, self._tester_loading)
             mounting = effect.mounting(given, mounting)
         weights = self.baseline.weights(mounting, points)
-        stiffness = cylinders.complex_stiffness[:, :2]
+        stiffness = self.baseline.in_tester(values.baseline, cylinders).complex_stiffness[:, :2, 0]
         alone = stiffness.shape[2] == 1
         seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]
         read = np.sum(weights * seen, axis=1)
         for effect, given in values.acting:
             read = effect.tester(given, read, points)
-        return np.asarray(values.baseline["tester gain"] * read)
+        return np.asarray(self.baseline.tester_gain(values.baseline, points) * read)
 
     @cached_property
     def _tester_loading(self) -> Loading:
@@ -182,31 +192,33 @@ class Simulation:
             tester=True,
             frequency=points.frequency,
             amplitude=points.amplitude,
-            level=1.0,
+            level=np.ones((1, 1)),
             fraction=points.fraction,
             angled=points.configuration == Configuration.ANGLED,
         )
 
     # --- readings of both rigs ---
 
-    def state(self, scores: Real, gains: Real, blows: Sequence[Real]) -> State:
+    def state(self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real]) -> State:
         """Both rigs at one point.
 
         Args:
             scores: (shared,).
             gains: (sets,) of hammer and accelerometer together, relative to one.
+            setups: (sets, joints) stiffness of each joint after each set-up, relative to one.
             blows: for each set, (rows,) offsets of the blows from their nodes, m.
         """
         answers, values = [], self.values(scores.tolist())
         for group in self.groups:
             around = self.surroundings(values, group.setting)
-            at = replace(around, joints=self.joints(values, group.setting, around.pole))
+            own = 1 + setups[list(group.numbers)]
+            at = replace(around, joints=self.joints(values, group.setting, around.pole, own))
             answers.append(group.rig.answer(at, np.concatenate([blows[number] for number in group.numbers])))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
-        return State(self, scores, gains, tuple(answers), stiffness)
+        return State(self, scores, gains, setups, tuple(answers), stiffness)
 
-    def change(self, setting: Setting, moved: Values, place: int, at: BeamBench) -> dict[str, Complex | Real]:
+    def change(self, setting: Setting, moved: Values, place: int, at: BeamBench, setups: Real) -> Changes:
         """Derivatives in one parameter of the fields of the bench that it changes.
 
         Args:
@@ -214,6 +226,7 @@ class Simulation:
             moved: values one `STEP` from those of `at` in that parameter.
             place: index of the parameter among the shared ones.
             at: the bench.
+            setups: (states, joints) factors of the joints' stiffness.
         """
         change, pole = dict[str, Complex | Real](), at.pole
         if "surroundings" in self.affected[place]:
@@ -224,7 +237,7 @@ class Simulation:
                 if difference.any():
                     change[field] = difference / STEP
         if "joints" in self.affected[place] or "pole" in change:
-            difference = self.joints(moved, setting, pole) - at.joints
+            difference = self.joints(moved, setting, pole, setups) - at.joints
             if difference.any():
                 change["joints"] = difference / STEP
         return change
@@ -255,6 +268,7 @@ class State:
         simulation: of both.
         scores: (shared,).
         gains: (sets,) relative to one.
+        setups: (sets, joints) relative to one.
         answers: responses of the beam rig to each group of hammer sets.
         stiffness: (points,) the tester's reading, N/m.
     """
@@ -262,6 +276,7 @@ class State:
     simulation: Simulation
     scores: Real
     gains: Real
+    setups: Real
     answers: tuple[Answer, ...]
     stiffness: Complex
 
@@ -278,13 +293,21 @@ class State:
         steps = {place: STEP * (np.arange(self.scores.size) == place) for place in wanted}
         moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
         own = simulation.baseline.measurement.tolerances.impact_position
-        accelerances, by_shared, by_blow = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(3))
+        scatter = simulation.baseline.scales.setup_scatter
+        accelerances, by_shared, by_blow, by_setup = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(4))
         for group, answer in zip(simulation.groups, self.answers, strict=True):
-            columns = answer.derivatives([simulation.change(group.setting, moved[n], n, answer.bench) for n in wanted])
+            setups = 1 + self.setups[list(group.numbers)]
+            changes: list[Changes] = [
+                simulation.change(group.setting, moved[n], n, answer.bench, setups) for n in wanted
+            ]
+            if len(wanted):
+                changes += self._by_setups(group.setting, answer.bench, setups)
+            columns = answer.derivatives(changes)
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]
-                by_shared[number] = gain * columns[:, rows]
+                by_shared[number] = gain * columns[: len(wanted), rows]
+                by_setup[number] = gain * scatter * columns[len(wanted) :, rows]
                 if len(wanted):
                     by_blow[number] = gain * own * answer.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
@@ -292,9 +315,16 @@ class State:
             tuple(accelerances),
             tuple(by_shared),
             tuple(by_blow),
+            tuple(by_setup),
             self.stiffness,
             np.array(by_score).reshape(len(wanted), self.stiffness.size),
         )
+
+    def _by_setups(self, setting: Setting, at: BeamBench, setups: Real) -> list[Changes]:
+        """Derivatives of the bench in the factor of each joint's stiffness, in every state at once."""
+        values, joints = self.simulation.values(self.scores.tolist()), self.simulation.joints
+        steps = STEP * np.eye(setups.shape[1])
+        return [{"joints": (joints(values, setting, at.pole, setups + step) - at.joints) / STEP} for step in steps]
 
     def _tester_slope(self, place: int, moved: Values) -> Complex:
         """(points,) derivative in one parameter."""

@@ -22,7 +22,7 @@ class JointMass(Effect):
     own_parameters = (Parameter("m", "kg", 0.0, 0.2, least=0.0),)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        return joints + inertia(np.full(joints.shape[1], given["m"]), pole)
+        return joints + inertia(np.full(joints.shape[2], given["m"]), pole)
 
 
 class MassOfEachJoint(EffectOfEachJoint):
@@ -78,10 +78,10 @@ class FoundationCompliance(Effect):
         stiffness = given["k_f"]
         mass = stiffness / (2 * np.pi * given["f"]) ** 2
         foundation = stiffness * (1 + 1j * given["eta"]) + pole**2 * mass
-        changed = np.repeat(joints, pole.size // len(joints), axis=0)
-        z, directions = changed[:, self.joint], self.directions
+        changed = np.array(np.broadcast_to(joints, (len(joints), pole.size, *joints.shape[2:])))
+        z, directions = changed[:, :, self.joint], self.directions
         base = directions.T @ z @ directions + foundation[:, None, None] * np.eye(directions.shape[1])
-        changed[:, self.joint] = z - z @ directions @ np.linalg.solve(base, directions.T @ z)
+        changed[:, :, self.joint] = z - z @ directions @ np.linalg.solve(base, directions.T @ z)
         return changed
 
 

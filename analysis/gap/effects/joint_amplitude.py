@@ -25,7 +25,7 @@ THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.ar
 """Takes heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over `MIDDLE`."""
 SAME = 1e-6
 """Relative difference below which two levels, or two amplitudes, are the same."""
-SHEAR_ALONE = np.array([[1.0], [0.0], [0.0]])
+SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
 
 
 def blow_amplitude(given: Given, loading: Loading, component: bool) -> Real:
@@ -142,19 +142,19 @@ class AmplitudeTable(Effect):
 
     def _exponent(self, given: Given, part: str, loading: Loading) -> Real:
         """(3, n) logarithm of a factor."""
-        found = np.zeros((3, loading.frequency.size))
+        found = np.zeros((3, 1, loading.frequency.size))
         if loading.tester:
             for x in self.amplitudes:
                 here = np.abs(loading.amplitude - x) < SAME * x
                 names = [f"{part}_{way}_{x * 2e3:g}mm" for way in ("straight", "sheared", "angled")]
                 straight, sheared, angled = (given[name] for name in names)
-                ways = np.array([[sheared], [straight], [straight]])
+                ways = np.array([sheared, straight, straight])[:, None, None]
                 found = found + here * np.where(loading.angled, angled, ways)
             return found
         for level in self.levels:
-            if abs(loading.level - level) < SAME * level:
-                shear, compression = (given[f"{part}_{way}_{100 * level:g}N"] for way in ("shear", "compression"))
-                found = found + np.array([[shear], [compression], [compression]])
+            here = np.abs(loading.level - level) < SAME * level
+            shear, compression = (given[f"{part}_{way}_{100 * level:g}N"] for way in ("shear", "compression"))
+            found = found + here * np.array([shear, compression, compression])[:, None, None]
         leaning = given["lean" if part == "storage" else "lean_of_loss"]
         return found + leaning * np.log(loading.frequency / 200.0)
 
@@ -187,7 +187,7 @@ class SaturatingStiffness(CubicStiffness):
         return cylinders.scaled(1 + given["beta"] * square / (1 + square / given["x_s"] ** 2), 1.0)
 
 
-TRANSLATION = np.array([[1.0], [1.0], [0.0]])
+TRANSLATION = np.array([1.0, 1.0, 0.0])[:, None, None]
 
 
 class CoulombFriction(Effect):

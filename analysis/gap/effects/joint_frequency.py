@@ -105,7 +105,7 @@ class SpringPot(FrequencyDependence):
 
 LOSS_REFERENCE = 100.0
 """Hz, at which loss keeps that value: about the middle of the tester's band."""
-SHEAR, COMPRESSION = ((1.0,), (0.0,), (0.0,)), ((0.0,), (1.0,), (1.0,))
+SHEAR, COMPRESSION = (((1.0,),), ((0.0,),), ((0.0,),)), (((0.0,),), ((1.0,),), ((1.0,),))
 
 
 class LossLaw(Effect):

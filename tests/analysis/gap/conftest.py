@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.baseline import baseline_of
+from analysis.gap.baseline import GAIN, IN_TESTER, baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect
 from analysis.gap.fit import Likelihood
@@ -91,6 +91,11 @@ def made(empty: Measurement) -> Made:
             0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
         ]
         scores[own_places] = own
+        for place, each in enumerate(simulation.shared):  # nothing differs from one set-up or configuration to another
+            if each.name.startswith((IN_TESTER, f"{GAIN}(")):
+                scores[place] = 0.0
+        for _, *joints in likelihood.setups:
+            scores[joints] = 0.0
         predicted = likelihood.predict(scores, derivatives=())
         sets = tuple(
             replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))

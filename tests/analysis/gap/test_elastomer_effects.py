@@ -40,7 +40,7 @@ from analysis.gap.effects.joint_state import (
 )
 from analysis.gap.measurement import Measurement
 
-STORAGE = np.array([[[4e5], [2.4e6], [20.0]]])
+STORAGE = np.array([4e5, 2.4e6, 20.0])[None, :, None, None]
 LOSS = 0.1 * STORAGE
 CYLINDERS = Cylinders(STORAGE, LOSS)
 
@@ -52,13 +52,13 @@ def in_tester(
     x, f, done = (
         np.array(each, dtype=float) for each in np.broadcast_arrays(*np.atleast_1d(amplitude, frequency, fraction))
     )
-    return Loading(True, f, x, 1.0, done, np.full(x.size, angled))
+    return Loading(True, f, x, np.ones((1, 1)), done, np.full(x.size, angled))
 
 
 def struck(level: float = 1.0, frequency: Real | float = 50.0) -> Loading:
     """Under the beam."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    return Loading(False, f, np.full(f.size, np.nan), level, np.zeros(f.size), np.zeros(f.size, bool))
+    return Loading(False, f, np.full(f.size, np.nan), np.array([[level]]), np.zeros(f.size), np.zeros(f.size, bool))
 
 
 def own(effect: Effect, **other: float) -> Given:
@@ -69,9 +69,9 @@ def own(effect: Effect, **other: float) -> Given:
 def ratios(effect: Effect, given: Given, loading: Loading) -> tuple[Real, Real]:
     """(3, n) storage and loss over what they were: shear, compression, rotation."""
     found = effect.cylinders(given, CYLINDERS, loading)
-    shape = np.broadcast_shapes(found.storage.shape, found.loss.shape, (1, 3, loading.frequency.size))
-    storage, loss = (np.broadcast_to(each, shape)[0] for each in (found.storage, found.loss))
-    return storage / STORAGE[0], loss / LOSS[0]
+    shape = np.broadcast_shapes(found.storage.shape, found.loss.shape, (1, 3, 1, loading.frequency.size))
+    storage, loss = (np.broadcast_to(each, shape)[0, :, 0] for each in (found.storage, found.loss))
+    return storage / STORAGE[0, :, 0], loss / LOSS[0, :, 0]
 
 
 # --- amplitude ---
@@ -237,8 +237,8 @@ def test_loss_is_the_slope_of_stiffness_over_the_logarithm_of_frequency(effect: 
     given = own(effect, g=0.2) if isinstance(effect, SpringPot) else own(effect)
     elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
     found = effect.cylinders(given, elastic, in_tester(frequency=np.geomspace(20.0, 400.0, 80)))
-    slope = np.gradient(found.storage[0, 1], np.log(np.geomspace(20.0, 400.0, 80)))
-    assert np.allclose(found.loss[0, 1], np.pi / 2 * slope, rtol=0.25)
+    slope = np.gradient(found.storage[0, 1, 0], np.log(np.geomspace(20.0, 400.0, 80)))
+    assert np.allclose(found.loss[0, 1, 0], np.pi / 2 * slope, rtol=0.25)
 
 
 @pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)

@@ -1,6 +1,7 @@
 """Fits in stages: what they share, and where they end."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,9 +26,9 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
     asked = list[bytes]()
     state = Simulation.state
 
-    def counted(self: Simulation, scores: np.ndarray, gains: np.ndarray, blows: list[np.ndarray]) -> State:
+    def counted(self: Simulation, scores: np.ndarray, *own: Any) -> State:
         asked.append(scores.tobytes())
-        return state(self, scores, gains, blows)
+        return state(self, scores, *own)
 
     monkeypatch.setattr(Simulation, "state", counted)
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE)

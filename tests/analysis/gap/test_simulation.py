@@ -42,6 +42,19 @@ def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
         assert np.linalg.norm(difference - exact) < 2e-6 * np.linalg.norm(exact), parameter.name
 
 
+def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measurement) -> None:
+    likelihood = Likelihood(Simulation(baseline_of(empty), beam_modes_of(empty.drawing)))
+    scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    predicted = likelihood.predict(scores)
+    for number, (_, *joints) in enumerate(likelihood.setups):
+        for joint, place in enumerate(joints):
+            difference = numeric(likelihood, scores, place, 1e-3)
+            exact = [np.zeros_like(each) for each in predicted.accelerances]
+            exact[number] = predicted.by_setup[number][joint]
+            whole = np.concatenate([*(each.ravel() for each in exact), np.zeros_like(predicted.stiffness)])
+            assert np.linalg.norm(difference - whole) < 1e-6 * np.linalg.norm(whole)
+
+
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
     own = len(baseline.parameters)
@@ -62,8 +75,8 @@ def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> No
     simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
     scores = np.zeros(Likelihood(simulation).unknowns)
     values = simulation.values(scores[: len(simulation.shared)].tolist())
-    bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex))
-    joints = [Joint(each.name, each.node, bench[0, place]) for place, each in enumerate(empty.drawing.joints)]
+    bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex), np.ones((1, 2)))
+    joints = [Joint(each.name, each.node, bench[0, 0, place]) for place, each in enumerate(empty.drawing.joints)]
     free = simulation.modes.free
     undamped = Simulation(simulation.baseline, type(simulation.modes)(free, np.zeros_like(free.squared_frequency)))
     predicted = Likelihood(undamped).predict(scores, derivatives=()).accelerances[0]

@@ -50,7 +50,7 @@ def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, sco
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
     scores = np.full(len(shared), score)
     simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()), effects=effects)
-    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=DATA))
+    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=DATA, log_normalisation=0.0))
     normal = np.eye(len(shared)) * 1e4
     at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
     return Stated(effects, Fit(likelihood, scores, at, True), left)
@@ -221,7 +221,7 @@ def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed
     """An explanation whose parameters are each `score` standard deviations large and well known."""
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
     simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()))
-    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=1))
+    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=1, log_normalisation=0.0))
     normal = 1e4 * np.eye(len(shared))
     fit = Fit(likelihood, np.full(len(shared), score), Linearised(0.0, np.zeros(len(shared)), normal), True)
     ids = tuple(sorted(each.id for each in effects))

@@ -1,0 +1,59 @@
+"""Scales of what differs on every bench and is nobody's effect: stated by the laboratory, or estimated from the data.
+
+Joints are a little stiffer or softer after each new set-up, the tester reads a little differently in each
+configuration, and an accelerance is off by a smooth share that no model has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+from analysis.gap.measurement import StatedTolerances
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Relative standard deviations, and the length of correlation of the last.
+
+    Attributes:
+        setup_scatter: of the stiffness of each joint from one set-up to another.
+        configuration_gain: of the tester's gain from one configuration to another.
+        model_error: of an accelerance, coherent over neighbouring lines.
+        correlation: length over which that error is coherent, Hz.
+    """
+
+    setup_scatter: float
+    configuration_gain: float
+    model_error: float
+    correlation: float = 15.0
+
+
+HALF_NORMAL = Scales(setup_scatter=0.005, configuration_gain=0.01, model_error=0.003)
+"""Scales of the half-normal priors of scales that a laboratory does not state."""
+NAMES = tuple(each.name for each in fields(Scales) if each.name != "correlation")
+"""Of the relative standard deviations."""
+
+
+def typical_scales(tolerances: StatedTolerances) -> Scales:
+    """Scales as stated, or those of the priors."""
+    return Scales(**{name: _or(getattr(tolerances, name), getattr(HALF_NORMAL, name)) for name in NAMES})
+
+
+def unknown_scales(tolerances: StatedTolerances) -> tuple[str, ...]:
+    """Names of the scales that are not stated."""
+    return tuple(name for name in NAMES if getattr(tolerances, name) is None)
+
+
+def narrower(scales: Scales, typical: Scales) -> Scales:
+    """Each scale, or the typical one where that is less."""
+    return replace(scales, **{name: min(getattr(scales, name), getattr(typical, name)) for name in NAMES})
+
+
+def log_prior(scales: Scales, tolerances: StatedTolerances) -> float:
+    """Of the scales that are not stated, up to a constant."""
+    unknown = unknown_scales(tolerances)
+    return -float(sum((getattr(scales, name) / getattr(HALF_NORMAL, name)) ** 2 for name in unknown)) / 2
+
+
+def _or(stated: float | None, typical: float) -> float:
+    return typical if stated is None else stated

@@ -16,6 +16,8 @@ from analysis.gap.verdict import weigh
 
 FITTED = {1: 6, 2: 4}
 """Further effects that are fitted on top of a model with so many; on larger ones two."""
+WORTH_FITTING = 0.1
+"""Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
 LED = 2
 """Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
 
@@ -67,7 +69,7 @@ class ForwardSelection:
             for each in self.search.candidates
             if each.id not in model.ids and frozenset((*model.ids, each.id)) not in known
         ]
-        ranked = self.search.screened(model, others)
+        ranked = self.search.screened(model, others, WORTH_FITTING)
         clean = model.clean or any(each.clean for each in self.visited if len(each.effects) == len(model.effects) + 1)
         count = FITTED_AFTER_CLEAN if clean else FITTED.get(len(model.effects), 2)
         self.visited += self.search.fitted(model, ranked, count, laws=1, known=self.visited)

@@ -161,13 +161,20 @@ class Search:
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
-    def screened(self, on: Model, candidates: Sequence[Effect]) -> list[Promise]:
-        """Candidates that promise a gain on top of a model, the best first."""
+    def screened(self, on: Model, candidates: Sequence[Effect], share: float = 0.0) -> list[Promise]:
+        """Candidates that promise a gain on top of a model, the best first.
+
+        Args:
+            on: the model.
+            candidates: on top of it.
+            share: of its misfit, that a candidate is to promise at least.
+        """
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
         tried = self.parallel_map(partial(promised_by_a_step, likelihood, step), extended)
-        return by_gain([each for each in tried if each is not None], PROMISING)
+        least = max(PROMISING, share * (step.cost - likelihood.data))
+        return by_gain([each for each in tried if each is not None], least)
 
     def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that explain the tester by themselves, the best first."""

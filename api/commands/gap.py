@@ -22,6 +22,7 @@ from jointlab.diagnosis.predictions import write_predictions
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
 from jointlab.report.gap import write_gap_report
+from jointlab.report.gap_tables import effects_table as effects_found_table
 from jointlab.report.gap_tables import places_table, ranking_table
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
@@ -230,7 +231,12 @@ def show(document: Mapping[str, Any]) -> None:
     _show_faults(document)
     status = document["verdict"]["status"]
     out.print(f"{status.upper()}: {wording.verdict_sentence(document)}", style="bold")
-    out.print(wording.probability_sentence(document))
+    for sentence in (
+        wording.probability_sentence(document),
+        wording.rigs_sentence(document),
+        *wording.beside(document),
+    ):
+        out.print(sentence)
     for effect, name, value, interval in wording.parameter_lines(document):
         out.print(f"  {effect}: {name} = {value}, 90 % {interval}")
     for sentence in (wording.confounded_sentence(document), document["verdict"]["next_experiment"]):
@@ -238,6 +244,8 @@ def show(document: Mapping[str, Any]) -> None:
             out.print(sentence)
     if places := places_table(document, SHOWN_PLACES):
         show_table(places)
+    if effects := effects_found_table(document):
+        show_table(effects)
     show_table(ranking_table(document, SHOWN_RANKS))
 
 

@@ -11,6 +11,7 @@ from analysis.gap.location import GapMap, Place
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence
+from jointlab.diagnosis.modesty import within
 from jointlab.diagnosis.track_record import TrackRecord, shipped_record, strength
 from jointlab.identification.document import plain
 
@@ -32,17 +33,20 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     """
     record = shipped_record() if record is None else record
     rigs = {rig: _rig(found, rig) for rig in ("inverse", "direct") if getattr(found.before, rig) is not None}
+    gap = {
+        "before": _gap(found.before.overall),
+        "after": _gap(found.after.overall),
+        "after_ci90_percent": found.after.ci90_percent,
+        "floor_percent": found.floor_percent,
+        "held_out": True,
+        "by_rig": rigs,
+    }
+    strong = strength({"gap": gap})
+    found = within(found, record.limit(strong, len(found.effects)))
     document: dict[str, Any] = plain(
         {
             "format": FORMAT,
-            "gap": {
-                "before": _gap(found.before.overall),
-                "after": _gap(found.after.overall),
-                "after_ci90_percent": found.after.ci90_percent,
-                "floor_percent": found.floor_percent,
-                "held_out": True,
-                "by_rig": rigs,
-            },
+            "gap": gap,
             "where": [_place(each) for each in found.where],
             "ranking": [_ranked(each) for each in found.ranking],
             "verdict": {
@@ -68,7 +72,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
         }
     )
     sure = probability(document)
-    document["trial"] = record.similar(found.status.value, found.effects, strength(document), sure)
+    document["trial"] = record.similar(found.status.value, found.effects, strong, sure)
     return document
 
 

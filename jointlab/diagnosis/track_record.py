@@ -11,6 +11,8 @@ FILE = "trial_scores.json"
 FORMAT = "jointlab-trial-scores/1"
 STRENGTHS = (("faint", 1.5), ("clear", 5.0), ("strong", float("inf")))
 """Names of gaps by their largest rms over noise, without any effect in the model."""
+EVEN = 0.5
+"""Probability of a verdict that is as likely as not: only more counts as said, and no limit is lower."""
 LIKE = 0.1
 """Difference of probability up to which two verdicts are alike."""
 
@@ -62,6 +64,16 @@ class TrackRecord:
             "right": sum(each.right for each in alike),
             "confidence": {"named": len(as_sure), "right": sum(each.right for each in as_sure)},
         }
+
+    def limit(self, strength: str, count: int) -> float:
+        """Largest probability that trials support for explanations of so many effects at gaps of this strength.
+
+        By the rule of succession, (right + 1) / (all + 2) of the verdicts on cases like this one: 1 / 2 where there
+        were none. 1 where there never was a trial, which is then said beside the probability.
+        """
+        alike = [each for each in self.verdicts if each.strength == strength and len(each.effects) == count]
+        tried = [each.right for each in alike if each.probability >= EVEN]
+        return max(EVEN, (sum(tried) + 1) / (len(tried) + 2)) if self.cases else 1.0
 
 
 def _alike(verdict: Verdict, status: str, effects: Sequence[str]) -> bool:

@@ -8,6 +8,18 @@ from jointlab.diagnosis.document import UNKNOWN, probability
 from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
+MECHANISMS = {
+    "joint_amplitude": "joints follow how far they move",
+    "joint_frequency": "joints follow frequency",
+    "joint_state": "joints differ with temperature, preload or history",
+    "joint_geometry": "where and how joints hold the beam",
+    "attachment": "something fixed to or under the joints",
+    "beam": "the beam and what rides on it",
+    "blow": "how the hammer strikes",
+    "measuring_chain": "sensors, cables and windows",
+    "tester": "the elastomer tester itself",
+}
+MOST_PLACES = 2
 IN_RECORDS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
@@ -52,26 +64,69 @@ def verdict_sentence(document: Mapping[str, Any]) -> str:
             return f"{fall}; something remains that the catalogue does not explain"
         case _:
             return (
-                f"a gap of {percent(before)} that nothing in the catalogue explains, floor {floor}; "
+                f"a gap of {percent(before)}, floor {floor}, most of which no effect that was tried explains; "
                 "where it lies is said below"
             )
 
 
+def rigs_sentence(document: Mapping[str, Any]) -> str:
+    """The gap of each rig before and after."""
+    rigs = document["gap"]["by_rig"].items()
+    each = [f"{RIGS[rig]} {percent(gap['before'])} to {percent(gap['after'])}" for rig, gap in rigs]
+    return f"gap on data that no fit saw: {', '.join(each)}"
+
+
+def remainder_sentence(document: Mapping[str, Any]) -> str:
+    """What the verdict leaves beyond noise; empty for diagnoses of earlier versions."""
+    remainder = document.get("remainder")
+    if remainder is None:
+        return ""
+    size = f"{percent(remainder['percent'])} of the response, {number(remainder['sigma'])} times noise"
+    if not remainder["significant"]:
+        return f"remainder: nothing that noise alone would not show ({size})"
+    where = [f"{place_words(place)}, {band_words(place)}" for place in remainder["where"][:MOST_PLACES]]
+    return f"remainder: {size}, more than noise" + (f"; most at {'; '.join(where)}" if where else "")
+
+
+def mechanism_sentence(document: Mapping[str, Any]) -> str:
+    """The mechanisms that are likely; empty where none is."""
+    likely = [each for each in document.get("mechanisms", ()) if each["probability"] > 0.5]
+    words = [f"{MECHANISMS[each['mechanism']]} ({sure(each['probability'])})" for each in likely]
+    return f"mechanism: {', '.join(words)}" if words else ""
+
+
+def beside(document: Mapping[str, Any]) -> list[str]:
+    """Sentences on what stands beside the verdict: mechanisms, remainder."""
+    return [each for each in (mechanism_sentence(document), remainder_sentence(document)) if each]
+
+
+def sure(probability: float) -> str:
+    """A probability in per cent, without a claim to more digits than it has."""
+    return f"{100 * probability:.0f} %"
+
+
+def law_words(effect: Mapping[str, Any]) -> str:
+    """The law of an effect, or that it is only the closest one that is known."""
+    beyond = effect.get("out_of_range", ())
+    words = effect["law"] if effect["law_is_known"] else f"no known law fits; as found: {effect['law']}"
+    return f"{words}; beyond its plausible range: {', '.join(beyond)}" if beyond else words
+
+
 def probability_sentence(document: Mapping[str, Any]) -> str:
     """The probability of the verdict, and how often similar verdicts were right in trials."""
-    sure = f"probability {100 * probability(document):.0f} %"
+    claim = f"probability {sure(probability(document))}"
     trial = document["trial"]
     if trial is None:
-        return f"{sure}; this catalogue has no published trial yet"
+        return f"{claim}; this catalogue has no published trial yet"
     whole = f"of its own sealed trial of {trial['cases']} cases"
     confidence = trial["confidence"]
     claims = (
         f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"
     )
     if not trial["named"]:
-        return f"{sure}; {whole} none had this verdict at a {trial['strength']} gap; {claims}"
+        return f"{claim}; {whole} none had this verdict at a {trial['strength']} gap; {claims}"
     right = f"was right {trial['right']} of {trial['named']} times"
-    return f"{sure}; {whole}, this verdict at a {trial['strength']} gap {right}; {claims}"
+    return f"{claim}; {whole}, this verdict at a {trial['strength']} gap {right}; {claims}"
 
 
 def confounded_sentence(document: Mapping[str, Any]) -> str:

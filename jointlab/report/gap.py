@@ -7,7 +7,7 @@ from typing import Any
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.save import latest_diagnosis
 from jointlab.report.gap_figures import before_and_after, curves, gap_map
-from jointlab.report.gap_tables import SIGNIFICANT, parameters_table, places_table, ranking_table
+from jointlab.report.gap_tables import SIGNIFICANT, effects_table, parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
 from jointlab.report.section import Item, Notice, Picture, Section
 from store.catalogue import Catalogue
@@ -53,7 +53,11 @@ def _verdict(document: Mapping[str, Any]) -> Section:
         *(f"Not told by this measurement: {text}." for text in document.get("lost", ())),
         f"{_capital(status)}: {wording.verdict_sentence(document)}.",
         f"{_capital(wording.probability_sentence(document))}.",
+        f"{_capital(wording.rigs_sentence(document))}.",
+        *(f"{_capital(text)}." for text in wording.beside(document)),
     ]
+    if effects := effects_table(document):
+        content.append(effects)
     if parameters := parameters_table(document):
         content.append(parameters)
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))

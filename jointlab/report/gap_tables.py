@@ -26,6 +26,16 @@ def ranking_table(document: Mapping[str, Any], count: int | None = None) -> Tabl
     return Table("Explanations, the most probable first", head, rows)
 
 
+def effects_table(document: Mapping[str, Any]) -> Table | None:
+    """Each effect that may be there; None where none is likely, or for diagnoses of earlier versions."""
+    rows = tuple(
+        (each["id"], Share.of(each["probability"], 1), wording.MECHANISMS[each["mechanism"]], wording.law_words(each))
+        for each in document.get("effects", ())
+    )
+    head = ("effect", "probability", "mechanism", "law")
+    return Table("Effects, each by the probability that it is part of the explanation", head, rows) if rows else None
+
+
 def parameters_table(document: Mapping[str, Any]) -> Table | None:
     """Parameters of the verdict's effects; None where no effect is named."""
     rows = tuple(wording.parameter_lines(document))

@@ -17,7 +17,7 @@ from api.page.results.part import show_origin
 from api.service.context import Services
 from jointlab.diagnosis import wording
 from jointlab.errors import EXPECTED
-from jointlab.report.gap_tables import parameters_table, places_table, ranking_table
+from jointlab.report.gap_tables import effects_table, parameters_table, places_table, ranking_table
 from store.analyses import Analysis, get_analysis
 from store.diagnoses import StoredDiagnosis, StoredVerdict, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
@@ -102,7 +102,11 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
         "Gap before and after, on data that no fit saw", charts.before_and_after(document["gap"]), "gap", height="16rem"
     )
     gap_curves(document.get("curves", ()))
+    for sentence in (wording.rigs_sentence(document), *wording.beside(document)):
+        paragraph(_sentence(sentence))
     show("<h2>Which</h2>")
+    if effects := effects_table(document):
+        show_table(effects)
     show_table(ranking_table(document))
     if parameters := parameters_table(document):
         show_table(parameters)

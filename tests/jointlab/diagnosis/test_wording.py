@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from analysis.gap.findings import Remainder
+from analysis.gap.location import Place
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, Verdict
@@ -22,7 +24,7 @@ def test_an_explained_gap_says_what_to_add_and_how_far_the_gap_falls(document: M
     ("status", "said"),
     [
         (Status.NONE, "nothing beyond noise and stated tolerances: the gap is 12.3 % [2.8, 3.4], floor 2.9 %"),
-        (Status.UNKNOWN, "a gap of 12.3 % that nothing in the catalogue explains, floor 2.9 %"),
+        (Status.UNKNOWN, "a gap of 12.3 %, floor 2.9 %, most of which no effect that was tried explains"),
     ],
 )
 def test_nothing_is_named_where_nothing_is_known(document: Make, status: Status, said: str) -> None:
@@ -58,3 +60,33 @@ def test_confounded_effects_are_listed(document: Make) -> None:
     said = wording.confounded_sentence(document())
     assert said == "these data cannot tell apart: impact_angle, cross_axis_sensitivity"
     assert wording.confounded_sentence(document(confounded=())) == ""
+
+
+def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(document: Make) -> None:
+    found = document()
+    assert wording.rigs_sentence(found) == (
+        "gap on data that no fit saw: beam rig 12.3 % to 3.1 %, elastomer tester 6.2 % to 1.6 %"
+    )
+    mechanism, remainder = wording.beside(found)
+    assert mechanism == "mechanism: the beam and what rides on it (93 %)"
+    assert remainder.startswith("remainder: nothing that noise alone would not show (1.1 % of the response")
+
+
+def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:
+    place = Place("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
+    found = document(remainder=Remainder(2.0, 3.0, True, (place,)))
+    said = wording.remainder_sentence(found)
+    assert "more than noise; most at beam rig, blow at 1x, level 1, 300 to 360 Hz" in said
+
+
+def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(document: Make) -> None:
+    (effect,) = document()["effects"]
+    assert wording.law_words(effect) == "two modes"
+    beyond = effect | {"out_of_range": ["coupling"], "law_is_known": False, "law": "smooth function"}
+    said = wording.law_words(beyond)
+    assert said == "no known law fits; as found: smooth function; beyond its plausible range: coupling"
+
+
+def test_diagnoses_of_earlier_versions_have_nothing_beside_their_verdict(document: Make) -> None:
+    earlier = {name: each for name, each in document().items() if name not in ("effects", "mechanisms", "remainder")}
+    assert wording.beside(earlier) == []

@@ -1,0 +1,32 @@
+"""Modest numbers: no probability beyond what the sealed trials of this catalogue can resolve."""
+
+from dataclasses import replace
+
+from analysis.gap.diagnosis import Diagnosis, Ranked
+from analysis.gap.verdict import UNKNOWN
+
+
+def within(found: Diagnosis, limit: float) -> Diagnosis:
+    """A diagnosis whose probabilities stay below a limit.
+
+    What the first explanation loses goes to an unknown cause, and of an unknown cause to no effect: a trial with few
+    cases like this one cannot exclude either.
+
+    Args:
+        found: the diagnosis.
+        limit: 0 to 1.
+    """
+    excess = max(0.0, max(each.probability for each in found.ranking) - limit)
+    first = max(found.ranking, key=lambda each: each.probability)
+    heir = UNKNOWN if first.effects != UNKNOWN else ()
+
+    def share(each: Ranked) -> float:
+        return each.probability + excess * ((each.effects == heir) - (each is first))
+
+    ranking = [replace(each, probability=share(each)) for each in found.ranking]
+    return replace(
+        found,
+        ranking=tuple(sorted(ranking, key=lambda each: -each.probability)),
+        included=tuple(replace(each, probability=min(each.probability, limit)) for each in found.included),
+        mechanisms={each: min(probability, limit) for each, probability in found.mechanisms.items()},
+    )

@@ -1,0 +1,36 @@
+"""No probability beyond what trials can resolve."""
+
+from collections.abc import Callable
+
+import pytest
+
+from analysis.gap.diagnosis import Diagnosis
+from jointlab.diagnosis.modesty import within
+from jointlab.diagnosis.track_record import TrackRecord, Verdict
+
+
+def record(right: int, wrong: int, effects: tuple[str, ...] = ("joint_mass",)) -> TrackRecord:
+    verdicts = [Verdict("explained", effects, "strong", 0.99, number < right) for number in range(right + wrong)]
+    return TrackRecord(400, tuple(verdicts))
+
+
+def test_the_limit_follows_the_rule_of_succession_on_cases_like_this_one() -> None:
+    assert record(48, 0).limit("strong", 1) == pytest.approx(49 / 50)
+    assert record(45, 3).limit("strong", 1) == pytest.approx(46 / 50)
+    assert record(48, 0).limit("faint", 1) == 0.5
+    assert record(48, 0).limit("strong", 2) == 0.5
+    assert TrackRecord().limit("strong", 1) == 1.0
+
+
+def test_probabilities_stay_below_the_limit_and_still_sum_to_one(diagnosis: Callable[..., Diagnosis]) -> None:
+    found = within(diagnosis(), 0.8)
+    assert found.ranking[0].probability == pytest.approx(0.8)
+    assert sum(each.probability for each in found.ranking) == pytest.approx(1.0)
+    assert {each.effects: each.probability for each in found.ranking}["unknown",] == pytest.approx(0.03 + 0.13)
+    assert found.included[0].probability == 0.8
+    assert max(found.mechanisms.values()) == 0.8
+
+
+def test_modest_numbers_are_left_as_they_are(diagnosis: Callable[..., Diagnosis]) -> None:
+    found = diagnosis()
+    assert [each.probability for each in within(found, 0.99).ranking] == [each.probability for each in found.ranking]

@@ -1,14 +1,23 @@
-"""The audit log: who asked for which action, and its outcome. Rows are never changed."""
+"""The audit log: who asked for which action, and its outcome. Rows are never changed, and each is chained to the last.
+
+What the chain proves, and what it does not: docs/decisions/0015-checksums-and-a-hash-chain.md.
+"""
 
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from store.models.service import AuditEntryRow
+from store.checksums import LATER, WITH_ROW, chain_hash, hashed_values, stored_rows
+from store.errors import StoreError
+from store.models.base import Base
+from store.models.service import AuditEntryRow, AuditHeadRow
 from store.rows import add_row, equal, from_row, newest_first
+from store.version import software_version
+
+_HEAD = 1  # number of the row
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,15 @@ def add_audit_entry(
     session: Session, *, who: str, action: str, target: str, outcome: str, details: dict[str, Any] | None = None
 ) -> int:
     """Store an action and return the number of the entry; StoreError where the details have no JSON form."""
-    row = AuditEntryRow(who=who, action=action, target=target, outcome=outcome, details=details or {})
+    head = session.get(AuditHeadRow, _HEAD, with_for_update=True) or AuditHeadRow(id=_HEAD, entries=0, chain_hash="")
+    row = AuditEntryRow(
+        who=who, action=action, target=target, outcome=outcome, details=details or {},
+        created_at=datetime.now(UTC), software_version=software_version(),
+    )  # fmt: skip
+    values = hashed_values(Base.metadata.tables[AuditEntryRow.__tablename__], lambda name: getattr(row, name))
+    head.entries, head.chain_hash = head.entries + 1, chain_hash(WITH_ROW, head.chain_hash, values)
+    row.chain_hash = head.chain_hash
+    session.add(head)
     return add_row(session, row).id
 
 
@@ -47,3 +64,46 @@ def list_audit_entries(
     query = select(AuditEntryRow).where(*equal(AuditEntryRow, action=action))
     rows = session.scalars(newest_first(query, AuditEntryRow.id, before, limit))
     return [from_row(AuditEntry, row, at=row.created_at) for row in rows]
+
+
+@dataclass(frozen=True)
+class ChainedLog:
+    """The audit log as its chain shows it.
+
+    Attributes:
+        entries: how many there are.
+        head: hash of the last entry; empty where there is none.
+        later: how many were there before the log had a chain, and got their hash at the upgrade.
+        faults: of the chain; each names the entry.
+        hashes: of all entries, oldest first.
+    """
+
+    entries: int
+    head: str
+    later: int
+    faults: tuple[str, ...]
+    hashes: tuple[str, ...]
+
+
+def read_chain(session: Session) -> ChainedLog:
+    """Verify the chain of the audit log; entries that are written meanwhile do not count."""
+    head = session.get(AuditHeadRow, _HEAD)
+    faults, hashes = list[str](), list[str]()
+    previous, later = "", 0
+    for keys, values in stored_rows(session.connection(), Base.metadata.tables[AuditEntryRow.__tablename__]):
+        found = str(keys["chain_hash"])
+        if found != chain_hash(found[:1], previous, values):
+            faults.append(f"entry {keys['id']} was changed, or those before it were changed, removed or put elsewhere")
+        later += found.startswith(LATER)
+        hashes.append(found)
+        previous = found
+    known = (0, "") if head is None else (head.entries, head.chain_hash)
+    if known != (len(hashes), previous):
+        faults.append(f"{known[0]} entries were written, {len(hashes)} are there, or the last one is another")
+    return ChainedLog(len(hashes), previous, later, tuple(faults), tuple(hashes))
+
+
+def check_head(log: ChainedLog, head: str) -> None:
+    """Check that the log still holds the entry whose hash was noted earlier; StoreError where it does not."""
+    if head not in log.hashes:
+        raise StoreError(f"no entry of the audit log has the hash {head}: entries were rewritten since it was noted")

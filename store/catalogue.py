@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 
 from store.database import address_of, allow_long_work, explained, make_engine, waveform_folder_of
 from store.errors import ConnectionLostError, StoreError
-from store.migrate import upgrade
+from store.migrate import DEFAULT_RIG, upgrade
 from store.outcome import commit
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.waveforms import WaveformFolder
@@ -39,13 +39,16 @@ class Catalogue:
         self.waveforms = waveforms
 
     @classmethod
-    def open(cls, url: str, waveform_folder: Path | None = None, limits: TimeLimits = DEFAULT_LIMITS) -> Self:
+    def open(
+        cls, url: str, waveform_folder: Path | None = None, limits: TimeLimits = DEFAULT_LIMITS, rig: str = DEFAULT_RIG
+    ) -> Self:
         """Open a database; an empty one gets its tables, an older one is updated.
 
         Args:
             url: ``sqlite:///path/to/file.db`` or ``postgresql://user@host/database``.
             waveform_folder: folder of waveforms; beside an SQLite file by default, required for PostgreSQL.
             limits: how long a call may take.
+            rig: to which the runs of an older database belong, from before rigs had names.
 
         Raises:
             StoreError: the address is not valid, the database cannot be reached, or its schema is not known.
@@ -56,7 +59,7 @@ class Catalogue:
         try:
             with explained(address), engine.execution_options(writing=True).begin() as connection:
                 allow_long_work(connection)
-                upgrade(connection)
+                upgrade(connection, rig)
         except StoreError:
             engine.dispose()
             raise

@@ -1,4 +1,4 @@
-"""The check of a catalogue and its waveforms: checksums, references, missing records.
+"""The check of a catalogue and its waveforms: checksums of rows, arrays and records, references, the audit log.
 
 It only reads, also while a run is on.
 """
@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
 from sqlalchemy.orm import Session
 
+from store.audit import read_chain
 from store.catalogue import Catalogue
+from store.checksums import checksum, stored_rows
 from store.columns import decode_optional
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
 from store.models.base import Base
@@ -62,12 +64,13 @@ class Claim:
 def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
     """All faults of a catalogue and its waveforms.
 
-    Every record is verified against its checksum, every array column too, and every reference is followed, between
-    rows and from rows to waveforms and back.
+    Every record is verified against its checksum, every row of measurements and every array column too, and every
+    reference is followed, between rows and from rows to waveforms and back. The audit log is followed along its chain.
     """
     # Files before rows: a run that begins meanwhile has its row before its file.
     files = catalogue.waveforms.files()
     found = [*_check_structure(catalogue), *_check_references(catalogue), *_check_arrays(catalogue, progress)]
+    found += [*check_rows(catalogue, progress), *_check_audit_log(catalogue)]
     claimed: dict[str, Claim] | None = None
     with _noted("rows that refer to waveforms", found), catalogue.reading(long=True) as session:
         claimed = claims(session)
@@ -182,6 +185,30 @@ def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
 
 def _arrays_of(table: Table) -> list[Column[bytes]]:
     return [column for column in table.columns if isinstance(column.type, LargeBinary)]
+
+
+def check_rows(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
+    """Each row of measurements has a checksum over its values (`store.checksums`)."""
+    found: list[Finding] = []
+    tables = [table for table in Base.metadata.sorted_tables if "checksum" in table.c]
+    with progress("tables of measurements", len(tables)) as advance:
+        for table in tables:
+            with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
+                for keys, values in stored_rows(session.connection(), table):
+                    stored = str(keys.pop("checksum"))
+                    if stored != checksum(stored[:1], values):
+                        row = "-".join(str(key) for key in keys.values())
+                        what = "its values and its checksum do not fit" if stored else "it has no checksum"
+                        found.append(Finding(f"table {table.name}, row {row}", what, RESTORE))
+            advance(1)
+    return found
+
+
+def _check_audit_log(catalogue: Catalogue) -> list[Finding]:
+    found: list[Finding] = []
+    with _noted("table audit_entries", found), catalogue.reading(long=True) as session:
+        found += [Finding("audit log", fault, RESTORE) for fault in read_chain(session).faults]
+    return found
 
 
 def _listed(numbers: list[int]) -> str:

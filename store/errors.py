@@ -17,6 +17,10 @@ class UnknownOutcomeError(StoreError):
     """The connection was lost during the commit: it is not known whether the transaction was stored."""
 
 
+class WrongRigError(StoreError):
+    """The run belongs to another rig."""
+
+
 class DamagedError(StoreError):
     """Stored data are damaged: a checksum differs, or a record is incomplete."""
 

@@ -11,20 +11,24 @@ from sqlalchemy import Connection, inspect, text
 
 from store.errors import StoreError
 
+DEFAULT_RIG = "rig"
 # Any number that no other program on the same server is likely to use for its advisory locks.
 _POSTGRESQL_LOCK = 7_341_902_418
 
 
-def configuration(connection: Connection | None = None) -> Config:
-    """Alembic's configuration for the packaged revisions, on a connection that is in a transaction."""
+def configuration(connection: Connection | None = None, rig: str = DEFAULT_RIG) -> Config:
+    """Alembic's configuration for the packaged revisions, on a connection that is in a transaction.
+
+    Runs of before rigs had names are taken for those of `rig`.
+    """
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
-    config.attributes["connection"] = connection
+    config.attributes.update(connection=connection, rig=rig)
     return config
 
 
-def upgrade(connection: Connection) -> None:
-    """Create the tables of an empty database, or update an older one, in the caller's transaction.
+def upgrade(connection: Connection, rig: str = DEFAULT_RIG) -> None:
+    """Create the tables of an empty database, or update an older one, in the caller's transaction; `rig` as above.
 
     Raises StoreError if the database is of a newer or unknown revision, or holds other tables.
     """
@@ -44,7 +48,7 @@ def upgrade(connection: Connection) -> None:
             f"the database holds tables that are not jointlab's ({', '.join(sorted(tables)[:5])}); "
             "give an empty database"
         )
-    command.upgrade(configuration(connection), "head")
+    command.upgrade(configuration(connection, rig), "head")
 
 
 def current_revision(connection: Connection) -> str | None:

@@ -9,7 +9,7 @@ from uuid import uuid4
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, load_only
 
-from store.errors import StoreError
+from store.errors import StoreError, WrongRigError
 from store.instrument import Instrument, StoredChannel
 from store.instruments import add_channels, calibration_id
 from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow
@@ -32,6 +32,7 @@ class Run:
         sequence: the sequence that was asked for.
         configuration_hash: SHA-256 over setup, sequence, channels and instruments.
         waveform_file: name of its file in the folder of waveforms.
+        rig: on which it is measured; None where it was not measured on a rig here, such as an import.
     """
 
     id: int
@@ -47,6 +48,7 @@ class Run:
     configuration_hash: str
     waveform_file: str
     software_version: str
+    rig: str | None
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ def start_run(
     reason: str | None = None,
     state: RunState = RunState.RUNNING,
     provisional: bool = False,
+    rig: str | None = None,
 ) -> Run:
     """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
 
@@ -100,9 +103,17 @@ def start_run(
         sequence=sequence or {},
         configuration_hash="",
         waveform_file=f"{started_at:%Y%m%d}-{uuid4().hex[:12]}{SUFFIX}",
+        rig=rig,
     )
     add_row(session, row)
     return _run(row) if provisional else _connect(session, row, channels, instruments, reason, who)
+
+
+def check_rig(run: Run, rig: str) -> None:
+    """Let a run pass that belongs to `rig`; WrongRigError where it belongs to another."""
+    if run.rig != rig:
+        owner = "no rig" if run.rig is None else f"rig {run.rig!r}"
+        raise WrongRigError(f"run {run.id} belongs to {owner}, this is {rig!r}; resume it there, or begin a new run")
 
 
 def begin_run(

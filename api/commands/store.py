@@ -9,10 +9,12 @@ import typer
 from api.commands.terminal import open_catalogue, out, progress_bar
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
+from store.audit import check_head, read_chain
 from store.backup import back_up
 from store.backup import restore as restore_backup
 from store.check import Finding
 from store.check import check as check_catalogue
+from store.errors import RESTORE
 from store.runs import count_runs
 
 store = typer.Typer(help="Check, back up and restore what is stored.", no_args_is_help=True)
@@ -20,11 +22,25 @@ store = typer.Typer(help="Check, back up and restore what is stored.", no_args_i
 
 @store.command()
 def check() -> None:
-    """Verify every waveform, every array and every reference; exit code 3 where something is damaged or lost."""
+    """Verify every waveform, row, array and reference, and the audit log; exit code 3 where something is damaged."""
     with open_catalogue() as catalogue:
         with catalogue.reading() as session:
             out.print(f"{catalogue.address}: {count_runs(session)} runs")
         _report(check_catalogue(catalogue, progress_bar))
+
+
+@store.command()
+def audit(
+    head: Annotated[str | None, typer.Option(help="The hash that this command printed earlier.")] = None,
+) -> None:
+    """Verify the chain of the audit log, and print the hash of its last entry, to be kept elsewhere."""
+    with open_catalogue() as catalogue, catalogue.reading(long=True) as session:
+        log = read_chain(session)
+    later = f" ({log.later} of before there was a chain)" if log.later else ""
+    out.print(f"{log.entries} entries{later}, hash of the last one: {log.head or 'none'}")
+    if head is not None:
+        check_head(log, head)
+    _report([Finding("audit log", fault, RESTORE) for fault in log.faults])
 
 
 @store.command()

@@ -40,7 +40,7 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
     from store.catalogue import Catalogue
 
     settings = settings or load_settings()
-    return Catalogue.open(settings.database_url, settings.waveform_folder, settings.database_limits)
+    return Catalogue.open(settings.database_url, settings.waveform_folder, settings.database_limits, settings.rig)
 
 
 def run_number(target: str) -> int | None:

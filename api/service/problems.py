@@ -17,7 +17,7 @@ from jointlab.errors import ConflictError, JointlabError
 from jointlab.supervision.lease import ForeignLeaseError
 from rig.completed_points import ResumeError
 from rig.errors import UNEXPECTED, RequestError, RigError
-from store.errors import DamagedError, NotFoundError, StoreError
+from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
 from store.locks import RunBusyError
 
 PROBLEM_JSON = "application/problem+json"
@@ -65,6 +65,7 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (ConflictError, 409),
     (ResumeError, 409),
     (RunBusyError, 409),
+    (WrongRigError, 409),
     (NotFoundError, 404),
     (DamagedError, 500),
     (StoreError, 503),

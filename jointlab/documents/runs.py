@@ -39,6 +39,7 @@ class RunSummary(BaseModel):
     reason: str | None
     configuration_hash: str
     software_version: str
+    rig: str | None = Field(description="on which it is measured; null for an import")
 
 
 class RunDetails(RunSummary):

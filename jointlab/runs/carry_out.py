@@ -76,11 +76,11 @@ def run_sequence(
         StoreError: the measurement cannot be stored.
     """
     if planned is None:
-        run = plan_run(sequence, instruments.limits, catalogue, who, provisional=True)
+        run = plan_run(sequence, instruments.limits, catalogue, who, rig=instruments.rig, provisional=True)
     else:
         with catalogue.reading() as session:
             run = get_run(session, planned)
-    order = order_to_begin(run, reset=reset, who=who, planned=planned is not None)
+    order = order_to_begin(run, rig=instruments.rig, reset=reset, who=who, planned=planned is not None)
     with run_lock(catalogue, run):
         _carry_out(order, run, instruments, catalogue, operator, observer, control)
     return run.id
@@ -117,7 +117,7 @@ def resume_run(
         run = get_run(session, run_id)
     with run_lock(catalogue, run):
         store_spools(catalogue)
-        order = order_to_resume(catalogue, run_id, instruments.limits, reset=reset, who=who)
+        order = order_to_resume(catalogue, run_id, instruments.limits, rig=instruments.rig, reset=reset, who=who)
         _carry_out(order, run, instruments, catalogue, operator, observer, control)
 
 

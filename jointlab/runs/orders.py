@@ -11,7 +11,7 @@ from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.instruments import list_channels, list_instruments
 from store.provenance import who_is_here
-from store.runs import Run, get_run, start_run
+from store.runs import Run, check_rig, get_run, start_run
 from store.states import RunState
 
 KIND = "sequence"
@@ -26,9 +26,10 @@ def plan_run(
     catalogue: Catalogue,
     who: str | None = None,
     *,
+    rig: str,
     provisional: bool = False,
 ) -> Run:
-    """Store a run that is carried out later; no instrument is connected. `provisional`: as for `start_run`.
+    """Store a run that `rig` carries out later; no instrument is connected. `provisional`: as for `start_run`.
 
     Raises PlanError, LimitExceededError where a step asks for something impossible, StoreError where it cannot be
     stored.
@@ -48,22 +49,30 @@ def plan_run(
             who=who or who_is_here(),
             state=RunState.CREATED,
             provisional=provisional,
+            rig=rig,
         )
 
 
-def order_to_begin(run: Run, *, reset: bool = False, who: str | None = None, planned: bool = True) -> RunOrder:
-    """The order for a run that was planned; its seed is drawn. Attributes as those of `RunOrder`."""
+def order_to_begin(
+    run: Run, *, rig: str, reset: bool = False, who: str | None = None, planned: bool = True
+) -> RunOrder:
+    """The order for a run that was planned for `rig`; its seed is drawn. Attributes as those of `RunOrder`.
+
+    Raises WrongRigError where it was planned for another rig.
+    """
+    check_rig(run, rig)
     sequence = sequence_from(run.sequence, f"sequence of run {run.id}").with_seed()
     return RunOrder(run.id, run.waveform_file, sequence, who or who_is_here(), planned=planned, reset=reset)
 
 
 def order_to_resume(
-    catalogue: Catalogue, run_id: int, limits: TesterLimits, *, reset: bool = False, who: str | None = None
+    catalogue: Catalogue, run_id: int, limits: TesterLimits, *, rig: str, reset: bool = False, who: str | None = None
 ) -> RunOrder:
     """The order for the rest of a run that was stopped, failed or lost its process.
 
     Raises:
         ResumeError: the run is finished or was not measured here.
+        WrongRigError: the run belongs to another rig than `rig`.
         PlanError, LimitExceededError: a step asks for something that is impossible now.
         StoreError: there is no such run, or it cannot be read.
     """
@@ -73,6 +82,7 @@ def order_to_resume(
     if run.kind != KIND or run.state in (RunState.FINISHED, RunState.CREATED):
         why = f"is {run.state}" if run.kind == KIND else "was not measured from a sequence here"
         raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
+    check_rig(run, rig)
     sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
     check_plan(sequence, limits)
     reason = RESUMED_WITHOUT_END if run.state is RunState.RUNNING else f"resumed after it was {run.state}"

@@ -116,7 +116,7 @@ class RunManager:
 
         Raises RigError where a step asks for something impossible, StoreError where it cannot be stored.
         """
-        return plan_run(sequence, self._instruments.limits, self._catalogue, who).id
+        return plan_run(sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig).id
 
     def start(self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False) -> None:
         """Begin a run that was planned; returns when it has begun, that is when its instruments have answered.

@@ -2,12 +2,14 @@
 
 from datetime import UTC, datetime
 from operator import index
-from typing import Any
+from typing import Any, ClassVar
 
-from sqlalchemy import JSON, DateTime, Dialect, Double, Integer, LargeBinary, MetaData, String
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy import JSON, Connection, DateTime, Dialect, Double, Integer, LargeBinary, MetaData, String, event
+from sqlalchemy.engine.default import DefaultExecutionContext
+from sqlalchemy.orm import DeclarativeBase, Mapped, Mapper, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
 
+from store.checksums import WITH_ROW, checksum, hashed_values
 from store.errors import StoreError
 from store.version import software_version
 
@@ -88,3 +90,26 @@ class Recorded:
     id: Mapped[int] = mapped_column(Integer, primary_key=True, sort_order=-1)
     created_at: Mapped[datetime] = mapped_column(default=lambda: datetime.now(UTC), sort_order=1)
     software_version: Mapped[str] = mapped_column(default=software_version, sort_order=1)
+
+
+class Checksummed:
+    """The column of a row of measurements with the checksum over its other values, which every write renews."""
+
+    __table__: ClassVar[Any]
+
+    @declared_attr
+    def checksum(cls) -> Mapped[str]:  # noqa: N805 - a method of the class
+        """See `store.checksums`; empty where a row was not written by this program."""
+
+        def of_insert(context: DefaultExecutionContext) -> str:
+            values: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]  # SQLAlchemy's
+            return checksum(WITH_ROW, hashed_values(cls.__table__, values.get))
+
+        return mapped_column(default=of_insert, server_default="", sort_order=2)
+
+
+def _renew(_mapper: Mapper[Any], _connection: Connection, row: Any) -> None:
+    row.checksum = checksum(WITH_ROW, hashed_values(row.__table__, lambda name: getattr(row, name)))
+
+
+event.listen(Checksummed, "before_update", _renew, propagate=True)

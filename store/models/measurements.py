@@ -6,10 +6,10 @@ from typing import Any
 from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from store.models.base import Base, Recorded
+from store.models.base import Base, Checksummed, Recorded
 
 
-class SpecimenRow(Recorded, Base):
+class SpecimenRow(Recorded, Checksummed, Base):
     """The cylinders of one joint, or a known piece; `article` is their test article, `name` the joint."""
 
     __tablename__ = "specimens"
@@ -20,7 +20,7 @@ class SpecimenRow(Recorded, Base):
     description: Mapped[str | None]
 
 
-class InstrumentRow(Recorded, Base):
+class InstrumentRow(Recorded, Checksummed, Base):
     """A sensor, a tester, a thermometer: an instrument with a serial number."""
 
     __tablename__ = "instruments"
@@ -32,7 +32,7 @@ class InstrumentRow(Recorded, Base):
     details: Mapped[dict[str, Any]]
 
 
-class CalibrationRow(Recorded, Base):
+class CalibrationRow(Recorded, Checksummed, Base):
     """One calibration of an instrument; a new one is a new row."""
 
     __tablename__ = "calibrations"
@@ -45,8 +45,8 @@ class CalibrationRow(Recorded, Base):
     instrument: Mapped[InstrumentRow] = relationship()
 
 
-class RunRow(Recorded, Base):
-    """One measurement or import, from its start to its end."""
+class RunRow(Recorded, Checksummed, Base):
+    """One measurement or import, from its start to its end; `rig` is NULL where it was not measured on a rig here."""
 
     __tablename__ = "runs"
     __table_args__ = (Index(None, "state", "id"), Index(None, "kind", "id"), Index(None, "article", "id"))
@@ -62,9 +62,10 @@ class RunRow(Recorded, Base):
     sequence: Mapped[dict[str, Any]]
     configuration_hash: Mapped[str]
     waveform_file: Mapped[str] = mapped_column(unique=True)
+    rig: Mapped[str | None]
 
 
-class RunEventRow(Recorded, Base):
+class RunEventRow(Recorded, Checksummed, Base):
     """A change of a run's state: a start, an end, a resumption. The history of a run is never overwritten."""
 
     __tablename__ = "run_events"
@@ -77,7 +78,7 @@ class RunEventRow(Recorded, Base):
     happened_at: Mapped[datetime]
 
 
-class RunInstrumentRow(Base):
+class RunInstrumentRow(Checksummed, Base):
     """An instrument, with its calibration, that a run used."""
 
     __tablename__ = "run_instruments"
@@ -86,7 +87,7 @@ class RunInstrumentRow(Base):
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"), primary_key=True)
 
 
-class ChannelRow(Recorded, Base):
+class ChannelRow(Recorded, Checksummed, Base):
     """Settings of one input during a run."""
 
     __tablename__ = "channels"
@@ -105,7 +106,7 @@ class ChannelRow(Recorded, Base):
     calibration: Mapped[CalibrationRow] = relationship()
 
 
-class PointRow(Recorded, Base):
+class PointRow(Recorded, Checksummed, Base):
     """A point struck in a hammer run; a set is one complete series along the beam."""
 
     __tablename__ = "points"
@@ -118,7 +119,7 @@ class PointRow(Recorded, Base):
     run: Mapped[RunRow] = relationship()
 
 
-class BlowRow(Recorded, Base):
+class BlowRow(Recorded, Checksummed, Base):
     """One blow, accepted or refused with its reason; force in N, its waveform in the run's file."""
 
     __tablename__ = "blows"
@@ -136,7 +137,7 @@ class BlowRow(Recorded, Base):
     point: Mapped[PointRow] = relationship()
 
 
-class BlowWithdrawalRow(Recorded, Base):
+class BlowWithdrawalRow(Recorded, Checksummed, Base):
     """An accepted blow was withdrawn: its row stays, and it counts no more."""
 
     __tablename__ = "blow_withdrawals"
@@ -146,7 +147,7 @@ class BlowWithdrawalRow(Recorded, Base):
     who: Mapped[str]
 
 
-class SineRecordRow(Recorded, Base):
+class SineRecordRow(Recorded, Checksummed, Base):
     """One steady-state sine record of the tester: displacement and force, peak-to-peak amplitudes in mm, Hz."""
 
     __tablename__ = "sine_records"

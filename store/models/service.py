@@ -22,7 +22,7 @@ class ApiKeyRow(Recorded, Base):
 
 
 class AuditEntryRow(Recorded, Base):
-    """An action that was asked for, and its outcome; never changed."""
+    """An action that was asked for, and its outcome; never changed. Each has the hash of itself and the last."""
 
     __tablename__ = "audit_entries"
     __table_args__ = (Index(None, "action", "id"),)
@@ -32,6 +32,17 @@ class AuditEntryRow(Recorded, Base):
     target: Mapped[str]
     outcome: Mapped[str]
     details: Mapped[dict[str, Any]]
+    chain_hash: Mapped[str] = mapped_column(server_default="", sort_order=2)
+
+
+class AuditHeadRow(Base):
+    """The one row with the number of audit entries and the hash of the last one; who adds an entry locks it."""
+
+    __tablename__ = "audit_head"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    entries: Mapped[int]
+    chain_hash: Mapped[str]
 
 
 class RequestRow(Recorded, Base):

@@ -15,7 +15,7 @@ from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
 from jointlab.runs.carry_out import resume_run, run_sequence
 from jointlab.runs.completed import completed_points
-from jointlab.runs.orders import RESUMED_WITHOUT_END
+from jointlab.runs.orders import RESUMED_WITHOUT_END, plan_run
 from rig.completed_points import CompletedPoint, CompletedPoints, ResumeError
 from rig.control import RunControl
 from rig.errors import RunStoppedError
@@ -27,7 +27,7 @@ from rig.tester_status import TesterTrippedError
 from simlab.laboratory import Laboratory
 from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.errors import NotFoundError
+from store.errors import NotFoundError, WrongRigError
 from store.locks import RunBusyError, run_lock
 from store.runs import Run, finish_run, get_run, list_run_events, list_runs, start_run
 from store.sine_records import SineRecord, add_sine_record, list_sine_records
@@ -268,6 +268,20 @@ def test_a_run_that_cannot_be_resumed_is_refused_with_the_reason(
     with pytest.raises(ResumeError, match=f"run {number} is finished"):
         resume_run(number, instruments, catalogue, person)
     assert len(history(catalogue, number)) == 2
+
+
+def test_a_run_of_another_rig_on_the_same_database_is_refused_before_anything_moves(
+    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
+) -> None:
+    stop_after(BlowAccepted, 1, sequence, instruments, catalogue, person)
+    run, other = newest(catalogue), replace(instruments, rig="rig B")
+    with pytest.raises(WrongRigError, match=f"run {run.id} belongs to rig 'rig', this is 'rig B'; resume it there"):
+        resume_run(run.id, other, catalogue, person)
+    planned = plan_run(sequence, instruments.limits, catalogue, rig=instruments.rig)
+    with pytest.raises(WrongRigError, match=f"run {planned.id} belongs to rig 'rig'"):
+        run_sequence(sequence, other, catalogue, person, planned=planned.id)
+    assert newest(catalogue).state is RunState.CREATED
+    resume_run(run.id, instruments, catalogue, person)
 
 
 @pytest.mark.parametrize("change", [{"sensitivity": 2.3e-3}, {"serial": "H-02"}, {"maximum": 1000.0}])

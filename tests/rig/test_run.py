@@ -388,7 +388,7 @@ def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(
     sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, whole_laboratory: Laboratory
 ) -> None:
     whole_laboratory.tester.emergency_stop()  # and the button stays pressed
-    planned = plan_run(sequence, instruments.limits, catalogue).id
+    planned = plan_run(sequence, instruments.limits, catalogue, rig=instruments.rig).id
     with pytest.raises(RigError, match="cause still present"):
         run_sequence(sequence, instruments, catalogue, person, planned=planned, reset=True)
     ((_, target, outcome, _),) = resets(catalogue)

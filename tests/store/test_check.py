@@ -109,6 +109,7 @@ def test_rows_that_share_a_record_are_named(catalogue: Catalogue, file: str, fil
     _sql(catalogue, "UPDATE blows SET waveform_record = 1 WHERE waveform_record = 2 AND accepted = false")
     said = {finding.what: finding.damage for finding in check(catalogue)}
     assert said == {
+        "its values and its checksum do not fit": True,
         f"several rows of run {filled} refer to record 1": True,
         f"no row of run {filled} refers to record 2": False,
     }

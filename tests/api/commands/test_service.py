@@ -75,8 +75,8 @@ def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
 
 def test_a_service_stores_what_a_lost_process_has_left_in_the_spool(tmp_path: Path) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue)
-        with spooling(spool_folder(catalogue), order_to_begin(run)) as spool:
+        run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, rig="rig")
+        with spooling(spool_folder(catalogue), order_to_begin(run, rig="rig")) as spool:
             spool.write(BeginRecord(datetime.now(UTC), "test", (), (), None))
             spool.write(EndRecord(datetime.now(UTC), "test", RunState.FAILED, "the database is locked"))
     with serving(tmp_path, "--simulated") as address:

@@ -66,8 +66,8 @@ def records(chance: random.Random, count: int) -> list[Entry]:
 
 def spooled(catalogue: Catalogue, folder: Path, chance: random.Random, count: int) -> Spooled:
     """Plan a run, and write its spool as the rig does."""
-    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test")
-    order, written = order_to_begin(run), records(chance, count)
+    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test", rig="rig")
+    order, written = order_to_begin(run, rig="rig"), records(chance, count)
     before = set(spools(folder))
     with spooling(folder, order) as spool:
         for record, wave in written:

@@ -142,9 +142,9 @@ def test_two_ingests_of_one_spool_store_each_record_once(catalogue: Catalogue, f
 
 
 def test_what_is_written_is_stored_while_the_run_goes_on(catalogue: Catalogue, folder: Path) -> None:
-    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue)
+    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, rig="rig")
     template = spooled(catalogue, folder, random.Random(7), 6)
-    with Ingester(catalogue, folder) as ingester, spooling(folder, order_to_begin(run)) as spool:
+    with Ingester(catalogue, folder) as ingester, spooling(folder, order_to_begin(run, rig="rig")) as spool:
         for number, (record, wave) in enumerate(template.written):
             spool.write(record, wave)
             assert ingester.settle()
@@ -233,8 +233,8 @@ def test_a_spool_of_another_database_stays_where_it_is(
 def test_a_run_that_did_not_begin_leaves_nothing_but_the_reset_in_the_audit_log(
     catalogue: Catalogue, folder: Path, resets: list[ResetRecord]
 ) -> None:
-    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, provisional=True)
-    with spooling(folder, order_to_begin(run, planned=False)) as spool:
+    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, rig="rig", provisional=True)
+    with spooling(folder, order_to_begin(run, rig="rig", planned=False)) as spool:
         for reset in resets:
             spool.write(reset)
     (path,) = spools(folder)
@@ -268,8 +268,8 @@ def test_connections_that_are_dropped_again_and_again_end_no_run_and_double_noth
 ) -> None:
     template = spooled(catalogue, folder, random.Random(13), 60)
     SpoolIngest(catalogue, template.path).advance()
-    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test")
-    order, chance = order_to_begin(run), random.Random(13)
+    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test", rig="rig")
+    order, chance = order_to_begin(run, rig="rig"), random.Random(13)
     with (
         Catalogue.open(distant_url, catalogue.waveforms.folder, TimeLimits(connect=2.0)) as distant,
         Ingester(distant, folder) as ingester,

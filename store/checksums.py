@@ -1,0 +1,113 @@
+"""Checksums over rows, and the hash chain of the audit log: over values as SQLite has them, alike on both databases.
+
+The text under a hash is the row as JSON: its columns by name, without the row's own number, the hash, and columns that
+are NULL. So a later column that may be NULL leaves older hashes valid. A document counts as the text that is stored.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, date, datetime
+from operator import index
+from typing import Any
+
+from sqlalchemy import JSON, Boolean, Column, Connection, Double, Integer, Table, Text, TypeDecorator, cast, select
+
+from store.provenance import to_json
+
+WITH_ROW, LATER = "w", "l"
+"""First letter of a hash: it was made with the row, or later, when the database was upgraded."""
+HASHES = ("checksum", "chain_hash")
+"""Columns that hold a hash over their row."""
+_ROWS_AT_ONCE = 5_000
+
+
+def checksum(mark: str, values: Mapping[str, Any]) -> str:
+    """64 bits over a row's values against damage, after `mark` (`WITH_ROW` or `LATER`)."""
+    return mark + hashlib.blake2b((mark + _text(values)).encode(errors="surrogateescape"), digest_size=8).hexdigest()
+
+
+def chain_hash(mark: str, previous: str, values: Mapping[str, Any]) -> str:
+    """SHA-256 over the hash of the previous row and the values of this one, after `mark`."""
+    return mark + hashlib.sha256(f"{mark}{previous}\n{_text(values)}".encode(errors="surrogateescape")).hexdigest()
+
+
+def stored_value(column: Column[Any], value: Any) -> Any:
+    """A value that is about to be stored, as SQLite will have it."""
+    if value is None:
+        return None
+    match column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type:
+        case JSON():
+            return to_json(value)
+        case Boolean():
+            return int(value)
+        case Integer():
+            return index(value)
+        case Double():
+            return _plain(float(value))
+        case _:
+            return _plain(getattr(value, "value", value))  # an Enum is stored as its value
+
+
+def hashed_values(table: Table, value_of: Callable[[str], Any]) -> dict[str, Any]:
+    """The values of a row that is about to be stored, as its hash takes them; `value_of` gives that of a column."""
+    return {column.name: stored_value(column, value_of(column.name)) for column in _hashed(table)}
+
+
+def stored_rows(connection: Connection, table: Table) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """The rows of a table by number: keys and hashes of each, and the values under its hash.
+
+    Text of a damaged SQLite file that is none is read with replacements.
+    """
+    named = [column.name for column in table.columns if column.primary_key or column.name in HASHES]
+    hashed = [column.name for column in _hashed(table)]
+    for row in _rows(connection, table):
+        yield {name: row[name] for name in named}, {name: row[name] for name in hashed}
+
+
+def _rows(connection: Connection, table: Table) -> Iterator[dict[str, Any]]:
+    names = [column.name for column in table.columns]
+    if connection.dialect.name == "sqlite":
+        driver: Any = connection.connection.driver_connection
+        before, driver.text_factory = driver.text_factory, lambda text: text.decode(errors="surrogateescape")
+        try:
+            # with the driver's own types: a conversion would hide some damage
+            for row in connection.exec_driver_sql(f"SELECT {', '.join(names)} FROM {table.name} ORDER BY rowid"):
+                yield dict(zip(names, row, strict=True))
+        finally:
+            driver.text_factory = before
+        return
+    columns = [cast(column, Text) if isinstance(column.type, JSON) else column for column in table.columns]
+    key = next(iter(table.primary_key)) if len(table.primary_key) == 1 else None
+    query, last = select(*columns).order_by(*table.primary_key), None
+    while True:
+        page = query if key is None else query.limit(_ROWS_AT_ONCE)
+        rows = connection.execute(page if last is None or key is None else page.where(key > last)).all()
+        yield from ({name: _plain(value) for name, value in zip(names, row, strict=True)} for row in rows)
+        if key is None or len(rows) < _ROWS_AT_ONCE:
+            return
+        last = rows[-1][names.index(key.name)]
+
+
+def _hashed(table: Table) -> list[Column[Any]]:
+    return [column for column in table.columns if column.name not in (*HASHES, "id")]
+
+
+def _plain(value: Any) -> Any:
+    match value:
+        case bool():
+            return int(value)
+        case float():
+            return None if math.isnan(value) else value + 0.0  # SQLite has neither NaN nor a negative zero
+        case datetime():
+            return f"{value.astimezone(UTC):%Y-%m-%d %H:%M:%S.%f}"
+        case date():
+            return value.isoformat()
+        case _:
+            return value
+
+
+def _text(values: Mapping[str, Any]) -> str:
+    known = {name: value for name, value in values.items() if value is not None}
+    return json.dumps(known, sort_keys=True, separators=(",", ":"), default=lambda value: {"bytes": value.hex()})

@@ -195,6 +195,12 @@ class InterlockReset(Event):
     interlocks: Interlock
 
 
+class TesterLineLost(Event):
+    """The tester does not answer any more; where the actuator moves, its watchdog stops it within so many s."""
+
+    stops_within: Annotated[float, quantity("s")]
+
+
 class RunPaused(Event):
     """The run pauses as asked: the actuator is held at its preset, nothing is armed."""
 

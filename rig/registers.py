@@ -211,6 +211,11 @@ class Block:
             address += register.words
         raise KeyError(name)
 
+    def range_of(self, name: str) -> tuple[float, float]:
+        """Smallest and largest value of register `name` with a meaning. Raises KeyError where there is none."""
+        found = {register.name: register for register in self.registers}[name]
+        return found.minimum, found.maximum
+
     def pack(self, values: Mapping[str, Value]) -> list[int]:
         """Words to send for `values`, which names every register of the block; the checksum is added.
 
@@ -226,11 +231,14 @@ class Block:
         found = []
         for register in self.registers:
             value = values[register.name]
-            if isinstance(value, str | tuple):
+            if isinstance(value, str):
                 continue
-            if not float32(register.minimum) <= value <= float32(register.maximum):
-                allowed = f"{register.minimum:g} to {register.maximum:g} {register.unit}".strip()
-                found.append(f"{register.name.replace('_', ' ')} {value:g}, outside {allowed}")
+            allowed = f"{register.minimum:g} to {register.maximum:g} {register.unit}".strip()
+            found += [
+                f"{register.name.replace('_', ' ')} {each:g}, outside {allowed}"
+                for each in (value if isinstance(value, tuple) else (value,))
+                if not float32(register.minimum) <= each <= float32(register.maximum)
+            ]
         return found
 
     def unpack(self, words: Sequence[int]) -> dict[str, Value]:

@@ -14,6 +14,7 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.detectors import Document, StepDetectors
 from rig.errors import RequestError
+from rig.registers import COMMAND
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
@@ -24,10 +25,24 @@ PAPER_POINTS = ("1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y", "1x", "11
 MOST_FREQUENCIES = 10_000
 LARGEST_SEED = 2**53 - 1  # the largest integer that every reader of JSON keeps exactly
 SAMPLES_A_CYCLE = 10  # so that five harmonics are below Nyquist
+LARGEST_RATE = 204_800.0  # Hz, twice that of fast modules for sound and vibration (NI 9250: 102.4 kHz)
+LONGEST_BLOCK = 120.0  # s; a resonance of 0.1 Hz in 12 periods
+LARGEST_RECORD = 4_000_000  # samples of a channel: two channels in float64 are 64 MB
+MOST_BLOWS = 1_000  # at a point
+LONGEST_BEAM = 1_000.0  # m
+LARGEST_MASS = 1e6  # kg
+LARGEST_K = 1e12  # N/m, a thousand times a machine frame
+LARGEST_FORCE = 50_000.0  # N, beyond the largest sledge hammers with a force sensor
+LONGEST_WAIT = 7 * 86_400.0  # s, a week
+HIGHEST_FREQUENCY = COMMAND.range_of("frequency")[1]
+LARGEST_MM = 1e3 * COMMAND.range_of("amplitude")[1]
+MOST_POINTS = 1_000  # of a hammer step, and of its steps
+MOST_ENTRIES = 100  # in a list that a person writes
+LONGEST_NAME, LONGEST_TITLE = 100, 500  # characters
 _YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
 """Errors that PyYAML raises: its own, and those of Python's constructors for a date such as 2026-13-45."""
 
-Positive = Annotated[float, Field(gt=0)]
+Amplitude = Annotated[float, Field(gt=0, le=LARGEST_MM)]
 _Sines = TypeVar("_Sines", "SweepStep", "BlankStep")
 
 
@@ -38,36 +53,43 @@ class SequenceError(RequestError):
 class Suspension(Document):
     """The cords of a suspended beam, as far as they are known."""
 
-    bounce: Annotated[float, quantity("Hz", "frequency of the beam's bounce in its cords", gt=0)]
-    bounce_standard_error: Annotated[float, quantity("Hz", ge=0)] = 0.1
+    bounce: Annotated[float, quantity("Hz", "frequency of the beam's bounce in its cords", gt=0, le=HIGHEST_FREQUENCY)]
+    bounce_standard_error: Annotated[float, quantity("Hz", ge=0, le=HIGHEST_FREQUENCY)] = 0.1
     positions: Annotated[
-        tuple[Annotated[float, Field(ge=0)], ...], quantity("m", "of the cords along the beam, from its left end")
+        tuple[Annotated[float, Field(ge=0, le=LONGEST_BEAM)], ...],
+        quantity("m", "of the cords along the beam, from its left end", max_length=MOST_ENTRIES),
     ] = ()
-    loss_factor: Annotated[float, quantity("1", "of the cords", ge=0)] = 0.0
+    loss_factor: Annotated[float, quantity("1", "of the cords", ge=0, le=10)] = 0.0
 
 
 class Weight(Document):
     """The mass of the bare beam from a balance."""
 
-    mass: Annotated[float, quantity("kg", gt=0)]
-    standard_error: Annotated[float, quantity("kg", gt=0)] = 0.001
+    mass: Annotated[float, quantity("kg", gt=0, le=LARGEST_MASS)]
+    standard_error: Annotated[float, quantity("kg", gt=0, le=LARGEST_MASS)] = 0.001
 
 
 class HammerStep(Document):
     """Roving hammer: so many accepted blows at each point, one accelerometer."""
 
     step: Literal["hammer"]
-    points: tuple[str, ...] = Field(default=PAPER_POINTS, min_length=1, description="points struck, such as 3y")
-    blows: int = Field(default=10, ge=2, description="accepted blows at each point")
-    peak_force: Annotated[float, quantity("N", "hammer level that the operator is asked for", gt=0)] = 100.0
-    weakest_peak: Annotated[float, quantity("N", "a blow below this peak is refused", gt=0)] = 30.0
-    trigger_level: Annotated[float, quantity("N", gt=0)] = 10.0
-    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5120.0
-    block_seconds: Annotated[float, quantity("s", gt=0)] = 2.0
-    pretrigger_seconds: Annotated[float, quantity("s", ge=0)] = 0.05
-    highest_frequency: Annotated[float, quantity("Hz", "of the accelerances kept", gt=0)] = 1024.0
-    hammer: str = Field(default="hammer", description="name of the hammer's channel")
-    accelerometer: str = Field(default="accelerometer", description="name of the accelerometer's channel")
+    points: tuple[str, ...] = Field(
+        default=PAPER_POINTS, min_length=1, max_length=MOST_POINTS, description="points struck, such as 3y"
+    )
+    blows: int = Field(default=10, ge=2, le=MOST_BLOWS, description="accepted blows at each point")
+    peak_force: Annotated[
+        float, quantity("N", "hammer level that the operator is asked for", gt=0, le=LARGEST_FORCE)
+    ] = 100.0
+    weakest_peak: Annotated[float, quantity("N", "a blow below this peak is refused", gt=0, le=LARGEST_FORCE)] = 30.0
+    trigger_level: Annotated[float, quantity("N", gt=0, le=LARGEST_FORCE)] = 10.0
+    sample_rate: Annotated[float, quantity("Hz", gt=0, le=LARGEST_RATE)] = 5120.0
+    block_seconds: Annotated[float, quantity("s", gt=0, le=LONGEST_BLOCK)] = 2.0
+    pretrigger_seconds: Annotated[float, quantity("s", ge=0, le=LONGEST_BLOCK)] = 0.05
+    highest_frequency: Annotated[float, quantity("Hz", "of the accelerances kept", gt=0, le=LARGEST_RATE)] = 1024.0
+    hammer: str = Field(default="hammer", max_length=LONGEST_NAME, description="name of the hammer's channel")
+    accelerometer: str = Field(
+        default="accelerometer", max_length=LONGEST_NAME, description="name of the accelerometer's channel"
+    )
     beam: Literal["supported", "suspended"] = Field(
         default="supported", description="on its joints, or free of them in soft cords"
     )
@@ -86,6 +108,11 @@ class HammerStep(Document):
             raise ValueError(
                 f"pretrigger_seconds {self.pretrigger_seconds:g} have to be between 0 and block_seconds "
                 f"{self.block_seconds:g}"
+            )
+        if self.sample_rate * self.block_seconds > LARGEST_RECORD:
+            raise ValueError(
+                f"{self.block_seconds:g} s at {self.sample_rate:g} Hz are more than {LARGEST_RECORD:,} samples; "
+                "sample more slowly, or shorter blocks"
             )
         if self.highest_frequency > self.sample_rate / 2:
             raise ValueError(
@@ -111,9 +138,9 @@ class HammerStep(Document):
 class Frequencies(Document):
     """Evenly spaced frequencies, both ends included."""
 
-    first: Annotated[float, quantity("Hz", gt=0)] = 5.0
-    last: Annotated[float, quantity("Hz", gt=0)] = 200.0
-    step: Annotated[float, quantity("Hz", gt=0)] = 5.0
+    first: Annotated[float, quantity("Hz", gt=0, le=HIGHEST_FREQUENCY)] = 5.0
+    last: Annotated[float, quantity("Hz", gt=0, le=HIGHEST_FREQUENCY)] = 200.0
+    step: Annotated[float, quantity("Hz", gt=0, le=HIGHEST_FREQUENCY)] = 5.0
 
     @model_validator(mode="after")
     def _ordered(self) -> Frequencies:
@@ -151,12 +178,16 @@ class SweepStep(Document):
     """Swept sine in the tester: every specimen in every configuration at every amplitude and frequency, once."""
 
     step: Literal["sweep"]
-    specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1)
-    configurations: tuple[Configuration, ...] = Field(default=("compression", "shear", "angled"), min_length=1)
-    amplitudes_pp_mm: Annotated[tuple[Positive, ...], quantity("mm", "peak to peak", min_length=1)] = (0.1, 0.05, 0.01)
-    preset_mm: Annotated[float, quantity("mm", ge=0)] = 0.5
+    specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1, max_length=MOST_ENTRIES)
+    configurations: tuple[Configuration, ...] = Field(
+        default=("compression", "shear", "angled"), min_length=1, max_length=3
+    )
+    amplitudes_pp_mm: Annotated[
+        tuple[Amplitude, ...], quantity("mm", "peak to peak", min_length=1, max_length=MOST_ENTRIES)
+    ] = (0.1, 0.05, 0.01)
+    preset_mm: Annotated[float, quantity("mm", ge=0, le=LARGEST_MM)] = 0.5
     frequencies: Frequencies = Frequencies()
-    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5000.0
+    sample_rate: Annotated[float, quantity("Hz", gt=0, le=LARGEST_RATE)] = 5000.0
     order: Order = Field(
         default=Order.SEQUENTIAL,
         description="what is shuffled: nothing; amplitudes; mountings and amplitudes; all, frequencies too",
@@ -185,16 +216,22 @@ class BlankStep(Document):
     """Sines on a known piece in place of a specimen: they show the contribution of the tester itself."""
 
     step: Literal["blank"]
-    piece: str = Field(default="blank", min_length=1, description="what the operator is to put in: blank, empty, mass")
+    piece: str = Field(
+        default="blank",
+        min_length=1,
+        max_length=LONGEST_NAME,
+        description="what the operator is to put in: blank, empty, mass",
+    )
     stiffness: Annotated[
-        float | None, quantity("N/m", "0 where there is none; leave it out where it is rigid beside the frame", ge=0)
+        float | None,
+        quantity("N/m", "0 where there is none; leave it out where it is rigid beside the frame", ge=0, le=LARGEST_K),
     ] = None
-    stiffness_standard_error: Annotated[float, quantity("N/m", ge=0)] = 0.0
-    mass: Annotated[float, quantity("kg", "of the piece, that moves with the fixture", ge=0)] = 0.0
-    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak", gt=0)] = 0.01
-    preset_mm: Annotated[float, quantity("mm", ge=0)] = 0.0
+    stiffness_standard_error: Annotated[float, quantity("N/m", ge=0, le=LARGEST_K)] = 0.0
+    mass: Annotated[float, quantity("kg", "of the piece, that moves with the fixture", ge=0, le=LARGEST_MASS)] = 0.0
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak", gt=0, le=LARGEST_MM)] = 0.01
+    preset_mm: Annotated[float, quantity("mm", ge=0, le=LARGEST_MM)] = 0.0
     frequencies: Frequencies = Frequencies(first=20.0, last=200.0, step=20.0)
-    sample_rate: Annotated[float, quantity("Hz", gt=0)] = 5000.0
+    sample_rate: Annotated[float, quantity("Hz", gt=0, le=LARGEST_RATE)] = 5000.0
     detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     _checked = model_validator(mode="after")(_check_sines)
@@ -215,17 +252,21 @@ class WaitStep(Document):
     """Wait, for the specimens to recover, say."""
 
     step: Literal["wait"]
-    seconds: Annotated[float, quantity("s", gt=0)]
+    seconds: Annotated[float, quantity("s", gt=0, le=LONGEST_WAIT)]
 
 
 class SoakStep(Document):
     """Wait until the temperature has stayed within a band for a time."""
 
     step: Literal["soak"]
-    seconds: Annotated[float, quantity("s", "so long within the band", gt=0)] = 1800.0
-    band_celsius: Annotated[float, quantity("K", "highest less lowest reading", gt=0)] = 0.5
-    celsius: Annotated[float | None, quantity("degC", "middle of the band; wherever it settles if not given")] = None
-    limit_seconds: Annotated[float, quantity("s", "the run fails when this is not enough", gt=0)] = 14400.0
+    seconds: Annotated[float, quantity("s", "so long within the band", gt=0, le=LONGEST_WAIT)] = 1800.0
+    band_celsius: Annotated[float, quantity("K", "highest less lowest reading", gt=0, le=100)] = 0.5
+    celsius: Annotated[
+        float | None, quantity("degC", "middle of the band; wherever it settles if not given", ge=-100, le=300)
+    ] = None
+    limit_seconds: Annotated[float, quantity("s", "the run fails when this is not enough", gt=0, le=LONGEST_WAIT)] = (
+        14400.0
+    )
 
     @model_validator(mode="after")
     def _check_limit(self) -> SoakStep:
@@ -260,13 +301,15 @@ class Sequence(Document):
     """The whole document."""
 
     format: Literal["jointlab-sequence/1"]
-    title: str = Field(min_length=1)
-    article_name: str = Field(min_length=1, description="by which its joints are known over the years")
+    title: str = Field(min_length=1, max_length=LONGEST_TITLE)
+    article_name: str = Field(
+        min_length=1, max_length=LONGEST_TITLE, description="by which its joints are known over the years"
+    )
     article: Article = Field(description="what was built, in the words of a bundle's setup.json")
     compound: Compound | None = Field(
         default=None, description="with it, sine points are given at its reference temperature"
     )
-    steps: tuple[Step, ...] = Field(min_length=1)
+    steps: tuple[Step, ...] = Field(min_length=1, max_length=MOST_POINTS)
 
     @property
     def hammer_steps(self) -> tuple[HammerStep, ...]:

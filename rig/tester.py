@@ -11,11 +11,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 
 from rig.errors import RigError, afterwards
-from rig.events import InterlockReset, InterlockTripped, Observer, ignore_event
-from rig.modbus import ModbusLink, ModbusProtocolError
+from rig.events import InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
+from rig.halting import AT_REST, ESCALATE, POWERLESS, Progress, RestJudge
+from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.registers import (
     DETECTORS,
     IDENTITY,
@@ -28,11 +29,13 @@ from rig.registers import (
     Units,
     name_of,
 )
+from rig.status_watch import Reading, StatusWatch
 from rig.stop_latch import StopLatch
 from rig.tester_limits import TesterLimits
 from rig.tester_status import (
     ActuatorNotAtRestError,
     Detector,
+    LineLostError,
     MotionHaltedError,
     TesterIdentity,
     TesterMismatchError,
@@ -40,11 +43,12 @@ from rig.tester_status import (
     detectors_from,
     interlock_text,
 )
-from rig.tester_wire import Heartbeat, TesterWire
+from rig.tester_wire import URGENT_TIMEOUT, Heartbeat, TesterWire
 
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
-AT_REST = frozenset({State.HYDRAULICS_OFF, State.IDLE, State.HELD, State.TRIPPED})
+COIL_TIME = 0.2  # s for writing the coil of the emergency stop
+REST_UNKNOWN = "the actuator was not confirmed at rest"
 HAS_TO_STOP = (Interlock.UPPER_DISPLACEMENT, Interlock.LOWER_DISPLACEMENT, Interlock.FORCE, Interlock.ERROR)
 
 log = logging.getLogger(__name__)
@@ -55,7 +59,7 @@ def connect(
     url: str,
     limits: TesterLimits | None = None,
     *,
-    timeout: float = 0.5,
+    timeout: float = 0.25,
     observer: Observer = ignore_event,
     latch: StopLatch | None = None,
 ) -> Iterator[Tester]:
@@ -106,6 +110,9 @@ class Tester:
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
         self._failure: Exception | None = None
+        self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
+        self._watch = StatusWatch()
+        self._watching = threading.Lock()
         self.identity = self._verify()
         wire.join()
         self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
@@ -146,24 +153,21 @@ class Tester:
         self._move(CommandCode.CYCLE, amplitude=amplitude_pp, frequency=frequency)
 
     def stop(self) -> None:
-        """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest."""
-        self._wire.command(CommandCode.HOLD)
-        self._wait_for_rest()
+        """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
+
+        The emergency stop is pulled where it is not at rest, nor visibly on the way there, `ESCALATE` s after the hold,
+        whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
+        """
+        self._bring_to_rest()
 
     def halt(self) -> None:
         """Stop at once, from any thread, and refuse to move until `release`; returns when the actuator is at rest.
 
-        The preset stays in force and hydraulics stay on, unless only the emergency stop helps. Raises RigError where
-        the instrument did not confirm it; nothing moves it from here until `release`.
+        As for `stop`; the preset stays in force and hydraulics stay on, unless only the emergency stop helps. Nothing
+        moves it from here until `release`, whatever is raised.
         """
         self._halted = True  # before the command, so that no other thread's slips in after it
-        try:
-            self._wire.command(CommandCode.HOLD, self._disturbing)
-            self._wait_for_rest()
-        except RigError as error:
-            log.warning("the tester did not halt as asked (%s); pulling the emergency stop", error)
-            self.emergency_stop()
-            self._wait_for_rest()
+        self._bring_to_rest(self._disturbing)
 
     def release(self) -> None:
         """Allow motion again after a `halt`; nothing moves by this."""
@@ -174,20 +178,19 @@ class Tester:
 
         Raises ActuatorNotAtRestError where the instrument did not confirm it.
         """
+        if self._unknown is not None:
+            self._see_that_the_watchdog_acted(self._unknown)
+            return
+        self._bring_to_rest()
         try:
-            self.stop()
-            self._wire.command(CommandCode.HYDRAULICS_OFF)
+            self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
+            by = time.monotonic() + ESCALATE
+            while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
+                if time.monotonic() > by:
+                    raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
+                time.sleep(FIRST_POLL)
         except RigError as error:
-            log.warning("the tester did not stop as asked (%s); pulling the emergency stop", error)
-            try:
-                self.emergency_stop()
-                self._wait_for_rest()
-            except RigError as worse:
-                self._heartbeat.stop()  # so that the watchdog acts
-                raise ActuatorNotAtRestError(
-                    f"{self._wire.url}: the actuator was not confirmed at rest ({worse}); its watchdog stops it within "
-                    f"{self.identity.watchdog_time:g} s, look at it before going near"
-                ) from error
+            self._pull_emergency_stop(error)
 
     def give_up(self, why: Exception) -> None:
         """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
@@ -205,7 +208,7 @@ class Tester:
 
     def emergency_stop(self) -> None:
         """Trip the emergency stop, whatever the instrument is doing."""
-        self._wire.emergency_stop()
+        self._wire.emergency_stop(COIL_TIME)
 
     def reset(self) -> None:
         """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
@@ -246,19 +249,27 @@ class Tester:
             TesterTrippedError: an interlock has stopped the actuator.
             MotionHaltedError: the actuator was halted since.
             MeasuredBeyondLimitError: a measured value is beyond a limit of the rig, moving or not.
+            ImplausibleStatusError: a sound instrument does not report this.
+            LineLostError: the tester does not answer any more, from now on; it stops itself.
             RigError: another client has commanded the tester.
             Exception: the reason for `give_up`.
         """
-        if self._failure is not None:
-            raise self._failure
-        status, ours = self._wire.status_and_command()
-        self._report(status)
+        with self._watching:
+            if self._failure is not None:
+                raise self._failure
+            try:
+                reading = self._wire.reading()
+            except ModbusUnreachableError as error:
+                raise self._line_lost(error) from error
+            status = reading.status
+            self._report(status)
+            self._watch.check(reading, time.monotonic())
         if status.state is State.TRIPPED or status.stopped_by:
             raise self._wire.tripped(status.stopped_by)
         self.limits.check_measured(status)
         if self._halted or not self._undisturbed:
             raise MotionHaltedError(f"{self._wire.url}: the actuator was halted, it is {status.state.name}")
-        if not ours:
+        if not reading.ours:
             raise ModbusProtocolError(
                 f"{self._wire.url}: command {status.sequence} is in force, which is not ours; is there another client?"
             )
@@ -354,13 +365,77 @@ class Tester:
         self._undisturbed = False
         yield
 
-    def _wait_for_rest(self) -> None:
-        end = time.monotonic() + MOTION_TIMEOUT
-        while (status := self.status()).state not in AT_REST:
-            if time.monotonic() > end:
-                raise RigError(f"{self._wire.url}: the actuator is {status.state.name} after a stop")
+    def _bring_to_rest(self, sending: Around = nullcontext) -> None:
+        """Hold, and pull the emergency stop where that is not visibly obeyed."""
+        began = time.monotonic()
+        try:
+            self._wire.urgent_command(CommandCode.HOLD, ESCALATE, sending)
+            self._wait_for_rest(began, lambda reading: reading.ours and reading.fresh)
+        except RigError as error:
+            self._pull_emergency_stop(error)
+
+    def _pull_emergency_stop(self, why: RigError) -> None:
+        log.warning("the tester did not stop as asked (%s); pulling the emergency stop", why)
+        try:
+            self._wire.emergency_stop(COIL_TIME)
+            self._wait_for_rest(time.monotonic(), lambda reading: Interlock.EMERGENCY_STOP in reading.status.interlocks)
+        except RigError as worse:
+            self._heartbeat.stop()  # so that the watchdog acts
+            self._unknown = ActuatorNotAtRestError(
+                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); its watchdog stops it within "
+                f"{self.identity.watchdog_time:g} s, look at it before going near"
+            )
+            if self._failure is None:
+                self._failure = self._unknown
+            raise self._unknown from why
+
+    def _wait_for_rest(self, began: float, shows_it: Callable[[Reading], bool]) -> None:
+        """Return when the actuator is at rest. Raises RigError where it goes on moving, or shows nothing.
+
+        Args:
+            began: when the stop was asked for, s of `time.monotonic`.
+            shows_it: whether a status is not older than that.
+        """
+        judge = RestJudge(began)
+        while True:
+            try:
+                reading = self._wire.urgent_reading(max(began + ESCALATE - time.monotonic(), URGENT_TIMEOUT))
+            except RigError:
+                if time.monotonic() > began + ESCALATE:
+                    raise
+                continue
+            progress = judge.judge(reading.status, time.monotonic())
+            if not shows_it(reading):
+                raise RigError(f"{self._wire.url}: an old status, or another client commands the tester")
+            if progress is Progress.RESTS:
+                self._report(reading.status)
+                return
+            if progress is Progress.MOVES:
+                state = reading.status.state.name
+                raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
             time.sleep(FIRST_POLL)
-        self._report(status)
+
+    def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
+        """Look once, without a wait: return where the actuator is at rest by now. Raises `unknown` where it is not."""
+        try:
+            reading = self._wire.urgent_reading(COIL_TIME)
+        except RigError:
+            raise unknown from None
+        if not reading.ours or reading.status.state not in AT_REST:
+            raise unknown
+        self._report(reading.status)
+
+    def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
+        within = self.identity.watchdog_time
+        lost = LineLostError(
+            f"line lost ({error}); the tester stops itself within {within:g} s by its watchdog, look at it before "
+            "going near"
+        )
+        self._heartbeat.stop()  # one that still arrives would keep the watchdog from acting
+        self._failure = lost
+        log.warning("%s", lost)
+        self._observer(TesterLineLost(within))
+        return lost
 
     def _report(self, status: TesterStatus) -> None:
         """Log interlocks that fired since the last status, and report them to the observer."""

@@ -1,14 +1,31 @@
 """The rig's own limits for the tester, on commands and on measured values; the instrument has its own, too."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 
 from rig.errors import RequestError, RigError
-from rig.registers import Interlock, name_of
+from rig.registers import COMMAND, IDENTITY, STATUS, Interlock, name_of
 from rig.tester_status import TesterStatus
 
 BEYOND_COMMAND = 1.05
 """Largest measured amplitude over the largest commanded one; points are accepted with as large a deviation."""
+
+
+_PRESETS, _FREQUENCIES = COMMAND.range_of("preset"), COMMAND.range_of("frequency")
+HARD_CAPS: Mapping[str, tuple[float, float]] = {
+    "amplitude_pp": COMMAND.range_of("amplitude"),
+    "lowest_frequency": _FREQUENCIES,
+    "highest_frequency": _FREQUENCIES,
+    "lowest_preset": _PRESETS,
+    "highest_preset": _PRESETS,
+    "velocity": (0.0, IDENTITY.range_of("velocity_limit")[1]),
+    "acceleration": (0.0, IDENTITY.range_of("acceleration_limit")[1]),
+    "force": (0.0, STATUS.range_of("force_mean")[1]),
+}
+"""Lowest and highest value that each of the rig's limits may ever have, in its unit: the ranges of the
+tester's register map (version 2), beyond which no command has a meaning and no reading is believed. No key and no
+setting widens them."""
 
 
 class LimitExceededError(RequestError):
@@ -32,6 +49,9 @@ class TesterLimits:
         velocity: highest peak velocity of a cycle, m/s.
         acceleration: highest peak acceleration of a cycle, m/s^2.
         force: largest absolute force, N.
+
+    Raises:
+        LimitExceededError: one is beyond its hard cap, or not a number.
     """
 
     amplitude_pp: float = 3e-4
@@ -42,6 +62,15 @@ class TesterLimits:
     velocity: float = 0.15
     acceleration: float = 150.0
     force: float = 4e3
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            lowest, highest = HARD_CAPS[name]
+            if not lowest <= value <= highest:
+                raise LimitExceededError(
+                    f"limit {name.replace('_', ' ')} {value:g} is outside {lowest:g} to {highest:g}, the range of "
+                    "testers with this register map; give one inside"
+                )
 
     def check_preset(self, preset: float) -> None:
         """Check a preset in m. Raises LimitExceededError where it is beyond a limit, or not a number."""

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, cast
 
 from rig.errors import RigError
-from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State, Value, name_of
+from rig.registers import DETECTED, STATUS, Action, CommandCode, Interlock, Refusal, State, Value, name_of
 
 
 class TesterMismatchError(RigError):
@@ -37,6 +38,32 @@ class ActuatorNotAtRestError(RigError):
     """The instrument did not confirm that the actuator is at rest; check it before going near."""
 
 
+class LineLostError(RigError):
+    """The tester does not answer any more: nothing is known of the actuator but that its watchdog stops it."""
+
+
+class StatusFault(StrEnum):
+    """What is implausible in a status of the tester."""
+
+    RANGE = "range"  # a value outside of the register map, or no number
+    HEARTBEAT = "heartbeat"  # not the last heartbeat: an old status, or another client beats
+    STATE = "state"  # contradicts the amplitude in force, or the measured one
+    COMMAND = "command"  # other values in force than were commanded and confirmed
+    FROZEN = "frozen"  # cycles are not counted, or their amplitudes do not change
+
+
+class ImplausibleStatusError(RigError):
+    """A status with a right checksum that a sound instrument does not report: it stops the machine like a trip.
+
+    Attributes:
+        fault: what is implausible.
+    """
+
+    def __init__(self, fault: StatusFault, what: str) -> None:
+        super().__init__(f"the tester's status is implausible: {what}; look at the tester before driving it again")
+        self.fault = fault
+
+
 @dataclass(frozen=True)
 class Detector:
     """A limit detector of the instrument: the limit in the unit of its quantity, and the action beyond it."""
@@ -64,6 +91,7 @@ class TesterStatus:
         interlocks: those that fired since the last reset.
         stopped_by: those of them that stopped the actuator.
         refusal: of the last command, if it was refused.
+        heartbeat: the last heartbeat that it received.
         sequence: number of the last command applied.
         command: the last command applied.
         preset: mean position in force.
@@ -80,6 +108,7 @@ class TesterStatus:
     interlocks: Interlock
     stopped_by: Interlock
     refusal: Refusal
+    heartbeat: int
     sequence: int
     command: CommandCode
     preset: float
@@ -99,13 +128,17 @@ _CODES: Mapping[str, Callable[[int], Any]] = {
     "refusal": Refusal,
     "command": CommandCode,
 }
-_NUMBERS = ("sequence", "cycles", "preset", "frequency", "displacement_mean", "force_mean", "force_pp")
+_NUMBERS = ("heartbeat", "sequence", "cycles", "preset", "frequency", "displacement_mean", "force_mean", "force_pp")
 
 
 def status_from(values: Mapping[str, Value]) -> TesterStatus:
-    """Make a status of the values of the STATUS block. Raises RigError where the map does not have a code."""
-    with _known_codes():
-        codes = {name: kind(cast(int, values[name])) for name, kind in _CODES.items()}
+    """Make a status of the values of the STATUS block.
+
+    Raises ImplausibleStatusError where a value is outside of the range that the map gives it.
+    """
+    if strange := STATUS.out_of_range(values):
+        raise ImplausibleStatusError(StatusFault.RANGE, "; ".join(strange))
+    codes = {name: kind(cast(int, values[name])) for name, kind in _CODES.items()}
     cycles = (cycle for cycle in cast(tuple[float, ...], values["displacement_pp"]) if cycle > 0)
     numbers: dict[str, Any] = {name: values[name] for name in _NUMBERS}
     return TesterStatus(

@@ -31,12 +31,21 @@ from rig.registers import (
     float32,
     name_of,
 )
-from rig.tester_status import TesterRefusedError, TesterStatus, TesterTrippedError, interlock_text, status_from
+from rig.status_watch import Reading
+from rig.tester_status import (
+    MotionHaltedError,
+    TesterRefusedError,
+    TesterStatus,
+    TesterTrippedError,
+    interlock_text,
+    status_from,
+)
 
 ATTEMPTS = 3  # at the transactions of one call
+URGENT_TIMEOUT = 0.15  # s for the reply to one request of a stop; a status takes 0.07 s at 19,200 baud
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
 BUSY_PAUSE = 0.05  # s
-BEATS = 5  # in one watchdog time
+BEATS = 10  # in one watchdog time; with each of them an old status shows its age
 
 log = logging.getLogger(__name__)
 
@@ -52,33 +61,47 @@ _Result = TypeVar("_Result")
 
 
 class _Allowance:
-    """The attempts and the time of one call: ATTEMPTS of them, and as many timeouts."""
+    """The attempts and the time of one call: ATTEMPTS of them, and as many timeouts.
 
-    def __init__(self, timeout: float) -> None:
-        self.by = time.monotonic() + ATTEMPTS * timeout + SLACK
-        self._timeout = timeout
+    An urgent call has one short attempt, and others `within` so many s.
+    """
+
+    def __init__(self, timeout: float, within: float | None = None) -> None:
+        self.urgent = within is not None
+        self._timeout = URGENT_TIMEOUT if self.urgent else timeout
+        self._end = time.monotonic() + (ATTEMPTS * timeout + SLACK if within is None else within)
         self._left = ATTEMPTS
+
+    @property
+    def by(self) -> float:
+        """When the next attempt has to be over, s of `time.monotonic`."""
+        return min(self._end, time.monotonic() + self._timeout) if self.urgent else self._end
 
     def is_over(self) -> bool:
         """Count a failed attempt; whether it was the last."""
         self._left -= 1
-        return self._left <= 0 or time.monotonic() + self._timeout > self.by
+        if self.urgent:
+            return time.monotonic() >= self._end
+        return self._left <= 0 or time.monotonic() + self._timeout > self._end
 
 
 class TesterWire:
-    """The line to one tester. Any thread may use it; commands go out one at a time."""
+    """The line to one tester. Any thread may use it; commands go out one at a time, but an urgent one overtakes."""
 
     def __init__(self, link: ModbusLink) -> None:
         self.url = link.url
         self._link = link
         self._lock = FairLock()
+        self._numbering = threading.Lock()
         self._sequence = 0
-        self._in_force = {0}  # more than one after a command that failed: it may have been applied
+        self._in_force = frozenset({0})  # more than one after a command that failed: it may have been applied
+        self._asked: Mapping[str, float] = {}  # of the last command that was confirmed
+        self._beats: frozenset[int] | None = None  # one of them is the last that arrived; None before the first one
 
     def join(self) -> None:
         """Go on from the sequence number that the instrument has. Raises RigError where it does not answer."""
         self._sequence = self.status().sequence
-        self._in_force = {self._sequence}
+        self._in_force = frozenset({self._sequence})
 
     def read(self, block: Block) -> dict[str, Value]:
         """The values of a block, as they were sent.
@@ -93,23 +116,40 @@ class TesterWire:
         """What the instrument reports now. Raises RigError where it does not answer."""
         return status_from(self.read(STATUS))
 
-    def status_and_command(self) -> tuple[TesterStatus, bool]:
-        """What the instrument reports now, and whether the command in force is one of ours.
-
-        Raises RigError where it does not answer.
-        """
+    def reading(self) -> Reading:
+        """What the instrument reports now, when no command is on its way. Raises RigError where it does not answer."""
         with self._lock:
-            status = self.status()
-            return status, status.sequence in self._in_force
+            return self._reading(_Allowance(self._link.timeout))
+
+    def urgent_reading(self, within: float) -> Reading:
+        """What the instrument reports now, before all other requests.
+
+        Raises RigError where it does not answer within so many s.
+        """
+        return self._reading(_Allowance(self._link.timeout, within))
+
+    def _reading(self, allowance: _Allowance) -> Reading:
+        commands, beats, asked = self._in_force, self._beats, self._asked
+        status = status_from(self._read(STATUS, allowance))
+        # what another thread sent in the meantime may be in force, or not yet
+        ours = status.sequence in commands | self._in_force
+        fresh = beats is None or self._beats is None or status.heartbeat in beats | self._beats
+        return Reading(status, ours, fresh, asked if commands == self._in_force else {})
 
     def beat(self, count: int) -> None:
         """Send one heartbeat, once. Raises RigError where it did not arrive, or its reply did not."""
+        if self._beats is not None:
+            self._beats |= {count}
         self._link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": count}))
+        self._beats = frozenset({count})
 
-    def emergency_stop(self) -> None:
-        """Trip the emergency stop. Raises RigError where the instrument does not answer."""
-        allowance = _Allowance(self._link.timeout)
-        self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, allowance.by), allowance)
+    def emergency_stop(self, within: float) -> None:
+        """Trip the emergency stop, before all other requests.
+
+        Raises RigError where the instrument does not answer within so many s.
+        """
+        allowance = _Allowance(self._link.timeout, within)
+        self._try(lambda: self._link.write_coil(EMERGENCY_STOP_COIL, True, allowance.by, urgent=True), allowance)
 
     def command(self, code: CommandCode, sending: Around = nullcontext, **values: float) -> None:
         """Have one command applied, once, and read it back.
@@ -124,30 +164,46 @@ class TesterWire:
             TesterRefusedError: the instrument refused it.
             ModbusUnreachableError: no answer; whether it was applied is unknown.
             ModbusProtocolError: something else is in force afterwards.
+            MotionHaltedError: an urgent command overtook it.
         """
         allowance = _Allowance(self._link.timeout)
         if not self._lock.acquire(allowance.by - time.monotonic()):
             raise ModbusUnreachableError(f"{self.url}: {code.name} was not sent, another command still waits")
         try:
-            self._sequence = self._sequence % 0xFFFF + 1
-            self._in_force.add(self._sequence)
-            asked: dict[str, Value] = {
-                "preset": 0.0,
-                "amplitude": 0.0,
-                "frequency": 0.0,
-                "detector": 0,
-                "action": 0,
-                "limit": 0.0,
-                **values,
-                "command": code,
-                "sequence": self._sequence,
-            }
-            words = COMMAND.pack(asked)
-            self._try(lambda: self._send(code, words, allowance, sending), allowance)
-            self._verify(code, asked, allowance)
-            self._in_force = {self._sequence}
+            self._apply(code, sending, values, allowance)
         finally:
             self._lock.release()
+
+    def urgent_command(self, code: CommandCode, within: float, sending: Around = nullcontext) -> None:
+        """The same within so many s, before all other requests: a command that waits for its reply is overtaken."""
+        self._apply(code, sending, {}, _Allowance(self._link.timeout, within))
+
+    def _apply(self, code: CommandCode, sending: Around, values: Mapping[str, float], allowance: _Allowance) -> None:
+        with self._numbering:
+            number = self._sequence = self._sequence % 0xFFFF + 1
+            self._in_force |= {number}
+        asked: dict[str, Value] = {
+            "preset": 0.0,
+            "amplitude": 0.0,
+            "frequency": 0.0,
+            "detector": 0,
+            "action": 0,
+            "limit": 0.0,
+            **values,
+            "command": code,
+            "sequence": number,
+        }
+        words = COMMAND.pack(asked)
+        try:
+            self._try(lambda: self._send(code, words, allowance, sending), allowance)
+            self._verify(code, asked, allowance)
+        except (ModbusUnreachableError, ModbusProtocolError, TesterRefusedError) as error:
+            if self._sequence != number:
+                raise MotionHaltedError(f"{self.url}: a stop overtook {code.name}") from error
+            raise
+        with self._numbering:
+            if self._sequence == number:
+                self._in_force, self._asked = frozenset({number}), values
 
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
         """The error for an actuator that `interlocks` stopped."""
@@ -157,7 +213,7 @@ class TesterWire:
 
     def _send(self, code: CommandCode, words: list[int], allowance: _Allowance, sending: Around) -> None:
         try:
-            self._link.write_holding(COMMAND.address, words, allowance.by, sending)
+            self._link.write_holding(COMMAND.address, words, allowance.by, sending, urgent=allowance.urgent)
         except ModbusRefusedError as error:
             status = status_from(self._read(STATUS, allowance))
             if status.refusal is Refusal.TRIPPED:
@@ -189,7 +245,8 @@ class TesterWire:
     def _read(self, block: Block, allowance: _Allowance) -> dict[str, Value]:
         def read() -> dict[str, Value]:
             try:
-                return block.unpack(self._link.read_input(block.address, block.count, allowance.by))
+                words = self._link.read_input(block.address, block.count, allowance.by, urgent=allowance.urgent)
+                return block.unpack(words)
             except ChecksumError as error:
                 raise ModbusProtocolError(f"{self.url}: {error}") from error
             except ModbusRefusedError as error:

@@ -28,6 +28,7 @@ from rig.events import (
     SoakEnded,
     SoakStarted,
     SpecimenMounted,
+    TesterLineLost,
     WaitStarted,
 )
 from rig.operator import Operator, mounting_text
@@ -131,6 +132,8 @@ class SequenceProgress:
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):
                 self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
+            case TesterLineLost(stops_within):
+                self._say(f"line to the tester lost; it stops itself within {stops_within:g} s; keep away from it")
             case InterlockReset(interlocks):
                 self._say(f"the tester was reset after {interlock_text(interlocks)}")
             case RateCoerced(requested, used):

@@ -18,6 +18,7 @@ from rig.events import (
     SinePointMeasured,
     SoakStarted,
     SpecimenMounted,
+    TesterLineLost,
     WaitStarted,
 )
 from rig.operator import mounting_text
@@ -103,6 +104,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, phase=Phase.IDLE, activity="", point=None, ended_as=ended_as, reason=reason)
         case InterlockTripped(interlocks, stopped):
             return replace(state, interlocks=interlocks) if stopped else state
+        case TesterLineLost(stops_within):
+            return replace(state, activity=f"line to the tester lost; it stops itself within {stops_within:g} s")
         case InterlockReset():
             return replace(state, interlocks=NO_INTERLOCK)
         case TesterSilent(reason) if state.phase is Phase.IDLE:

@@ -1,12 +1,15 @@
 """The limits of a rig that an engineer has set, kept in the catalogue."""
 
+import logging
 from dataclasses import asdict, replace
 
 from rig.errors import RigError
 from rig.instruments import Instruments
-from rig.tester_limits import TesterLimits
+from rig.tester_limits import HARD_CAPS, TesterLimits
 from store.catalogue import Catalogue
 from store.rig_limits import rig_limits, save_rig_limits
+
+log = logging.getLogger(__name__)
 
 
 def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
@@ -20,12 +23,20 @@ def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
     if kept is None:
         return None
     try:
-        return TesterLimits(**kept)
+        return TesterLimits(**{name: _capped(name, value) for name, value in kept.items()})
     except TypeError as error:
         raise RigError(
             f"the limits that are kept for {rig!r} do not fit this version ({error}); install the version "
             "that set them, or give this rig another name"
         ) from error
+
+
+def _capped(name: str, value: float) -> float:
+    """A limit from before there was a hard cap, at that cap: a rig has to start so that its limits can be set."""
+    lowest, highest = HARD_CAPS.get(name, (value, value))
+    if not lowest <= value <= highest:
+        log.warning("stored limit %s is %g, only %g to %g may be set: the nearest holds", name, value, lowest, highest)
+    return min(max(value, lowest), highest)
 
 
 def with_stored_limits(instruments: Instruments, catalogue: Catalogue) -> Instruments:

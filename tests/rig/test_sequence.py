@@ -287,7 +287,7 @@ def test_a_damaged_text_is_refused_as_a_sequence_or_read(
     assert words is None or words.startswith(str(file))
 
 
-@given(st.floats(1, 50), st.floats(0.1, 20), st.integers(0, 200))
+@given(st.floats(1, 50), st.floats(0.1, 4), st.integers(0, 200))
 def test_frequencies_include_both_ends(first: float, step: float, count: int) -> None:
     values = Frequencies(first=first, last=first + count * step, step=step).values
     assert len(values) == count + 1
@@ -310,3 +310,35 @@ def test_a_plan_beyond_the_rig_is_found_before_anything_runs(
 ) -> None:
     with pytest.raises(error):
         check_plan(sequence_from(changed(path, value)), TesterLimits())
+
+
+HAMMER = ("steps", next(i for i, step in enumerate(PLAIN["steps"]) if step["step"] == "hammer"))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ((*HAMMER, "sample_rate"), 1e9),
+        ((*HAMMER, "block_seconds"), 1e6),
+        ((*HAMMER, "blows"), 10**9),
+        ((*HAMMER, "points"), [f"{1 + i % 11}y" for i in range(10_000)]),
+        ((*SWEEP, "sample_rate"), 1e9),
+        ((*SWEEP, "preset_mm"), 1e6),
+        ((*SWEEP, "amplitudes_pp_mm"), [1e3]),
+        ((*SWEEP, "amplitudes_pp_mm"), [0.001 * i for i in range(1, 1000)]),
+        ((*SWEEP, "frequencies"), {"first": 1, "last": 1e6}),
+        (("steps",), [{"step": "wait", "seconds": 1e9}]),
+        (("steps",), [{"step": "soak", "seconds": 1e9, "limit_seconds": 2e9}]),
+        (("steps",), [{"step": "wait", "seconds": 1.0}] * 10_000),
+        (("title",), "x" * 10_000),
+    ],
+)
+def test_nothing_in_a_sequence_is_without_an_upper_bound(path: tuple[Any, ...], value: Any) -> None:
+    with pytest.raises(SequenceError):
+        sequence_from(changed(path, value))
+
+
+def test_a_block_of_many_samples_is_refused_with_its_length() -> None:
+    step = {"step": "hammer", "sample_rate": 102_400, "block_seconds": 60, "highest_frequency": 1000}
+    with pytest.raises(SequenceError, match=r"60 s at 102400 Hz are more than 4,000,000 samples"):
+        sequence_from(changed(("steps",), [step]))

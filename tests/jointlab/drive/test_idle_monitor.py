@@ -23,7 +23,7 @@ from simlab.tester_server import TesterFault
 from tests.waiting import LONG, until
 
 AT_REST = TesterStatus(
-    State.HYDRAULICS_OFF, Interlock(0), Interlock(0), Refusal.NONE, 0, CommandCode.NONE, 0, 0, 0, 0, 0, 0, 0, ()
+    State.HYDRAULICS_OFF, Interlock(0), Interlock(0), Refusal.NONE, 0, 0, CommandCode.NONE, 0, 0, 0, 0, 0, 0, 0, ()
 )
 SILENCE = RigError("no reply")
 

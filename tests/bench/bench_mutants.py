@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,7 +18,7 @@ from daq import device
 from rig import tester
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
-from rig.registers import CommandCode, State
+from rig.registers import CYCLES_REPORTED, CommandCode, State, Value
 from rig.stop_latch import StopLatch
 from rig.sweep import run_sweep
 from rig.sweep_plan import SweepPlan
@@ -96,6 +96,18 @@ def _lossy(chance: random.Random) -> Mutant:
     return Mutant("one reply in four lost, late or echoed", answer=wrong.sometimes(chance, 0.25, answer))
 
 
+def _rests_in_every_value(true: dict[str, Value]) -> dict[str, Value]:
+    """From the stop that it disobeys on, report neither cycles nor force."""
+    if true["amplitude"]:
+        return true
+    return true | {"cycles": 0, "force_pp": 0.0, "displacement_pp": (0.0,) * CYCLES_REPORTED}
+
+
+def _liar(_: random.Random) -> Mutant:
+    mutation = Mutation(disobeys=frozenset({HOLD, OFF}), pretends=True, lie=_rests_in_every_value)
+    return Mutant("disobeys all, rests in every value", mutation, dead=True)
+
+
 def _cycling_share(chance: random.Random) -> Mutant:
     names = chance.sample(("force_mean", "force_pp", "displacement_pp"), 2)
     return _lie("measured values off by some %", wrong.scaled(chance.uniform(0.9, 1.04), *names), shows=False)
@@ -112,6 +124,7 @@ KINDS: tuple[Draw, ...] = (
     lambda _: Mutant(
         "disobeys HOLD and the coil", Mutation(disobeys=frozenset({HOLD, OFF}), coil_is_dead=True), dead=True
     ),
+    _liar,
     lambda _: Mutant("freezes STATUS", Mutation(frozen=True), shows=True),
     lambda _: Mutant("freezes STATUS, disobeys", Mutation(disobeys=frozenset({HOLD, OFF}), frozen=True), shows=True),
     _impossible,
@@ -245,11 +258,11 @@ def _until(holds: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-def main(count: int = 200, seed: int = 17) -> None:
+def main(count: int = 200, seed: int = 17, kinds: Sequence[Draw] = KINDS) -> None:
     """Try so many mutants, each kind as often as the others; print times by kind, in s."""
     chance, outcomes = random.Random(seed), list[Outcome]()
     for number in range(count):
-        mutant = KINDS[number % len(KINDS)](chance)
+        mutant = kinds[number % len(kinds)](chance)
         outcomes.append(trial(mutant, seed + number, chance))
         late = outcomes[-1].to_rest > (DEAD_TARGET if mutant.dead else TARGET)
         print(f"{number:4} {mutant.kind:<42}{outcomes[-1].to_rest:7.3f}{' LATE' if late else ''}", flush=True)
@@ -272,7 +285,8 @@ def show(outcomes: list[Outcome]) -> None:
             f"{sum(each.claimed for each in group):>9}"
         )
     for dead, name in ((False, "STOP obeyed or emergency stop"), (True, "line or coil dead")):
-        times = [each.to_rest for each in outcomes if each.mutant.dead is dead]
+        if not (times := [each.to_rest for each in outcomes if each.mutant.dead is dead]):
+            continue
         within = sum(time <= (DEAD_TARGET if dead else TARGET) for time in times)
         median, worst = statistics.median(times), max(times)
         print(f"{name}: {within} of {len(times)} in time, median {median:.3f} s, worst {worst:.3f} s")

@@ -115,7 +115,11 @@ def spooling(folder: Path, order: RunOrder) -> Iterator[Spool]:
     """
     path = folder / f"{Path(order.waveform_file).stem}-{uuid4().hex[:8]}"
     with exclusive_lock(_lock_of(path)):
-        spool = Spool(path, order)
+        try:
+            spool = Spool(path, order)
+        except SpoolError:
+            discard_spool(path)
+            raise
         try:
             yield spool
         finally:
@@ -163,7 +167,7 @@ def is_written(path: Path) -> bool:
 
 
 def discard_spool(path: Path) -> None:
-    """Remove a spool whose records are all stored."""
+    """Remove a spool whose records are all stored, or that has none."""
     (path / RECORDS).unlink(missing_ok=True)  # first: a folder without it is no spool
     shutil.rmtree(path, ignore_errors=True)
     _lock_of(path).unlink(missing_ok=True)

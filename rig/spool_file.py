@@ -40,18 +40,22 @@ class FrameWriter:
         self._number, self._end = 0, 0
 
     def append(self, content: bytes) -> None:
-        """Write the next frame and flush it to the disk. OSError where that fails; nothing of it stays in the file."""
+        """Write the next frame and flush it to the disk.
+
+        Raises OSError where that fails. Nothing of a frame that does not fit stays in the file; one that could not be
+        flushed stays, as it may have been read already.
+        """
         frame = frame_of(self._number, content)
         left = memoryview(frame)
         os.lseek(self._file, self._end, os.SEEK_SET)
         try:
             while left:
                 left = left[os.write(self._file, left) :]
-            os.fsync(self._file)
         except OSError:
             os.ftruncate(self._file, self._end)
             raise
         self._number, self._end = self._number + 1, self._end + len(frame)
+        os.fsync(self._file)
 
     def close(self) -> None:
         """Close the file."""

@@ -3,6 +3,7 @@
 import ast
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -96,6 +97,12 @@ def test_analysis_does_no_input_or_output(path: Path) -> None:
     calls = {n.func.id for n in ast.walk(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
     assert not calls & {"open", "print", "input"}
     assert not {name.split(".")[0] for name in imports(path)} & INPUT_OUTPUT
+
+
+def test_the_rig_carries_out_a_run_without_a_database() -> None:
+    code = "import sys, rig.run, rig.spool; sys.exit(' '.join({'sqlalchemy', 'alembic', 'psycopg'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_lock_files_name_no_address() -> None:

@@ -21,7 +21,7 @@ PARTS = {
     "waiting until settled": "rig/tester.py(wait)",
     "records from the instrument": "daq/task.py(record)",
     "sine fits": "analysis/direct/sine.py(fit_sine)",
-    "into the store": "rig/recording.py(add_sine)",
+    "into the spool": "rig/recording.py(add_sine)",
     "temperature": "rig/thermometer.py(celsius)",
     "mounting, preset, hydraulics": "rig/sweep.py(begin)",
 }

@@ -1,5 +1,7 @@
 """What was acknowledged is read back; a torn end is cut off, and every damaged bit is found."""
 
+import errno
+import os
 import subprocess
 import sys
 from itertools import accumulate
@@ -104,3 +106,20 @@ def test_nothing_of_a_frame_that_did_not_fit_stays_in_the_file(path: Path) -> No
     done = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)
     assert done.stdout == "File too large\n"
     assert read(path) == [b"before", b"after"]
+
+
+def test_a_frame_that_could_not_be_flushed_does_not_hide_the_next_one(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_file: int) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    path.unlink(missing_ok=True)
+    writer = FrameWriter(path)
+    with monkeypatch.context() as broken:
+        broken.setattr(os, "fsync", fail)
+        with pytest.raises(OSError, match="Input/output error"):
+            writer.append(b"perhaps")
+    writer.append(b"the end")
+    writer.close()
+    assert read(path) == [b"perhaps", b"the end"]

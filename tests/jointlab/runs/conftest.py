@@ -1,5 +1,14 @@
-"""An empty catalogue on both databases."""
+"""An empty catalogue on both databases, and a whole simulated laboratory with a small sequence."""
 
+from tests.rig.conftest import (
+    document,
+    instruments,
+    person,
+    repair,
+    running_laboratory,
+    sequence,
+    whole_laboratory,
+)
 from tests.store.conftest import (
     catalogue,
     database_kind,
@@ -15,7 +24,14 @@ __all__ = [
     "database_kind",
     "database_url",
     "distant_url",
+    "document",
+    "instruments",
+    "person",
     "postgresql",
     "proxy",
+    "repair",
+    "running_laboratory",
+    "sequence",
     "sqlite_template",
+    "whole_laboratory",
 ]

@@ -7,7 +7,7 @@ measurement is in the store, and the store tells the rest.
 from collections.abc import Callable
 from pathlib import Path
 
-from jointlab.runs.ingest import Ingester
+from jointlab.runs.ingest import Ingester, discard_if_not_begun
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from rig.control import RunControl
 from rig.events import Event, Observer, RunContinued, RunStarted, ignore_event
@@ -145,7 +145,9 @@ def _carry_out(
             with spooling(folder, order) as spool:
                 carry_out(order, instruments, operator, spool, observe, control)
         except BaseException as error:
-            if not ingester.settle(PATIENCE):
+            if ingester.settle(PATIENCE):
+                discard_if_not_begun(catalogue, order)  # where there was no room for a spool
+            else:
                 error.add_note(_not_stored(order, ingester))
             raise
         finally:

@@ -77,10 +77,7 @@ class SpoolIngest:
         order = self._reader.order
         if order is not None:
             self._catalogue.waveforms.finish(order.waveform_file)
-            with self._catalogue.writing() as session:
-                run = _run_of(session, order)
-                if run is not None and run.state is RunState.CREATED and not order.planned:
-                    discard_run(session, run.id)
+            discard_if_not_begun(self._catalogue, order)
         discard_spool(self._path)
 
     def _store(self, order: RunOrder, batch: list[Spooled]) -> None:
@@ -104,6 +101,16 @@ class SpoolIngest:
 
         self._catalogue.write(store)
         self._last = new[-1].number
+
+
+def discard_if_not_begun(catalogue: Catalogue, order: RunOrder) -> None:
+    """Remove the run of `order` if it was made for this order alone and did not begin."""
+    if order.planned:
+        return
+    with catalogue.writing() as session:
+        run = _run_of(session, order)
+        if run is not None and run.state is RunState.CREATED:
+            discard_run(session, run.id)
 
 
 def _run_of(session: Session, order: RunOrder) -> Run | None:

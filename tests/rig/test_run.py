@@ -17,6 +17,7 @@ from rig.hammer import PointGivenUpError
 from rig.instruments import Instruments
 from rig.registers import State
 from rig.sequence import Sequence, sequence_from
+from rig.spool import SpoolError
 from rig.steps import check_instruments
 from rig.tester_limits import LimitExceededError, TesterLimits
 from rig.tester_status import TesterMismatchError, TesterTrippedError
@@ -293,6 +294,22 @@ def test_an_absent_instrument_is_named_and_nothing_is_stored(
     with pytest.raises(error) as refused:
         run_sequence(sequence, elsewhere, catalogue, person)
     assert address in str(refused.value)
+    assert stored() == before
+    assert person.counts == {"strike": 0, "mount": 0}
+
+
+def test_a_disk_without_room_is_found_before_the_first_blow_and_nothing_is_stored(
+    sequence: Sequence,
+    instruments: Instruments,
+    catalogue: Catalogue,
+    person: Person,
+    stored: Callable[[], dict[str, int]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = stored()
+    monkeypatch.setattr("rig.spool.FREE_TO_BEGIN", 10**18)
+    with pytest.raises(SpoolError, match="is full"):
+        run_sequence(sequence, instruments, catalogue, person)
     assert stored() == before
     assert person.counts == {"strike": 0, "mount": 0}
 

@@ -72,18 +72,19 @@ class AuditedAction:
         try:
             result = do()
         except Exception as error:
-            with catalogue.writing() as session:
-                self._add(session, str(error) or type(error).__name__, self.details | begin)
-                failed(session)
+            why = str(error) or type(error).__name__
+            catalogue.write(lambda session: self._note(session, why, begin, failed))
             raise
-        with catalogue.writing() as session:
-            done(session, result)
-            self._add(session, "done", self.details | begin)
+        catalogue.write(lambda session: self._note(session, "done", begin, lambda within: done(within, result)))
         return result
 
     def refuse(self, session: Session, reason: str) -> None:
         """Note that it was refused, and not begun."""
         self._add(session, f"refused: {reason}", {})
+
+    def _note(self, session: Session, outcome: str, begin: dict[str, int], more: Callable[[Session], None]) -> None:
+        more(session)
+        self._add(session, outcome, self.details | begin)
 
     def _add(self, session: Session, outcome: str, details: dict[str, Any]) -> int:
         return add_audit_entry(

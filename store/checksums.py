@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, date, datetime
+from functools import cache
 from operator import index
 from typing import Any
 
@@ -33,26 +34,10 @@ def chain_hash(mark: str, previous: str, values: Mapping[str, Any]) -> str:
     return mark + hashlib.sha256(f"{mark}{previous}\n{_text(values)}".encode(errors="surrogateescape")).hexdigest()
 
 
-def stored_value(column: Column[Any], value: Any) -> Any:
-    """A value that is about to be stored, as SQLite will have it."""
-    if value is None:
-        return None
-    match column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type:
-        case JSON():
-            return to_json(value)
-        case Boolean():
-            return int(value)
-        case Integer():
-            return index(value)
-        case Double():
-            return _plain(float(value))
-        case _:
-            return _plain(getattr(value, "value", value))  # an Enum is stored as its value
-
-
 def hashed_values(table: Table, value_of: Callable[[str], Any]) -> dict[str, Any]:
     """The values of a row that is about to be stored, as its hash takes them; `value_of` gives that of a column."""
-    return {column.name: stored_value(column, value_of(column.name)) for column in _hashed(table)}
+    values = ((name, stored, value_of(name)) for name, stored in _conversions(table))
+    return {name: stored(value) for name, stored, value in values if value is not None}
 
 
 def stored_rows(connection: Connection, table: Table) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
@@ -90,6 +75,26 @@ def _rows(connection: Connection, table: Table) -> Iterator[dict[str, Any]]:
         last = rows[-1][names.index(key.name)]
 
 
+@cache
+def _conversions(table: Table) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+    """The columns under the hash of a row, with what makes a value that is about to be stored one as SQLite has it."""
+    return tuple((column.name, _conversion(column)) for column in _hashed(table))
+
+
+def _conversion(column: Column[Any]) -> Callable[[Any], Any]:
+    match column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type:
+        case JSON():
+            return to_json
+        case Boolean():
+            return int
+        case Integer():
+            return index
+        case Double():
+            return lambda value: _plain(float(value))
+        case _:
+            return lambda value: _plain(getattr(value, "value", value))  # an Enum is stored as its value
+
+
 def _hashed(table: Table) -> list[Column[Any]]:
     return [column for column in table.columns if column.name not in (*HASHES, "id")]
 
@@ -101,7 +106,7 @@ def _plain(value: Any) -> Any:
         case float():
             return None if math.isnan(value) else value + 0.0  # SQLite has neither NaN nor a negative zero
         case datetime():
-            return f"{value.astimezone(UTC):%Y-%m-%d %H:%M:%S.%f}"
+            return value.astimezone(UTC).replace(tzinfo=None).isoformat(" ", "microseconds")
         case date():
             return value.isoformat()
         case _:

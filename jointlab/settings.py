@@ -42,6 +42,7 @@ class ServiceSettings(BaseModel):
     trusted_proxies: tuple[IPvAnyAddress, ...] = Field(
         default=(), description="addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed"
     )
+    session_hours: float = Field(default=12.0, gt=0, le=720, description="hours after which a log-in to the page ends")
 
 
 class Settings(BaseSettings):

@@ -47,7 +47,7 @@ def add_key(
     if expires_at is not None and expires_at <= datetime.now(UTC):
         raise StoreError(f"a key that ends at {expires_at:%Y-%m-%d %H:%M} UTC would open nothing; give a later time")
     secret = PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
-    row = ApiKeyRow(name=name, digest=_digest(secret), scopes=sorted(opened), expires_at=expires_at)
+    row = ApiKeyRow(name=name, digest=digest_of(secret), scopes=sorted(opened), expires_at=expires_at)
     return _key(add_row(session, row)), secret
 
 
@@ -56,8 +56,13 @@ def find_key(session: Session, secret: str) -> ApiKey | None:
 
     The secret is looked up by its hash, which is of 256 random bits: neither a salt nor a slow hash would add anything.
     """
-    row = session.scalars(select(ApiKeyRow).filter_by(digest=_digest(secret))).one_or_none()
+    row = session.scalars(select(ApiKeyRow).filter_by(digest=digest_of(secret))).one_or_none()
     return None if row is None else _key(row)
+
+
+def get_key(session: Session, key_id: int) -> ApiKey:
+    """One key, or NotFoundError."""
+    return _key(get_row(session, ApiKeyRow, key_id, "key"))
 
 
 def list_keys(session: Session, *, before: int | None = None, limit: int = 100) -> list[ApiKey]:
@@ -78,7 +83,8 @@ def revoke_key(session: Session, key_id: int) -> ApiKey:
     return _key(row)
 
 
-def _digest(secret: str) -> str:
+def digest_of(secret: str) -> str:
+    """The hash by which a secret of 256 random bits is stored."""
     return hashlib.sha256(secret.encode()).hexdigest()
 
 

@@ -5,6 +5,7 @@ import socket
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import Annotated
 
@@ -61,7 +62,9 @@ def serve(
         loopback = is_loopback(host)
         if not loopback:
             _refuse_without_keys(catalogue, host)
-        services = Services(catalogue, runs, loopback, JobQueue(catalogue, _executor(settings)))
+        lasts = timedelta(hours=settings.service.session_hours)
+        queue = JobQueue(catalogue, _executor(settings))
+        services = Services(catalogue, runs, loopback, queue, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)

@@ -1,10 +1,12 @@
 """The door of the page: who asks for a view, a file or the socket is known before NiceGUI does anything about it.
 
-Without a login, a view leads to the form. So a request of a stranger costs one lookup, in another thread. Open are the
-form itself and the files of NiceGUI, which hold nothing of the laboratory.
+Without a login, a view leads to the form. So a request of a stranger costs little. Open are the form itself and the
+files of NiceGUI, which hold nothing of the laboratory. Floods are limited for each caller: by the key of a login, and
+by the address of those without one.
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from urllib.parse import urlsplit
 
 from fastapi import Request
 from fastapi.responses import RedirectResponse, Response
@@ -12,17 +14,22 @@ from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Send
 from starlette.types import Scope as AsgiScope
 
-from api.page.login import log_in_address, log_in_form, login_of
-from api.service.access import LONGEST_LOOKUP
+from api.page.floods import TokenBuckets
+from api.page.login import HOME, Login, log_in_address, log_in_form, login_of
+from api.service.access import LONGEST_LOOKUP, stranger
 from api.service.context import Services
 from api.service.deadlines import within
 from api.service.problems import AccessError, problem
 from store.errors import StoreError
 from store.states import Scope
 
-OPEN = ("/page/log-in", "/page/log-out", "/page/_nicegui/")
-NO_VIEWS = ("/page/files/", "/page/tables/", "/page/_nicegui_ws/")
+FORMS = ("/page/log-in", "/page/log-out")
+FILES_OF_NICEGUI = "/page/_nicegui/"
+SOCKET = "/page/_nicegui_ws/"
+NO_VIEWS = ("/page/files/", "/page/tables/", SOCKET)
 """The paths whose requests are refused, not led to the form."""
+AT_ONCE, A_SECOND = 40.0, 8.0
+"""Requests of one caller at once, and in each second from then on."""
 _lookup = ThreadPoolExecutor(2, thread_name_prefix="door")
 
 
@@ -32,37 +39,54 @@ class Door:
     def __init__(self, app: ASGIApp, services: Services) -> None:
         self._app = app
         self._services = services
+        self._buckets = TokenBuckets(AT_ONCE, A_SECOND)
 
     async def __call__(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         """Let one request in, or answer it."""
-        if scope["type"] not in ("http", "websocket") or not is_closed(scope["path"]):
+        if scope["type"] not in ("http", "websocket") or not _is_of_page(scope["path"]):
             await self._app(scope, receive, send)
             return
         connection = HTTPConnection(scope)
         login = login_of(self._services, connection)
         try:
-            caller = await within(LONGEST_LOOKUP, _lookup, login.caller)
-            if Scope.READ not in caller.scopes:
-                raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
+            await self._admit(connection, login)
         except (AccessError, StoreError) as error:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close"})
             else:
                 await _refused(Request(scope), login.secret is not None, error)(scope, receive, send)
             return
-        connection.state.login, connection.state.caller = login, caller
         await self._app(scope, receive, send)
 
+    async def _admit(self, connection: HTTPConnection, login: Login) -> None:
+        """Check where a request comes from, who sends it, and how many came before.
 
-def is_closed(path: str) -> bool:
-    """Whether a path of the service is behind the door."""
-    return (path == "/page" or path.startswith("/page/")) and not path.startswith(OPEN)
+        Raises:
+            AccessError: it is not admitted.
+            StoreError: the database does not answer.
+        """
+        path, origin = connection.url.path, connection.headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc != connection.headers.get("host"):
+            raise AccessError(403, f"the page takes no requests of other pages, such as of {origin[:100]}")
+        who = stranger(connection)
+        if not path.startswith(FORMS):
+            caller = await within(LONGEST_LOOKUP, _lookup, login.caller)
+            if Scope.READ not in caller.scopes:
+                raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
+            connection.state.login, connection.state.caller = login, caller
+            who = caller.name if login.secret is not None else who
+        if not path.startswith(SOCKET) and not self._buckets.take(who):
+            raise AccessError(429, f"more than {A_SECOND:g} requests a second came from {who}; wait for some seconds")
+
+
+def _is_of_page(path: str) -> bool:
+    return (path == "/page" or path.startswith("/page/")) and not path.startswith(FILES_OF_NICEGUI)
 
 
 def _refused(request: Request, tried: bool, error: AccessError | StoreError) -> Response:
-    status = error.status if isinstance(error, AccessError) else 503
-    if request.url.path.startswith(NO_VIEWS):
+    path, status = request.url.path, error.status if isinstance(error, AccessError) else 503
+    if path.startswith(NO_VIEWS):
         return problem(status, str(error))
-    if status == 503:
-        return log_in_form(f"{error}. STOP works all the same.", request.url.path, status)
-    return RedirectResponse(log_in_address(request, str(error) if tried else ""))  # without a key there is no reason
+    if status in (401, 403) and not path.startswith(FORMS):
+        return RedirectResponse(log_in_address(request, str(error) if tried else ""))  # a stranger needs no reason
+    return log_in_form(f"{error}. STOP works all the same.", HOME, status)

@@ -1,5 +1,9 @@
-"""Logging in to the page by a key, which the browser keeps in a cookie that no script can read."""
+"""Logging in to the page by a key: the browser keeps a session in a cookie that no script can read.
 
+The session ends by itself, by logging out, and with its key.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -11,13 +15,27 @@ from fastapi import FastAPI, Form, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from starlette.requests import HTTPConnection
 
-from api.service.access import Caller, authenticate, is_at_this_computer
+from api.service.access import (
+    LONGEST_LOOKUP,
+    Caller,
+    authenticate,
+    caller_with,
+    is_at_this_computer,
+    known_key,
+    name_of,
+    stranger,
+)
 from api.service.context import Services
+from api.service.deadlines import within
 from api.service.problems import AccessError
+from jointlab.burst_log import Happening
+from store.audit import add_audit_entry
+from store.errors import StoreError
+from store.page_sessions import begin_page_session, end_page_session, key_of_page_session
 
-COOKIE = "jointlab-key"
+COOKIE = "jointlab-session"
 HOME = "/page/"
-DAYS = 86_400
+_lookup = ThreadPoolExecutor(2, thread_name_prefix="log-in")
 STOP = """<form class="stop" method="post" action="/api/rig/stop" target="stopped">
 <button aria-label="STOP: end the run and bring the actuator to rest">STOP</button>
 <output role="status"></output></form>
@@ -26,10 +44,10 @@ STOP = """<form class="stop" method="post" action="/api/rig/stop" target="stoppe
 
 @dataclass(frozen=True)
 class Login:
-    """The login of a browser. Its key is checked again for every action, because keys end and are revoked.
+    """The login of a browser. It is checked again for every action, because sessions and keys end.
 
     Attributes:
-        secret: of the key; None where there is none.
+        secret: of the session; None where there is none.
         here: whether the browser is at this computer.
     """
 
@@ -38,12 +56,18 @@ class Login:
     here: bool
 
     def caller(self) -> Caller:
-        """The caller with this key.
+        """The caller with the key of this session.
 
         Raises:
-            AccessError: the key opens nothing, or one is needed.
+            AccessError: the session or its key has ended, or a key is needed.
         """
-        return authenticate(self.services, self.secret, self.here)
+        if self.secret is None:
+            return authenticate(self.services, None, self.here)
+        with self.services.catalogue.reading() as session:
+            key = key_of_page_session(session, self.secret, self.services.now())
+        if key is None:
+            raise AccessError(401, "this log-in has ended; log in again")
+        return caller_with(self.services, key)
 
 
 def login_of(services: Services, request: HTTPConnection) -> Login:
@@ -77,25 +101,57 @@ def add_log_in(app: FastAPI, services: Services) -> None:
         return log_in_form(why, _own_address(next, request))
 
     @app.post("/page/log-in", include_in_schema=False)
-    def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
-        """Keep the key in a cookie, if it opens something."""
-        target, secret = _own_address(next, request), key.strip()
+    async def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
+        """Begin a session in place of the one before, if the key opens something."""
+        target, before = _own_address(next, request), request.cookies.get(COOKIE)
         try:
-            authenticate(services, secret, is_at_this_computer(request))
+            secret = await within(LONGEST_LOOKUP, _lookup, _begin_session, services, key.strip(), before)
         except AccessError as error:
+            services.bursts.note(
+                services.catalogue, Happening(stranger(request), "log in", "page", f"refused: {error}")
+            )
             return log_in_form(str(error), target, error.status)
+        except StoreError as error:
+            return log_in_form(str(error), target, 503)
         answer = RedirectResponse(target, 303)
         answer.set_cookie(
-            COOKIE, secret, max_age=30 * DAYS, httponly=True, samesite="strict", secure=request.url.scheme == "https"
+            COOKIE, secret, max_age=int(services.session_lasts.total_seconds()), httponly=True, samesite="strict",
+            secure=request.url.scheme == "https",
         )  # fmt: skip
         return answer
 
     @app.post("/page/log-out", include_in_schema=False)
-    def log_out() -> Response:
-        """Forget the key."""
+    async def log_out(request: Request) -> Response:
+        """End the session."""
+        await within(LONGEST_LOOKUP, _lookup, _end_session, services, request.cookies.get(COOKIE))
         answer = RedirectResponse("/page/log-in", 303)
         answer.delete_cookie(COOKIE)
         return answer
+
+
+def _begin_session(services: Services, key: str, before: str | None) -> str:
+    """Begin a session for who has this key, and note it; its secret. Raises AccessError where the key opens nothing."""
+    now = services.now()
+    with services.catalogue.reading() as session:
+        found = known_key(session, key)
+    caller = caller_with(services, found)
+    with services.catalogue.writing() as session:
+        if before is not None:
+            end_page_session(session, before, now)
+        add_audit_entry(session, who=caller.name, action="log in", target="page", outcome="done")
+        return begin_page_session(session, found, now, services.session_lasts)
+
+
+def _end_session(services: Services, secret: str | None) -> None:
+    """End a session, and note it; one that has ended stays as it is."""
+    if secret is None:
+        return
+    now = services.now()
+    with services.catalogue.writing() as session:
+        key = key_of_page_session(session, secret, now)
+        if key is not None:
+            end_page_session(session, secret, now)
+            add_audit_entry(session, who=name_of(key), action="log out", target="page", outcome="done")
 
 
 def log_in_address(request: Request, why: str) -> str:

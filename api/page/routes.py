@@ -35,6 +35,7 @@ def mount(app: FastAPI, services: Services) -> None:
     """Add the page to the application, once in a process: NiceGUI keeps its pages for the whole process."""
     nicegui.run.process_pool_start_method = "spawn"  # a fork would inherit the threads that drive the rig
     nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
+    nicegui.core.sio.eio.cors_allowed_origins = []  # the door checks origins; NiceGUI would permit every one
     add_log_in(app, services)
     add_downloads(app, services)
     app.add_middleware(Door, services=services)

@@ -10,12 +10,13 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from api.service.context import Context, Services, services
 from api.service.deadlines import within
 from api.service.problems import AccessError
-from store.keys import count_keys, find_key
+from store.keys import ApiKey, count_keys, find_key
 from store.states import Scope
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
@@ -68,20 +69,44 @@ def authenticate(context: Services, secret: str | None, here: bool) -> Caller:
     Raises:
         AccessError: the key is unknown, has ended or was revoked, or one is needed.
     """
-    with context.catalogue.reading() as session:
-        key = None if secret is None else find_key(session, secret)
-        is_open = secret is None and context.loopback and here and count_keys(session) == 0
-    if is_open:
-        return Caller("at this computer", frozenset(Scope))
     if secret is None:
+        if context.loopback and here and not has_keys(context):
+            return Caller("at this computer", frozenset(Scope))
         raise AccessError(401, "give a key: Authorization: Bearer jl_...; jointlab key create makes one")
+    with context.catalogue.reading() as session:
+        key = known_key(session, secret)
+    return caller_with(context, key)
+
+
+def known_key(session: Session, secret: str) -> ApiKey:
+    """The key of a secret, valid or not. Raises AccessError where there is none."""
+    key = find_key(session, secret)
     if key is None:
         raise AccessError(401, "this key is not known here; jointlab key create makes one")
+    return key
+
+
+def has_keys(context: Services) -> bool:
+    """Whether a key was ever made. The database is asked until there is one: keys are revoked, but not removed."""
+    if not context.has_keys.is_set():
+        with context.catalogue.reading() as session:
+            if count_keys(session):
+                context.has_keys.set()
+    return context.has_keys.is_set()
+
+
+def caller_with(context: Services, key: ApiKey) -> Caller:
+    """The caller with this key. Raises AccessError where it has ended or was revoked."""
     if key.revoked_at is not None:
-        raise AccessError(401, f"key {key.id} ({key.name}) was revoked at {key.revoked_at:%Y-%m-%d %H:%M} UTC")
+        raise AccessError(401, f"{name_of(key)} was revoked at {key.revoked_at:%Y-%m-%d %H:%M} UTC")
     if not key.is_valid(context.now()):
-        raise AccessError(401, f"key {key.id} ({key.name}) ended at {key.expires_at:%Y-%m-%d %H:%M} UTC")
-    return Caller(f"key {key.id} ({key.name})", key.scopes)
+        raise AccessError(401, f"{name_of(key)} ended at {key.expires_at:%Y-%m-%d %H:%M} UTC")
+    return Caller(name_of(key), key.scopes)
+
+
+def name_of(key: ApiKey) -> str:
+    """The name of the caller with a key."""
+    return f"key {key.id} ({key.name})"
 
 
 async def caller_of(request: Request) -> Caller:

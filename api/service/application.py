@@ -12,7 +12,8 @@ from fastapi_offline import FastAPIOffline
 
 from api.service.bodies import BodyLimit
 from api.service.context import Services
-from api.service.middleware import LimitedReads, SameOriginDocumentation
+from api.service.headers import SecurityHeaders
+from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
 from api.service.resources import administration, jobs, laboratory, records, results, rig, runs, sequences
 from jointlab.drive.phase import Phase
@@ -76,7 +77,7 @@ def create_app(services: Services) -> FastAPI:
     handle_problems(app)
     _describe_problems(app)
     app.add_middleware(LimitedReads, is_at_work=partial(_is_at_work, services))
-    app.add_middleware(SameOriginDocumentation)
+    app.add_middleware(SecurityHeaders)
     app.add_middleware(BodyLimit)
     return app
 

@@ -3,9 +3,10 @@
 The dependencies of STOP are coroutines, because these wait for no thread.
 """
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -31,6 +32,8 @@ class Services:
         loopback: whether the service can be reached from this computer alone.
         jobs: queue of long computations; None where this service has none.
         now: the time by which keys end.
+        has_keys: threading.Event = field(default_factory=threading.Event)
+    session_lasts: time after which a log-in to the page ends.
         refusals: notes refused actions.
         bursts: notes what callers without a key cause.
         downloads: places for files that are sent.
@@ -41,6 +44,8 @@ class Services:
     loopback: bool = True
     jobs: JobQueue | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
+    has_keys: threading.Event = field(default_factory=threading.Event)
+    session_lasts: timedelta = timedelta(hours=12)
     refusals: RefusalLog = field(default_factory=RefusalLog)
     bursts: BurstLog = field(default_factory=BurstLog)
     downloads: DownloadPlaces = field(default_factory=DownloadPlaces)

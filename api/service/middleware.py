@@ -1,16 +1,10 @@
-"""Layers in front of the application: reads are limited while a run needs the interpreter, and the pages that describe
-the interface load nothing from another origin.
-"""
+"""A layer in front of the application: reads are limited while a run needs the interpreter."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from starlette.datastructures import MutableHeaders
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
-DOCUMENTATION = frozenset({"/docs", "/redoc"})
-SAME_ORIGIN = "default-src 'self' 'unsafe-inline' data: blob:"
-"""Content security policy; otherwise the libraries of these pages would fetch a logo."""
 PLACES = 2
 """The number of reads at a time: one may wait for the database while another one is written out."""
 LONGEST_REST = 0.02
@@ -55,23 +49,3 @@ def _is_read(scope: Scope) -> bool:
         and scope["path"].startswith("/api/")
         and not scope["path"].endswith(STREAMS)
     )
-
-
-class SameOriginDocumentation:
-    """Tells browsers that the documentation loads from this service alone."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request."""
-        if scope["type"] != "http" or scope["path"] not in DOCUMENTATION:
-            await self._app(scope, receive, send)
-            return
-
-        async def with_policy(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                MutableHeaders(scope=message)["Content-Security-Policy"] = SAME_ORIGIN
-            await send(message)
-
-        await self._app(scope, receive, with_policy)

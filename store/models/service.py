@@ -21,6 +21,16 @@ class ApiKeyRow(Recorded, Base):
     revoked_at: Mapped[datetime | None]
 
 
+class PageSessionRow(Recorded, Base):
+    """A session of the page for a key; only a hash of its secret is stored."""
+
+    __tablename__ = "page_sessions"
+
+    digest: Mapped[str] = mapped_column(unique=True)
+    key_id: Mapped[int] = mapped_column(ForeignKey("api_keys.id"))
+    ends_at: Mapped[datetime]
+
+
 class AuditEntryRow(Recorded, Base):
     """An action that was asked for, and its outcome; never changed. Each has the hash of itself and the last."""
 

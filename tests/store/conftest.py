@@ -4,7 +4,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from datetime import UTC, date, datetime
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
 from uuid import uuid4
@@ -32,6 +32,7 @@ from store.keys import add_key
 from store.models.base import Base
 from store.models.measurements import BlowWithdrawalRow
 from store.modes import ModeSet, add_modes
+from store.page_sessions import begin_page_session
 from store.requests import begin_request
 from store.rig_limits import save_rig_limits
 from store.runs import finish_run, start_run
@@ -365,7 +366,8 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
 def _add_requests(session: Session) -> None:
     # of a blow that was refused already, which changes no count
     session.add(BlowWithdrawalRow(blow_id=2, reason="struck beside", who="bench"))
-    add_key(session, "bench", [Scope.READ])
+    key, _ = add_key(session, "bench", [Scope.READ])
+    begin_page_session(session, key, datetime.now(UTC), timedelta(hours=1))
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
     save_sequence(session, "short", {"format": "jointlab-sequence/1"})

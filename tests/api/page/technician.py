@@ -20,6 +20,7 @@ from jointlab.client import Client
 from store.catalogue import Catalogue
 from store.keys import add_key
 from store.states import Scope
+from tests.waiting import until
 
 ROOT = Path(__file__).resolve().parents[3]
 START = 120.0  # s
@@ -82,6 +83,14 @@ class Service:
             lab.stop()
             with lab.driving("end of the test", by_force=True):
                 pass
+
+    @contextmanager
+    def browser(self, key: str = "") -> Iterator[httpx.Client]:
+        """A browser without scripts that is logged in, with the service's own key where none is given."""
+        with httpx.Client(base_url=self.address, timeout=30) as client:
+            # after a flood from this address, it has to wait for a token
+            until(lambda: client.post("/page/log-in", data={"key": key or self.key}).status_code == 303)
+            yield client
 
     def kill(self) -> None:
         """End it as a power cut would."""

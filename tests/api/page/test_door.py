@@ -58,7 +58,8 @@ def test_a_stranger_gets_no_socket_and_no_file(empty: Service, path: str) -> Non
 def test_a_key_that_may_not_read_is_refused(empty: Service) -> None:
     with Catalogue.open(empty.database) as catalogue, catalogue.writing() as session:
         _, secret = add_key(session, "who only controls", [Scope.CONTROL])
-    answer = httpx.get(empty.address + SOCKET, cookies={"jointlab-key": secret}, timeout=30)
+    with empty.browser(secret) as browser:
+        answer = browser.get(SOCKET)
     assert answer.status_code == 403
 
 
@@ -71,13 +72,15 @@ def test_a_key_that_may_not_read_is_refused(empty: Service) -> None:
     ],
 )  # fmt: skip
 def test_a_number_that_nothing_can_have_is_said_in_words(empty: Service, path: str) -> None:
-    answer = httpx.get(empty.address + path, cookies={"jointlab-key": empty.key}, timeout=30)
+    with empty.browser() as browser:
+        answer = browser.get(path)
     assert answer.status_code == 200, answer.text
 
 
 @pytest.mark.parametrize("path", [f"/page/files/{NUMBER}", f"/page/tables/{NUMBER}/modes.csv"])
 def test_a_file_of_a_number_that_nothing_can_have_is_not_asked_for(empty: Service, path: str) -> None:
-    answer = httpx.get(empty.address + path, cookies={"jointlab-key": empty.key}, timeout=30)
+    with empty.browser() as browser:
+        answer = browser.get(path)
     assert answer.status_code == 422
 
 
@@ -89,10 +92,12 @@ def test_a_silent_database_is_shown_and_stop_answers_all_the_same(
     tab.log_in()
     page = tab.go("/page/results?run=1")
     expect(page.get_by_text("Run 1: seen")).to_be_visible()
+    with service.browser() as browser:
+        cookies = browser.cookies
     server.send(signal.SIGSTOP)
     try:
         stops = []
-        with httpx.Client(base_url=service.address, cookies={"jointlab-key": service.key}, timeout=30) as client:
+        with httpx.Client(base_url=service.address, cookies=cookies, timeout=30) as client:
             for _ in range(10):
                 began = time.perf_counter()
                 assert client.post("/api/rig/stop").status_code == 409  # it drives no rig

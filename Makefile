@@ -28,7 +28,13 @@ $(VENV)/bin/python:
 		|| { echo "Jointlab needs Python 3.11 or newer; run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
+# Python brings an old pip, and with some versions an old setuptools, which nothing here uses.
+$(VENV)/.installed-pip: requirements-pip.lock | $(VENV)/bin/python
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-pip.lock
+	$(BIN)/pip uninstall --quiet --yes setuptools 2>/dev/null || true
+	@touch $@
+
+$(VENV)/.installed: requirements.lock pyproject.toml $(VENV)/.installed-pip
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --editable .
 	@touch $@

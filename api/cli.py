@@ -9,10 +9,10 @@ from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from threadpoolctl import threadpool_limits
 from typer.core import TyperGroup
 
+from api.commands.console import PlainConsole
 from store.version import software_version
 
 INTERRUPTED = 130
@@ -101,14 +101,14 @@ def main() -> None:
         app()
     except SystemExit as ended:
         if ended.code == INTERRUPTED:  # typer's code for Ctrl-C, of which it says nothing
-            Console(stderr=True).print("jointlab: interrupted", style="red")
+            PlainConsole(stderr=True).print("jointlab: interrupted", style="red")
         raise
     except Exception as error:
         from jointlab.errors import EXPECTED, exit_code  # imports the instruments' packages
 
         if not isinstance(error, EXPECTED):
             raise
-        Console(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red", markup=False, highlight=False)
+        PlainConsole(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red")
         sys.exit(exit_code(error))
 
 

@@ -42,6 +42,8 @@ class ServiceSettings(BaseModel):
     trusted_proxies: tuple[IPvAnyAddress, ...] = Field(
         default=(), description="addresses of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed"
     )
+    open_jobs: int = Field(default=20, ge=1, description="jobs of one key that may be queued or running")
+    export_days: float = Field(default=30.0, gt=0, description="days for which files of exports are kept")
     session_hours: float = Field(default=12.0, gt=0, le=720, description="hours after which a log-in to the page ends")
 
 

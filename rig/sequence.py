@@ -15,6 +15,7 @@ from analysis.errors import AnalysisError
 from rig.detectors import Document, StepDetectors
 from rig.errors import RequestError
 from rig.registers import COMMAND
+from rig.sequence_file import read_yaml
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
@@ -374,7 +375,7 @@ def load_sequence(path: Path) -> Sequence:
         SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
     """
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = read_yaml(path)
     except OSError as error:
         raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:

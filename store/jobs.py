@@ -6,12 +6,13 @@ there is exactly one result. The service measures the silence by its own clock (
 the times stored here are those of the worker's computer, whose clock may be wrong.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import select, update
+from sqlalchemy import case, func, select, update
 from sqlalchemy.orm import Session
 
 from store.errors import StoreError
@@ -93,11 +94,22 @@ def list_jobs(
     return [_job(row) for row in session.scalars(newest_first(query, JobRow.id, before, limit))]
 
 
-def take_job(session: Session) -> tuple[Job, str] | None:
-    """The oldest queued job, now running, and the token for its worker; None if no job waits."""
-    number = session.scalars(
-        select(JobRow.id).filter_by(state=JobState.QUEUED).order_by(JobRow.id).limit(1)
-    ).one_or_none()
+def count_open_jobs(session: Session, asked_by: str) -> int:
+    """The number of jobs that somebody has asked for and that are not over."""
+    query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(set(JobState) - set(OVER)))
+    return session.scalar(query) or 0
+
+
+def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
+    """The next queued job, now running, and the token for its worker; None if no job of these kinds waits.
+
+    Args:
+        session: of the database.
+        kinds: of the jobs that may be taken, the most urgent first. Of one kind, the oldest job is next.
+    """
+    urgency = case({kind: place for place, kind in enumerate(kinds)}, value=JobRow.kind)
+    waiting = select(JobRow.id).where(JobRow.state == JobState.QUEUED, JobRow.kind.in_(kinds))
+    number = session.scalars(waiting.order_by(urgency, JobRow.id).limit(1)).one_or_none()
     if number is None:
         return None
     now, token = datetime.now(UTC), uuid4().hex

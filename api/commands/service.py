@@ -19,6 +19,7 @@ from jointlab.drive.prompts import AutomaticOperator
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
+from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, load_settings
@@ -63,7 +64,8 @@ def serve(
         if not loopback:
             _refuse_without_keys(catalogue, host)
         lasts = timedelta(hours=settings.service.session_hours)
-        queue = JobQueue(catalogue, _executor(settings))
+        limits = JobLimits(settings.service.open_jobs, settings.service.export_days)
+        queue = JobQueue(catalogue, _executor(settings), limits)
         services = Services(catalogue, runs, loopback, queue, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")

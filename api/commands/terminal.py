@@ -13,8 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
+from api.commands.console import PlainConsole, visible
 from jointlab.errors import JointlabError
 from store.progress import Advance
 
@@ -23,9 +22,8 @@ if TYPE_CHECKING:
     from jointlab.settings import Settings
     from store.catalogue import Catalogue
 
-# names and paths may hold brackets, which are no markup
-out = Console(soft_wrap=True, highlight=False, markup=False)
-progress_console = Console(stderr=True, highlight=False, markup=False)
+out = PlainConsole(soft_wrap=True)
+progress_console = PlainConsole(stderr=True)
 LARGEST_RUN = 999_999_999  # an integer in every database
 
 
@@ -112,8 +110,8 @@ def _text(cell: Cell) -> str:
     from jointlab.report.section import Unknown
 
     if isinstance(cell, str):
-        return cell
-    return f"{cell.text} ({cell.why})" if isinstance(cell, Unknown) else cell.text
+        return visible(cell)
+    return visible(f"{cell.text} ({cell.why})" if isinstance(cell, Unknown) else cell.text)
 
 
 def check_writable(path: Path) -> None:

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from analysis.dof import Dof
+from api.commands.console import visible
 from api.commands.interrupts import raising_on_interrupt
 from rig.errors import RequestError
 from rig.events import (
@@ -146,7 +147,7 @@ class SequenceProgress:
 
     def _describe(self, task: TaskID | None, text: str) -> None:
         if task is not None:
-            self._bars.update(task, description=text)
+            self._bars.update(task, description=visible(text))
 
     def _advance(self, task: TaskID | None, steps: int = 1) -> None:
         if task is not None:

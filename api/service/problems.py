@@ -14,6 +14,7 @@ from starlette.routing import Match, Mount
 from analysis.errors import AnalysisError
 from daq.errors import ChannelError, DaqError
 from jointlab.errors import ConflictError, JointlabError
+from jointlab.jobs.limits import QuotaError
 from jointlab.supervision.lease import ForeignLeaseError
 from rig.completed_points import ResumeError
 from rig.errors import UNEXPECTED, RequestError, RigError
@@ -61,6 +62,7 @@ TITLES = {
 # The HTTP status of each error; the first class that fits counts.
 STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (PreconditionError, 412),
+    (QuotaError, 429),
     (ForeignLeaseError, 403),
     (ConflictError, 409),
     (ResumeError, 409),

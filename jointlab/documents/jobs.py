@@ -9,6 +9,9 @@ from jointlab.documents.fields import LARGEST, Request
 from jointlab.identification.options import Options
 from store.states import JobState
 
+MOST_CASES = 500
+"""Cases of a trial that the service carries out: half a day on two cores."""
+
 
 class JobDocument(BaseModel):
     """One job; times are UTC."""
@@ -43,7 +46,7 @@ class NewIdentification(Options, OfRun):
 class NewTrial(Request):
     """How many cases are drawn, and with which seed."""
 
-    cases: int = Field(ge=1, le=10_000)
+    cases: int = Field(ge=1, le=MOST_CASES, description="more are tried on the command line: jointlab gap trial")
     seed: int = Field(default=0, ge=0, le=LARGEST)
 
 

@@ -24,8 +24,8 @@ class Lost:
 class Executor(Protocol):
     """Carries out jobs, as many at a time as it has room for; used by one thread."""
 
-    def has_room(self) -> bool:
-        """Whether it can begin another job."""
+    def has_room(self, beyond: int = 0) -> bool:
+        """Whether it can begin another job, with so many places more than it has."""
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
         """Begin a job that was taken with `token`."""
@@ -52,9 +52,9 @@ class ProcessExecutor:
         self._workers = workers
         self._processes = dict[int, tuple[ForkServerProcess, str]]()
 
-    def has_room(self) -> bool:
+    def has_room(self, beyond: int = 0) -> bool:
         """Whether another process may begin."""
-        return len(self._processes) < self._workers
+        return len(self._processes) < self._workers + beyond
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
         """Begin a job in a process of its own."""
@@ -109,9 +109,9 @@ class DaskExecutor:
             raise JointlabError(f"no dask scheduler answers at {address}: {error}") from error
         self._futures = dict[int, tuple[Any, str]]()
 
-    def has_room(self) -> bool:
-        """Whether there is a worker without a job."""
-        return len(self._futures) < int(sum(self._client.nthreads().values()))
+    def has_room(self, beyond: int = 0) -> bool:
+        """Whether there is a worker without a job; beyond its workers, dask keeps jobs until one is free."""
+        return len(self._futures) < int(sum(self._client.nthreads().values())) + beyond
 
     def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
         """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""

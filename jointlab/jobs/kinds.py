@@ -31,15 +31,26 @@ Save = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Save]
 
 TRIAL = "jointlab.trials.run"
+HOUR = 3600.0  # s
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of job; `needs` are the names of its required parameters, `takes` those of the optional ones."""
+    """A kind of job.
+
+    Attributes:
+        needs: names of its required parameters.
+        work: does it.
+        longest: seconds that it may take.
+        takes: names of its optional parameters.
+        gives_way: whether others may be begun beside it where all places are taken.
+    """
 
     needs: tuple[str, ...]
     work: Work
+    longest: float
     takes: tuple[str, ...] = ()
+    gives_way: bool = False
 
 
 def kind_named(name: str) -> Kind:
@@ -118,9 +129,10 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
-KINDS: Mapping[str, Kind] = {
-    "identify": Kind(("run",), identify, takes=tuple(Options.model_fields)),
-    "diagnose": Kind(("run",), diagnose),
-    "trial": Kind(("cases", "seed"), trial),
-    "export": Kind(("run", "form"), export),
+KINDS: dict[str, Kind] = {
+    "diagnose": Kind(("run",), diagnose, 2 * HOUR),
+    "identify": Kind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
+    "export": Kind(("run", "form"), export, HOUR),
+    "trial": Kind(("cases", "seed"), trial, 12 * HOUR, gives_way=True),
 }
+"""The kinds, the most urgent first: what a person waits for is done before a trial."""

@@ -3,19 +3,43 @@
 import logging
 import threading
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from jointlab.jobs.executors import Executor, Lost
-from jointlab.jobs.kinds import kind_named
+from jointlab.jobs.kinds import HOUR, KINDS, kind_named
+from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from jointlab.jobs.stale_workers import StaleWorkers
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.jobs import Job, add_job, cancel_job, list_jobs, lose_job, signs_of_life, take_job
+from store.jobs import (
+    Job,
+    LeaseLostError,
+    add_job,
+    cancel_job,
+    count_open_jobs,
+    fail_job,
+    list_jobs,
+    lose_job,
+    signs_of_life,
+    take_job,
+)
 from store.states import JobState
 
 POLL = 0.25  # s
 STALE_CHECK = 5.0  # s between two checks for workers without a sign of life
+CLEANING = 3600.0  # s between two looks for old exports
+LIMITS = JobLimits()
 log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A job that was begun here: its token, when it has to be over (monotonic, s), and its kind."""
+
+    token: str
+    ends: float
+    kind: str
 
 
 class JobQueue:
@@ -24,9 +48,12 @@ class JobQueue:
     Several queues may serve one database: each job is taken by one of them.
     """
 
-    def __init__(self, catalogue: Catalogue, executor: Executor) -> None:
+    def __init__(self, catalogue: Catalogue, executor: Executor, limits: JobLimits = LIMITS) -> None:
         self._catalogue = catalogue
         self._executor = executor
+        self._limits = limits
+        self._begun = dict[int, _Begun]()
+        self._cleaned = -CLEANING
         self._dropped = set[int]()
         self._wake = threading.Event()
         self._closed = False
@@ -36,11 +63,19 @@ class JobQueue:
         self._thread.start()
 
     def add(self, kind: str, parameters: dict[str, Any], who: str) -> Job:
-        """Queue a job. Raises JointlabError where there is no such kind, StoreError where it cannot be stored."""
+        """Queue a job.
+
+        Raises:
+            JointlabError: there is no such kind.
+            QuotaError: too many jobs of this caller are not over.
+            StoreError: it cannot be stored.
+        """
         needs, takes = kind_named(kind).needs, kind_named(kind).takes
         given = set(parameters)
         assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"
         with self._catalogue.writing() as session:
+            if (waiting := count_open_jobs(session, who)) >= self._limits.open_jobs:
+                raise QuotaError(f"{waiting} jobs of {who} are not over; wait for one of them, or cancel one")
             job = add_job(session, kind, parameters, who)
         self._wake.set()
         return job
@@ -75,6 +110,10 @@ class JobQueue:
         while self._dropped:
             self._executor.drop(self._dropped.pop())
         self._lose(self._executor.lost())
+        self._end_overdue()
+        if time.monotonic() - self._cleaned > CLEANING:
+            self._cleaned = time.monotonic()
+            remove_old_exports(self._catalogue, self._limits.export_days)
         if time.monotonic() - self._checked > STALE_CHECK:
             self._checked = time.monotonic()
             with self._catalogue.reading() as session:
@@ -82,9 +121,9 @@ class JobQueue:
             self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in stale])
             for sign in stale:  # a worker that hangs would take the place of another
                 self._executor.drop(sign.job_id)
-        while not self._closed and self._executor.has_room() and self._is_waiting():
+        while not self._closed and (kinds := self._kinds_with_room()) and self._is_waiting():
             with self._catalogue.writing() as session:
-                taken = take_job(session)
+                taken = take_job(session, kinds)
             if taken is None:
                 return
             job, token = taken
@@ -93,6 +132,31 @@ class JobQueue:
             except Exception as error:
                 self._lose([Lost(job.id, token, f"no worker could begin it: {error}")])
                 raise
+            self._begun[job.id] = _Begun(token, time.monotonic() + kind_named(job.kind).longest, job.kind)
+
+    def _kinds_with_room(self) -> tuple[str, ...]:
+        """The kinds that may be begun now; beside those that give way, so many more of the others."""
+        if self._executor.has_room():
+            return tuple(KINDS)
+        with self._catalogue.reading() as session:
+            running = list_jobs(session, state=JobState.RUNNING)
+        patient = [job for job in running if job.id in self._begun and kind_named(job.kind).gives_way]
+        if not (patient and self._executor.has_room(len(patient))):
+            return ()
+        return tuple(name for name, kind in KINDS.items() if not kind.gives_way)
+
+    def _end_overdue(self) -> None:
+        """End the jobs that were begun here and take longer than their kind may."""
+        now = time.monotonic()
+        for job, begun in [each for each in self._begun.items() if now > each[1].ends]:
+            del self._begun[job]
+            hours = kind_named(begun.kind).longest / HOUR
+            try:
+                with self._catalogue.writing() as session:
+                    fail_job(session, job, begun.token, f"it took longer than the {hours:g} h of a job {begun.kind}")
+            except LeaseLostError:
+                continue  # it is over, or another worker has it
+            self._executor.drop(job)
 
     def _is_waiting(self) -> bool:
         """Whether a job is queued; a read, so that no writer has to wait."""

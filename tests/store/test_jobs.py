@@ -13,6 +13,7 @@ from store.jobs import (
     SignOfLife,
     add_job,
     cancel_job,
+    count_open_jobs,
     fail_job,
     finish_job,
     get_job,
@@ -23,6 +24,8 @@ from store.jobs import (
     take_job,
 )
 from store.states import JobState
+
+KINDS = ("identify", "trial")
 
 
 @pytest.fixture
@@ -35,7 +38,7 @@ def job(catalogue: Catalogue) -> Job:
 def take(catalogue: Catalogue) -> Callable[[], tuple[Job, str]]:
     def taken() -> tuple[Job, str]:
         with catalogue.writing() as session:
-            found = take_job(session)
+            found = take_job(session, KINDS)
         assert found is not None
         return found
 
@@ -47,10 +50,28 @@ def now_is(catalogue: Catalogue, job: Job) -> Job:
         return get_job(session, job.id)
 
 
+def test_the_most_urgent_kind_is_taken_first_and_no_other_than_those_asked_for(catalogue: Catalogue, job: Job) -> None:
+    with catalogue.writing() as session:
+        add_job(session, "trial", {}, "bench")
+        add_job(session, "trial", {}, "bench")
+        taken = [take_job(session, kinds) for kinds in (["export"], ["trial", "identify"], ["identify"], ["identify"])]
+    assert [each and each[0].id for each in taken] == [None, 2, job.id, None]
+
+
+def test_open_jobs_are_counted_for_each_who_asked(catalogue: Catalogue, job: Job) -> None:
+    with catalogue.writing() as session:
+        add_job(session, "trial", {}, "bench")
+        assert (count_open_jobs(session, "bench"), count_open_jobs(session, "ann")) == (2, 0)
+        take_job(session, KINDS)
+        assert count_open_jobs(session, "bench") == 2
+        cancel_job(session, job.id)
+        assert count_open_jobs(session, "bench") == 1
+
+
 def test_a_job_is_taken_once_and_the_oldest_first(catalogue: Catalogue, job: Job) -> None:
     with catalogue.writing() as session:
         add_job(session, "trial", {}, "bench")
-        first, second, third = take_job(session), take_job(session), take_job(session)
+        first, second, third = take_job(session, KINDS), take_job(session, KINDS), take_job(session, KINDS)
     assert first is not None
     assert second is not None
     assert (first[0].id, second[0].kind, third) == (job.id, "trial", None)

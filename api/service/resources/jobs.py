@@ -47,7 +47,7 @@ def queues(*statuses: int) -> dict[str, Any]:
     next_requests = links(202, "job_id", "jobs-get", "jobs-cancel", "exports-file")
     return {
         "status_code": 202, "response_model": JobDocument, "name": "create",
-        "responses": problems(409, *statuses) | next_requests,
+        "responses": problems(409, 429, *statuses) | next_requests,
     }  # fmt: skip
 
 

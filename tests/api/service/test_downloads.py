@@ -26,7 +26,7 @@ def export(catalogue: Catalogue) -> int:
     (folder / "large.h5").write_bytes(bytes(SIZE))
     with catalogue.writing() as session:
         add_job(session, "export", {"run": 1, "form": "hdf5"}, "test")
-        taken = take_job(session)
+        taken = take_job(session, ["export"])
         assert taken is not None
         finish_job(session, taken[0].id, taken[1], {"file": "large.h5", "bytes": SIZE})
     return taken[0].id

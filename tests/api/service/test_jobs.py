@@ -10,13 +10,15 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.documents.jobs import MOST_CASES
 from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import StoredDiagnosis, add_diagnosis
-from store.states import AnalysisKind
-from tests.api.service.conftest import Acting, served
+from store.states import AnalysisKind, Scope
+from tests.api.service.conftest import Acting, MakeKey, served
 
 
 @pytest.fixture
@@ -134,3 +136,21 @@ def test_a_trial_is_queued_as_a_job(jobs_client: httpx.Client, acting: Acting, m
 def test_a_service_without_jobs_says_so(client: httpx.Client, acting: Acting) -> None:
     answer = client.post("/api/trials", json={"cases": 2}, headers=acting())
     assert (answer.status_code, "does no jobs" in answer.json()["detail"]) == (409, True)
+
+
+def test_a_key_that_has_too_many_jobs_is_told_so(
+    measured: int, catalogue: Catalogue, acting: Acting, make_key: MakeKey
+) -> None:
+    queue = JobQueue(catalogue, ProcessExecutor(), JobLimits(open_jobs=2))
+    ann, bob = make_key(Scope.ANALYSE), make_key(Scope.ANALYSE)
+    with served(create_app(Services(catalogue, jobs=queue))) as client:
+        asked = [client.post("/api/trials", json={"cases": 1}, headers=acting(ann)) for _ in range(3)]
+        other = client.post("/api/trials", json={"cases": 1}, headers=acting(bob))
+        assert [each.status_code for each in (*asked, other)] == [202, 202, 429, 202]
+        assert "are not over" in asked[-1].json()["detail"]
+        for each in (*asked[:2], other):
+            client.post(f"/api/jobs/{each.json()['id']}/cancel", headers=acting(ann))
+
+
+def test_a_trial_of_too_many_cases_is_refused(jobs_client: httpx.Client, acting: Acting) -> None:
+    assert jobs_client.post("/api/trials", json={"cases": MOST_CASES + 1}, headers=acting()).status_code == 422

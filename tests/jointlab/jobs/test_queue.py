@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -10,11 +11,14 @@ from sqlalchemy import text
 
 from jointlab.errors import JointlabError
 from jointlab.jobs.executors import ProcessExecutor
-from jointlab.jobs.kinds import exports_folder
+from jointlab.jobs.kinds import KINDS, exports_folder
+from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
+from store.jobs import take_job
 from store.states import JobState
 from tests.jointlab.jobs.conftest import Wait
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -25,6 +29,21 @@ def executor() -> ProcessExecutor:
 @pytest.fixture
 def queue(catalogue: Catalogue, executor: ProcessExecutor) -> Iterator[JobQueue]:
     made = JobQueue(catalogue, executor)
+    yield made
+    made.close()
+
+
+class Full(ProcessExecutor):
+    """Has no room for anything."""
+
+    def has_room(self, beyond: int = 0) -> bool:
+        return False
+
+
+@pytest.fixture
+def idle(catalogue: Catalogue) -> Iterator[JobQueue]:
+    """A queue that begins nothing, with three jobs for a caller."""
+    made = JobQueue(catalogue, Full(), JobLimits(open_jobs=3))
     yield made
     made.close()
 
@@ -117,8 +136,71 @@ def test_an_export_is_a_file_beside_the_waveforms(
 
 
 def test_a_kind_that_there_is_not_is_refused(queue: JobQueue) -> None:
-    with pytest.raises(JointlabError, match="no kind of job 'dance'; there are identify"):
+    with pytest.raises(JointlabError, match="no kind of job 'dance'; there are diagnose"):
         queue.add("dance", {}, "test")
+
+
+def test_a_job_that_takes_longer_than_its_kind_may_is_ended(
+    queue: JobQueue, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(KINDS, "identify", replace(KINDS["identify"], longest=0.0))
+    job = wait_for(queue.add("identify", {"run": 1}, "test"))
+    assert (job.state, job.error) == (JobState.FAILED, "it took longer than the 0 h of a job identify")
+    after = queue.add("export", {"run": 1, "form": "bundle"}, "test")  # there is room again
+    assert wait_for(after).state is JobState.DONE
+
+
+def test_a_caller_has_a_number_of_jobs_that_are_not_over(catalogue: Catalogue, idle: JobQueue) -> None:
+    first, *_ = [idle.add("identify", {"run": 1}, "ann") for _ in range(3)]
+    with pytest.raises(QuotaError, match="3 jobs of ann are not over"):
+        idle.add("identify", {"run": 1}, "ann")
+    idle.add("identify", {"run": 1}, "bob")
+    idle.cancel(first.id)
+    idle.add("identify", {"run": 1}, "ann")
+
+
+def test_what_a_person_waits_for_is_done_before_trials(catalogue: Catalogue, idle: JobQueue) -> None:
+    asked = ("trial", "trial", "export", "identify", "diagnose", "identify")
+    parameters = {"trial": {"cases": 1, "seed": 1}, "export": {"run": 1, "form": "hdf5"}}
+    for number, kind in enumerate(asked):
+        idle.add(kind, parameters.get(kind, {"run": 1}), str(number))
+    with catalogue.writing() as session:
+        taken = [take_job(session, tuple(KINDS)) for _ in asked]
+    done = [(each[0].kind, each[0].asked_by) for each in taken if each is not None]
+    assert done == [
+        ("diagnose", "4"), ("identify", "3"), ("identify", "5"), ("export", "2"), ("trial", "0"), ("trial", "1"),
+    ]  # fmt: skip
+
+
+def test_a_person_does_not_wait_for_a_trial_that_holds_the_only_place(queue: JobQueue, wait_for: Wait) -> None:
+    trial = queue.add("trial", {"cases": 500, "seed": 1}, "ann")
+    wait_for(trial, lambda found: found.state is JobState.RUNNING)
+    second = queue.add("trial", {"cases": 500, "seed": 2}, "ann")
+    assert wait_for(queue.add("export", {"run": 1, "form": "bundle"}, "bob")).state is JobState.DONE
+    assert [queue.cancel(each.id).attempts for each in (trial, second)] == [1, 0]
+
+
+def test_old_files_of_exports_are_removed_and_nothing_else(catalogue: Catalogue) -> None:
+    folder = exports_folder(catalogue)
+    folder.mkdir()
+    for name in ("run-1-1-1.zip", "run-1-2-1.h5", "run-1-3-1.html", "run-1-4-1.h5", "run-1-notes.txt", "other.zip"):
+        path = folder / name
+        path.write_bytes(b"x")
+        if name != "run-1-4-1.h5":
+            os.utime(path, (0, 0))
+    assert remove_old_exports(catalogue, 30) == 3
+    assert sorted(path.name for path in folder.iterdir()) == ["other.zip", "run-1-4-1.h5", "run-1-notes.txt"]
+
+
+def test_a_queue_removes_old_files_by_itself(catalogue: Catalogue) -> None:
+    folder = exports_folder(catalogue)
+    folder.mkdir()
+    old = folder / "run-1-1-1.zip"
+    old.write_bytes(b"x")
+    os.utime(old, (0, 0))
+    queue = JobQueue(catalogue, ProcessExecutor(1))
+    until(lambda: not old.exists())
+    queue.close()
 
 
 def test_jobs_of_a_queue_that_is_closed_are_done_by_the_next(

@@ -1,0 +1,41 @@
+"""Limits of jobs: how many of one caller wait, and how long a file of an export is kept."""
+
+import logging
+import time
+from dataclasses import dataclass
+
+from jointlab.errors import ConflictError
+from jointlab.jobs.kinds import FORMS, exports_folder
+from store.catalogue import Catalogue
+
+DAY = 86_400.0  # s
+log = logging.getLogger(__name__)
+
+
+class QuotaError(ConflictError):
+    """So many jobs of this caller are not over that there is no place for another."""
+
+
+@dataclass(frozen=True)
+class JobLimits:
+    """The limits.
+
+    Attributes:
+        open_jobs: jobs of one caller that are queued or running.
+        export_days: days for which the file of an export is kept.
+    """
+
+    open_jobs: int = 20
+    export_days: float = 30.0
+
+
+def remove_old_exports(catalogue: Catalogue, days: float) -> int:
+    """Remove the files of exports that are older than so many days; how many. Other files stay."""
+    oldest, removed = time.time() - days * DAY, 0
+    for path in exports_folder(catalogue).glob("run-*"):
+        if path.suffix in FORMS.values() and path.stat().st_mtime < oldest:
+            path.unlink(missing_ok=True)
+            removed += 1
+    if removed:
+        log.info("%s files of exports that were older than %g days are removed", removed, days)
+    return removed

@@ -1,0 +1,44 @@
+"""YAML files of sequences: plain values of a bounded size, whoever wrote the file."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+LARGEST_FILE = 1_000_000
+"""Bytes of a file at most; a sequence has some thousands."""
+MOST_VALUES = 100_000
+"""Values of a document at most, where those that an alias (`*`) stands for count each time."""
+
+
+def read_yaml(path: Path) -> Any:
+    """The values of a YAML file.
+
+    Raises:
+        OSError, UnicodeDecodeError: it cannot be read.
+        yaml.YAMLError and other errors of PyYAML: it is no YAML, or larger than `LARGEST_FILE` or `MOST_VALUES`.
+    """
+    with path.open("rb") as file:
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise yaml.YAMLError(f"the file has more than {LARGEST_FILE} bytes")
+    loader = yaml.SafeLoader(content.decode("utf-8"))
+    try:
+        document = loader.get_single_node()
+        if document is None:
+            return None
+        if (values := _values(document, {})) > MOST_VALUES:
+            raise yaml.YAMLError(f"the document has {values:.3g} values with those of its aliases, or holds itself")
+        return loader.construct_document(document)
+    finally:
+        loader.dispose()
+
+
+def _values(node: yaml.Node, known: dict[int, float]) -> float:
+    """The number of values below a node and of itself; infinite where it holds itself. `known` are those counted."""
+    if id(node) not in known:
+        known[id(node)] = float("inf")  # as long as it is not counted
+        parts = node.value if isinstance(node, yaml.CollectionNode) else ()
+        below = (each for part in parts for each in (part if isinstance(part, tuple) else (part,)))
+        known[id(node)] = 1 + sum(_values(each, known) for each in below)
+    return known[id(node)]

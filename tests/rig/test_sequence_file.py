@@ -1,0 +1,43 @@
+"""YAML files that would fill the memory are refused before they do."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rig.sequence import SequenceError, load_sequence
+from rig.sequence_file import LARGEST_FILE, MOST_VALUES, read_yaml
+
+BOMB = "\n".join(["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"] + [
+    f"a{level}: &a{level} [{', '.join(10 * [f'*a{level - 1}'])}]" for level in range(1, 30)
+])  # fmt: skip
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "sequence.yaml"
+
+
+@pytest.mark.parametrize("text", [BOMB, "a: &a [*a]", "&a {b: *a}", f"[{(MOST_VALUES + 1) * 'x, '}]"])
+def test_a_document_of_too_many_values_is_refused_in_words(file: Path, text: str) -> None:
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(SequenceError, match="values with those of its aliases"):
+        load_sequence(file)
+
+
+def test_a_file_that_is_too_large_is_refused_in_words(file: Path) -> None:
+    file.write_bytes(b"#" * (LARGEST_FILE + 1))
+    with pytest.raises(SequenceError, match="more than 1000000 bytes"):
+        load_sequence(file)
+
+
+@pytest.mark.parametrize("text", ["", "a: 1", "a: &a [1, 2]\nb: *a\nc: {<<: {d: 2026-01-02}}", "[~, 1.5, x]", "--- \n"])
+def test_other_documents_are_read_as_ever(file: Path, text: str) -> None:
+    file.write_text(text, encoding="utf-8")
+    assert read_yaml(file) == yaml.safe_load(text)
+
+
+def test_a_second_document_is_refused(file: Path) -> None:
+    file.write_text("a: 1\n---\nb: 2\n", encoding="utf-8")
+    with pytest.raises(SequenceError, match="not valid YAML"):
+        load_sequence(file)

@@ -14,11 +14,11 @@ from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Send
 from starlette.types import Scope as AsgiScope
 
-from api.page.floods import TokenBuckets
 from api.page.login import HOME, Login, log_in_address, log_in_form, login_of
 from api.service.access import LONGEST_LOOKUP, stranger
 from api.service.context import Services
 from api.service.deadlines import within
+from api.service.floods import TokenBuckets
 from api.service.problems import AccessError, problem
 from store.errors import StoreError
 from store.states import Scope

@@ -1,5 +1,6 @@
 """The web server in front of the application: what it takes from a network on which anybody may connect."""
 
+import logging
 import resource
 import ssl
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from fastapi import FastAPI
 
 from api.service.bodies import LARGEST
 from api.service.connections import GuardedProtocol
+from api.service.floods import TokenBuckets
 from jointlab.errors import JointlabError
 
 GRACE = 5
@@ -37,7 +39,23 @@ def make_server(
         server_header=False, proxy_headers=bool(trusted_proxies), forwarded_allow_ips=[*map(str, trusted_proxies)],
         ssl_context_factory=None if tls is None else lambda _config, _default: tls,
     )  # fmt: skip
+    logging.getLogger("uvicorn.error").addFilter(_FEW)
     return uvicorn.Server(config)
+
+
+class _FewWarnings(logging.Filter):
+    """Passes few of the same warning, because whoever sends bad requests decides how many there are."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._buckets = TokenBuckets(10, 1 / 60)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is written."""
+        return record.levelno != logging.WARNING or self._buckets.take(str(record.msg))
+
+
+_FEW = _FewWarnings()
 
 
 def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:

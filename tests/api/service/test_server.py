@@ -1,5 +1,6 @@
 """The web server: encrypted if wanted, and open to nobody whom a proxy brings."""
 
+import logging
 import shutil
 import ssl
 import subprocess
@@ -19,6 +20,7 @@ from store.catalogue import Catalogue
 from store.states import Scope
 from tests.api.conftest import Command
 from tests.api.service.conftest import Acting, MakeKey, served
+from tests.api.service.wire import answer, connected
 
 PASSED_ON = (
     {"X-Forwarded-For": "198.51.100.7"},
@@ -69,6 +71,21 @@ def test_a_key_opens_the_service_behind_a_proxy(catalogue: Catalogue, make_key: 
     headers = {"Authorization": f"Bearer {make_key(Scope.READ)}", "X-Forwarded-For": "198.51.100.7"}
     with behind(catalogue) as client:
         assert client.get("/api/runs", headers=headers).status_code == 200
+
+
+def test_bad_requests_do_not_fill_the_log(client: httpx.Client) -> None:
+    written = list[logging.LogRecord]()
+    handler = logging.Handler()
+    handler.emit = written.append  # type: ignore[method-assign]  # the shortest way to see what is written
+    logging.getLogger("uvicorn.error").addHandler(handler)
+    try:
+        for _ in range(100):
+            with connected(client) as connection:
+                connection.sendall(b"nonsense\r\n\r\n")
+                assert answer(connection)[0] == 400
+    finally:
+        logging.getLogger("uvicorn.error").removeHandler(handler)
+    assert len(written) <= 12
 
 
 def test_an_encrypted_service_answers_over_tls_alone(catalogue: Catalogue, certificate: tuple[Path, Path]) -> None:

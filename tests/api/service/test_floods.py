@@ -1,6 +1,6 @@
 """Token buckets: each caller has its own."""
 
-from api.page.floods import MOST_CALLERS, TokenBuckets
+from api.service.floods import MOST_CALLERS, TokenBuckets
 
 
 def test_a_caller_has_so_many_at_once_and_then_so_many_a_second() -> None:

@@ -1,4 +1,4 @@
-"""Floods of requests to the page: each caller has a number of requests at once, and so many a second from then on."""
+"""Floods of one caller: so many at once, and so many a second from then on."""
 
 import time
 from collections import OrderedDict

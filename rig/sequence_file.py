@@ -28,7 +28,8 @@ def read_yaml(path: Path) -> Any:
         if document is None:
             return None
         if (values := _values(document, {})) > MOST_VALUES:
-            raise yaml.YAMLError(f"the document has {values:.3g} values with those of its aliases, or holds itself")
+            found = "holds itself" if values == float("inf") else f"has {values:.3g} values with those of its aliases"
+            raise yaml.YAMLError(f"the document {found}")
         return loader.construct_document(document)
     finally:
         loader.dispose()

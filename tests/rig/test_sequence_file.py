@@ -21,7 +21,7 @@ def file(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("text", [BOMB, "a: &a [*a]", "&a {b: *a}", f"[{(MOST_VALUES + 1) * 'x, '}]"])
 def test_a_document_of_too_many_values_is_refused_in_words(file: Path, text: str) -> None:
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(SequenceError, match="values with those of its aliases"):
+    with pytest.raises(SequenceError, match=r"values with those of its aliases|holds itself"):
         load_sequence(file)
 
 

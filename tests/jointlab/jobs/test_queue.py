@@ -5,6 +5,7 @@ import signal
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import timedelta
+from typing import Any
 
 import pytest
 from sqlalchemy import text
@@ -161,7 +162,7 @@ def test_a_caller_has_a_number_of_jobs_that_are_not_over(catalogue: Catalogue, i
 
 def test_what_a_person_waits_for_is_done_before_trials(catalogue: Catalogue, idle: JobQueue) -> None:
     asked = ("trial", "trial", "export", "identify", "diagnose", "identify")
-    parameters = {"trial": {"cases": 1, "seed": 1}, "export": {"run": 1, "form": "hdf5"}}
+    parameters: dict[str, dict[str, Any]] = {"trial": {"cases": 1, "seed": 1}, "export": {"run": 1, "form": "hdf5"}}
     for number, kind in enumerate(asked):
         idle.add(kind, parameters.get(kind, {"run": 1}), str(number))
     with catalogue.writing() as session:

@@ -34,6 +34,7 @@ from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, refined
 from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parameter import Estimate
+from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
 from analysis.gap.verdict import (
     UNKNOWN,
@@ -102,6 +103,7 @@ class Diagnosis:
         included: effects that may be there, the most probable first.
         mechanisms: probability of each.
         remainder: what the verdict leaves.
+        nuisances: scales of what differs on every bench, as stated or found.
     """
 
     status: Status
@@ -122,6 +124,7 @@ class Diagnosis:
     included: tuple[EffectFound, ...]
     mechanisms: dict[Mechanism, float]
     remainder: Remainder
+    nuisances: Scales
 
 
 Progress = Callable[[str, float], None]
@@ -133,6 +136,9 @@ LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
+NO_FIT, MENDED = 100.0, 0.5
+"""Per cent of a held-out gap from which a model predicts no better than zero would, and the part of it that an effect
+may leave if that was the cause."""
 CERTAINTY = 0.99
 """Probability of an effect that records show; the checks themselves err far less often."""
 
@@ -174,7 +180,7 @@ def diagnose(
     best = max(parallel_map(partial(refined, measurement=fine), first), key=lambda each: each.log_evidence)
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
     none, *contest = parallel_map(alike, [coarse, *chosen])
-    weighed = weigh(none, contest, calibration)
+    weighed = weigh(none, contest, calibration, left_out=True)
     report("measuring the gap on held-out data", 0.85)
     measured = measured_gaps(none, weighed, measurement, parallel_map)
     weighed = held_to_account(weighed, none, measured)
@@ -183,6 +189,9 @@ def diagnose(
     gaps = gaps_where_asked(measured, after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
+    unfit = _unfit(gaps.by_model[id(none)], gaps.by_model[id(after)])
+    if unfit:
+        status, after = Status.UNKNOWN, none
     ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model)), calibration) for each in listed(weighed))
     confounded = confounded_effects(weighed)
     result = Diagnosis(
@@ -200,10 +209,11 @@ def diagnose(
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
-        missing_evidence=missing_evidence(measurement),
+        missing_evidence=(*unfit, *missing_evidence(measurement)),
         included=effects_found(weighed, calibration),
         mechanisms=mechanisms_found(weighed),
         remainder=remainder_of(after, gaps.by_model[id(after)]),
+        nuisances=after.fit.likelihood.scales,
     )
     report("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])
@@ -294,6 +304,16 @@ def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
         return Status.NONE
     explained = at_the_floor and _explained(verdict.model, none) >= EXPLAINED_SHARE
     return Status.EXPLAINED if explained else Status.PARTIAL
+
+
+def _unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
+    """A sentence where the paper's model predicts nothing and no effect mends that; no cause can then be told."""
+    if before.overall.percent < NO_FIT or after.overall.percent < MENDED * NO_FIT:
+        return ()
+    return (
+        f"the paper's model does not fit at all (gap {before.overall.percent:.0f} % on data that it did not see), so "
+        "no cause can be told: check units, positions of nodes and joints, and which file belongs to which rig",
+    )
 
 
 def _explained(model: Model, none: Model) -> float:

@@ -8,6 +8,7 @@ from analysis.gap.effect import Effect
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
 from analysis.gap.measurement import Measurement
+from analysis.gap.predictive import log_predictive_density
 from analysis.gap.residual_structure import Misfit, misfit
 from analysis.gap.scale_estimate import rescaled, with_likely_scales
 from analysis.gap.scales import Scales
@@ -45,6 +46,10 @@ class Model:
     def misfit(self) -> Misfit:
         """The misfit beyond noise."""
         return misfit(self.fit)
+
+    def log_predictive_density(self, temperature: float) -> float:
+        """Of parts of the data that are left out in turn."""
+        return log_predictive_density(self.fit, temperature)
 
     def places(self, effect: int) -> range:
         """Indices, among the shared parameters, of those of one of its effects."""

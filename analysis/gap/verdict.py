@@ -5,7 +5,7 @@ prior, so that a trace that every bench has explains nothing. What the best expl
 it is said beside it, and only where it is most of the gap is the cause likely to be in no catalogue.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -58,7 +58,7 @@ class Weighed:
     Attributes:
         effects: ids; ("unknown",) for a cause that the catalogue does not have.
         model: its most probable law; that of the best explanation for the unknown.
-        score: logarithm of its probability, up to a constant.
+        score: logarithm of its probability.
         probability: all sum to one.
     """
 
@@ -138,6 +138,10 @@ class Contest:
         """Log evidence of one law, up to a constant."""
         return self._scores[id(model)]
 
+    def foresight(self, model: Model) -> float:
+        """Log density of data that are left out."""
+        return model.log_predictive_density(self.temperature)
+
     def as_trace(self, model: Model, effect: int) -> float:
         """Log evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
         parameters = model.effects[effect].parameters
@@ -151,38 +155,57 @@ class Contest:
         return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
 
 
-def weigh(none: Model, models: Sequence[Model], calibration: Calibration) -> tuple[Weighed, ...]:
+def weigh(
+    none: Model, models: Sequence[Model], calibration: Calibration, left_out: bool = False
+) -> tuple[Weighed, ...]:
     """Explanations by probability, the best first.
 
     Args:
         none: the paper's model, fitted to the same data as
         models: with any number of effects, of any number of laws.
         calibration: what trials say.
+        left_out: whether the density of data that are left out counts beside the evidence; each then has half a say.
     """
     contest = Contest(none, models, calibration)
-    by_law = [each for each in (none, *models) if not any(effect.law_free for effect in each.effects)]
+    by_evidence, best = _weights(contest, contest.score, contest.as_trace)
+    weights = by_evidence
+    if left_out:
+        foreseen, _ = _weights(contest, contest.foresight, lambda *_: float("-inf"))
+        weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
+    top = best[max(weights, key=lambda ids: weights[ids])]
+    odds = outside_log_odds(none, top, calibration)
+    logs = {ids: weight + float(np.log(expit(-odds))) for ids, weight in weights.items()}
+    result = [Weighed(ids, best[ids], score, float(np.exp(score))) for ids, score in logs.items()]
+    result.append(Weighed(UNKNOWN, top, float(np.log(expit(odds))), float(expit(odds))))
+    return tuple(sorted(result, key=lambda each: -each.probability))
+
+
+Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], Model]]
+"""By ids, the log probability if the cause is in the catalogue, and the best model."""
+
+
+def _weights(
+    contest: Contest, score: Callable[[Model], float], as_trace: Callable[[Model, int], float]
+) -> Explanations:
+    every = (contest.none, *contest.models)
+    by_law = [each for each in every if not any(effect.law_free for effect in each.effects)]
     laws = dict[tuple[str, ...], list[tuple[float, Model]]]()
     for each in by_law:
-        laws.setdefault(tuple(sorted(each.ids)), []).append((contest.score(each), each))
-    named = {ids: max(score for score, _ in of) for ids, of in laws.items()}
-    for each in models:
+        laws.setdefault(tuple(sorted(each.ids)), []).append((score(each), each))
+    named = {ids: max(of for of, _ in found) for ids, found in laws.items()}
+    for each in every:
         for ids, share in _closest(each, named).items():
-            laws[ids].append((contest.score(each) + share, each))
-    scores = {ids: _averaged([score for score, _ in of]) for ids, of in laws.items()}
+            laws[ids].append((score(each) + share, each))
+    scores = {ids: _averaged([of for of, _ in found]) for ids, found in laws.items()}
     for each in by_law:  # a trace of one effect belongs to the explanation without it
         for place, effect in enumerate(each.effects):
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
-            if rest in scores and (rest or none.misfit.certain == 0.0):
-                scores[rest] = max(scores[rest], contest.as_trace(each, place))
-    weighed = {ids: score + log_prior(ids, calibration) for ids, score in scores.items()}
-    best = {ids: max(of, key=lambda each: each[0])[1] for ids, of in laws.items()}
-    top = best[max(weighed, key=lambda ids: weighed[ids])]
-    odds = outside_log_odds(none, top, calibration)
-    total = logsumexp(list(weighed.values()))
-    inside = float(np.log(expit(-odds))) - total
-    result = [Weighed(ids, best[ids], score, float(np.exp(score + inside))) for ids, score in weighed.items()]
-    result.append(Weighed(UNKNOWN, top, float(total + odds), float(expit(odds))))
-    return tuple(sorted(result, key=lambda each: -each.probability))
+            if rest in scores and (rest or contest.none.misfit.certain == 0.0):
+                scores[rest] = max(scores[rest], as_trace(each, place))
+    weights = {ids: of + log_prior(ids, contest.calibration) for ids, of in scores.items()}
+    total = float(logsumexp(list(weights.values())))
+    best = {ids: max(found, key=lambda each: each[0])[1] for ids, found in laws.items()}
+    return {ids: weight - total for ids, weight in weights.items()}, best
 
 
 def contenders(contest: Contest) -> list[Model]:

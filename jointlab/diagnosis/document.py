@@ -8,6 +8,7 @@ from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.findings import EffectFound
 from analysis.gap.held_out import Gap
 from analysis.gap.location import GapMap, Place
+from analysis.gap.scales import NAMES
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence
@@ -64,6 +65,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
                 "significant": found.remainder.significant,
                 "where": [_place(each) for each in found.remainder.where],
             },
+            "nuisances": {name: getattr(found.nuisances, name) for name in NAMES},
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
             "faults": found.faults,

@@ -19,6 +19,11 @@ MECHANISMS = {
     "measuring_chain": "sensors, cables and windows",
     "tester": "the elastomer tester itself",
 }
+NUISANCES = {
+    "setup_scatter": "joints from one set-up to the next",
+    "configuration_gain": "the tester from one configuration to another",
+    "model_error": "smooth error of accelerances",
+}
 MOST_PLACES = 2
 IN_RECORDS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
@@ -97,7 +102,17 @@ def mechanism_sentence(document: Mapping[str, Any]) -> str:
 
 def beside(document: Mapping[str, Any]) -> list[str]:
     """Sentences on what stands beside the verdict: mechanisms, remainder."""
-    return [each for each in (mechanism_sentence(document), remainder_sentence(document)) if each]
+    found = (mechanism_sentence(document), remainder_sentence(document), nuisance_sentence(document))
+    return [each for each in found if each]
+
+
+def nuisance_sentence(document: Mapping[str, Any]) -> str:
+    """What was found of that which differs on every bench; empty for diagnoses of earlier versions."""
+    scales = document.get("nuisances")
+    if scales is None:
+        return ""
+    found = [f"{words} {100 * scales[name]:.2g} %" for name, words in NUISANCES.items()]
+    return f"beside all effects: {', '.join(found)}"
 
 
 def sure(probability: float) -> str:

@@ -13,6 +13,7 @@ from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
 from analysis.gap.next_experiment import Experiment, NextExperiment
 from analysis.gap.parameter import Estimate
+from analysis.gap.scales import Scales
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.track_record import TrackRecord
@@ -72,6 +73,7 @@ def handmade(**others: Any) -> Diagnosis:
         "included": (EffectFound(EFFECT, 0.93, Mechanism.BEAM, "two modes", True, coupling[EFFECT]),),
         "mechanisms": {Mechanism.BEAM: 0.93},
         "remainder": Remainder(1.1, 0.9, False, ()),
+        "nuisances": Scales(0.004, 0.011, 0.002),
     }
     return Diagnosis(**(fields | others))
 

@@ -67,9 +67,10 @@ def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(docu
     assert wording.rigs_sentence(found) == (
         "gap on data that no fit saw: beam rig 12.3 % to 3.1 %, elastomer tester 6.2 % to 1.6 %"
     )
-    mechanism, remainder = wording.beside(found)
+    mechanism, remainder, nuisances = wording.beside(found)
     assert mechanism == "mechanism: the beam and what rides on it (93 %)"
     assert remainder.startswith("remainder: nothing that noise alone would not show (1.1 % of the response")
+    assert nuisances.startswith("beside all effects: joints from one set-up to the next 0.4 %, the tester")
 
 
 def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:
@@ -87,6 +88,9 @@ def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(docum
     assert said == "no known law fits; as found: smooth function; beyond its plausible range: coupling"
 
 
+LATER = {"effects", "mechanisms", "remainder", "nuisances"}
+
+
 def test_diagnoses_of_earlier_versions_have_nothing_beside_their_verdict(document: Make) -> None:
-    earlier = {name: each for name, each in document().items() if name not in ("effects", "mechanisms", "remainder")}
+    earlier = {name: each for name, each in document().items() if name not in LATER}
     assert wording.beside(earlier) == []

@@ -1,0 +1,56 @@
+"""How well a model predicts data that are left out: rows of each hammer set, and series of the tester, one at a time.
+
+Evidence asks how well a model foresaw everything from its priors alone; this asks how well it foresees one part from
+the others (A. Gelman, J. Hwang, A. Vehtari, Statistics and Computing 24, 2014, 997-1016). The model is linear about its
+fit, so that leaving a part out is a subtraction from the normal equations.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.fit import Fit
+from analysis.gap.residual_structure import series
+
+Part = tuple[np.ndarray, Real, Real, float]
+"""Indices of unknowns (n,), J^t J (n, n), J^t r (n,) and r^t r of one part."""
+
+
+def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
+    """Of all parts, each given the others, up to a constant that all models of the same data share.
+
+    Args:
+        found: a fitted model.
+        temperature: T, by which chi-square is divided.
+    """
+    unit = np.eye(len(found.scores))
+    whole = np.asarray(unit + (found.at.normal - unit) / temperature)
+    _, all_parts = np.linalg.slogdet(whole)
+    total = 0.0
+    for unknowns, normal, descent, chi_square in _parts(found):
+        others = whole.copy()
+        others[np.ix_(unknowns, unknowns)] -= normal / temperature
+        pull = np.zeros(len(others))
+        pull[unknowns] = descent / temperature
+        # (1 - J N^-1 J^t)^-1 = 1 + J (N - J^t J)^-1 J^t is the precision of the part given the others
+        _, without = np.linalg.slogdet(others)
+        total -= (chi_square / temperature + float(pull @ np.linalg.solve(others, pull)) + all_parts - without) / 2
+    return total
+
+
+def _parts(found: Fit) -> Iterator[Part]:
+    for block in found.blocks:
+        if block.row >= 0:
+            yield block.unknowns, block.normal, block.descent, block.chi_square
+    points = found.likelihood.measurement.points
+    if points is None:
+        return
+    predicted = found.likelihood.predict(found.scores)
+    columns = predicted.stiffness_by_shared / points.deviation
+    left = (points.stiffness - predicted.stiffness) / points.deviation
+    shared = np.arange(len(columns))
+    for members in series(points).values():
+        own, rest = columns[:, members], left[members]
+        normal, descent = np.real(own.conj() @ own.T), np.real(own.conj() @ rest)
+        yield shared, normal, descent, float(np.vdot(rest, rest).real)

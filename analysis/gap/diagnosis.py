@@ -11,7 +11,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import UNCALIBRATED, Calibration
-from analysis.gap.catalogue import candidates, mechanism_of
+from analysis.gap.catalogue import candidates, law_free, mechanism_of
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.faults import examine
 from analysis.gap.findings import (
@@ -167,7 +167,9 @@ def diagnose(
     report("looking for faults of the measurement", 0.0)
     given, sound = measurement, examine(measurement)
     measurement = sound.measurement
-    search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map)
+    left_out = frozenset(mechanism_of(effect) for effect in without)
+    free = law_free(measurement, left_out)
+    search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map, law_free=free)
     report("fitting the paper's model", 0.05)
     coarse = search.without_effects()
     report("trying effects", 0.15)

@@ -12,7 +12,7 @@ from analysis.gap.calibration import Calibration
 from analysis.gap.fit import CLOSE, fit
 from analysis.gap.model import ENOUGH, Model, best_by_id
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
-from analysis.gap.verdict import weigh
+from analysis.gap.verdict import CHANCE, UNKNOWN, leading, weigh
 
 FITTED = {1: 6, 2: 4}
 """Further effects that are fitted on top of a model with so many; on larger ones two."""
@@ -53,7 +53,30 @@ class ForwardSelection:
             leaders = self._leaders(size)[:1]
             if not leaders:
                 break
+        self._replace_laws()
         return self.visited
+
+    def _replace_laws(self) -> None:
+        """Mechanisms as smooth functions in place of laws, where the best explanation leaves more than noise would.
+
+        Where there is none, all mechanisms are screened; the effect that is closest is fitted beside its mechanism.
+        """
+        verdict = leading(weigh(self.none, self.visited, self.calibration))
+        best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
+        if not self.search.law_free or best.misfit.significance <= CHANCE:
+            return
+        for place, effect in enumerate(best.effects):
+            members = [each for each in self.search.law_free if each.mechanism is effect.mechanism]
+            rest, _ = self._without(best, place)
+            ranked = self.search.screened(rest, members)
+            self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[best])
+        if best is self.none:
+            ranked = self.search.screened(best, self.search.law_free)
+            for mechanism in list(dict.fromkeys(each.effect.mechanism for each in ranked))[:LED]:
+                named = [each for each in self.search.candidates if each.mechanism is mechanism]
+                own = [each for each in ranked if each.effect.mechanism is mechanism]
+                self.visited += self.search.fitted(best, self.search.screened(best, named), 1, known=self.visited)
+                self.visited += self.search.fitted(best, own, 1, laws=MOST_LAWS_FITTED, known=self.visited)
 
     def _leaders(self, size: int) -> list[Model]:
         """The best models with so many effects, if the most probable explanation so far is one; the best first."""
@@ -87,7 +110,7 @@ class ForwardSelection:
     def _without(self, model: Model, place: int) -> tuple[Model, bool]:
         """A model without one of its effects, and whether it is visited now for the first time."""
         effects = tuple(each for number, each in enumerate(model.effects) if number != place)
-        for each in self.visited:
+        for each in (self.none, *self.visited):
             if set(each.effects) == set(effects):
                 return each, False
         start = np.delete(model.fit.scores, model.places(place))

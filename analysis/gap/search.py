@@ -77,6 +77,8 @@ FAR = 3.0
 """Standard deviations from the prior to which starting points are limited."""
 FITTED_SINGLES = 7
 """Effects that are fitted by themselves, those that promise most."""
+TRIED_ANYWAY = 2
+"""Effects that are fitted whatever they promise: nothing is said of effects that were not tried."""
 FITTED_AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model is clean."""
 BATCH_SIZE = 2
@@ -110,12 +112,14 @@ class Search:
         candidates: variants of laws that are tried.
         modes: of the drawing.
         parallel_map: that does what can be done side by side.
+        law_free: smooth functions in place of a law, for each mechanism.
     """
 
     measurement: Measurement
     candidates: tuple[Effect, ...]
     modes: BeamModes
     parallel_map: ParallelMap = serial_map
+    law_free: tuple[Effect, ...] = ()
     baseline: Baseline = field(init=False)
 
     def __post_init__(self) -> None:
@@ -140,7 +144,10 @@ class Search:
         tester alone. Where the rigs contradict each other, the paper's model lies between them and near neither; the
         search then also starts from a fit to the beam alone.
         """
-        found, start = self.fitted(none, self.screened(none, self.candidates), FITTED_SINGLES), none
+        found, start = (
+            self.fitted(none, self.screened(none, self.candidates, always=TRIED_ANYWAY), FITTED_SINGLES),
+            none,
+        )
         both = bool(self.measurement.sets) and self.measurement.points is not None
         if both and none.fit.per_datum > CONTRADICTION and not any(model.clean for model in found):
             start = self.beam_alone(none)
@@ -161,20 +168,23 @@ class Search:
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
-    def screened(self, on: Model, candidates: Sequence[Effect], share: float = 0.0) -> list[Promise]:
+    def screened(self, on: Model, candidates: Sequence[Effect], share: float = 0.0, always: int = 0) -> list[Promise]:
         """Candidates that promise a gain on top of a model, the best first.
 
         Args:
             on: the model.
             candidates: on top of it.
             share: of its misfit, that a candidate is to promise at least.
+            always: so many effects, the best, are there even if none promises enough.
         """
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
         tried = self.parallel_map(partial(promised_by_a_step, likelihood, step), extended)
         least = max(PROMISING, share * (step.cost - likelihood.data))
-        return by_gain([each for each in tried if each is not None], least)
+        promises = [each for each in tried if each is not None]
+        best = list(dict.fromkeys(each.effect.id for each in by_gain(promises, -np.inf)))[:always]
+        return by_gain(promises, least) or [each for each in by_gain(promises, -np.inf) if each.effect.id in best]
 
     def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that explain the tester by themselves, the best first."""
@@ -308,12 +318,17 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
 
 
 def search_of(
-    measurement: Measurement, candidates: tuple[Effect, ...], lines: int = LINES, parallel_map: ParallelMap = serial_map
+    measurement: Measurement,
+    candidates: tuple[Effect, ...],
+    lines: int = LINES,
+    parallel_map: ParallelMap = serial_map,
+    law_free: tuple[Effect, ...] = (),
 ) -> Search:
     """A search that uses some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
-    return Search(replace(measurement, sets=sets), candidates, beam_modes_of(measurement.drawing), parallel_map)
+    modes = beam_modes_of(measurement.drawing)
+    return Search(replace(measurement, sets=sets), candidates, modes, parallel_map, law_free)
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

@@ -2,14 +2,17 @@
 
 import numpy as np
 
+from analysis.frequency_response import Complex
 from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.effect import Given, Mechanism
 from analysis.gap.effects.attachment import FoundationCompliance, JointMass
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.measuring_chain import ChannelDelay
 from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance
+from analysis.gap.findings import effects_found, mechanisms_found
 from analysis.gap.fit import fit
 from analysis.gap.forward_selection import ForwardSelection, selected
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.model import Model
 from analysis.gap.search import Search
 from analysis.gap.verdict import included, leading, weigh
@@ -75,3 +78,41 @@ def test_of_the_second_effect_every_law_is_tried(made: Made) -> None:
     assert laws == {"delay", FilteredDisplacement.law}
     best = max(pairs, key=lambda each: each.log_evidence)
     assert FilteredDisplacement.law in {effect.law for effect in best.effects}
+
+
+class AnyFrame(FrameCompliance):
+    """The tester in place of a law: it leads its mechanism, and no law of it is fitted in these tests."""
+
+    id = "tester"
+    law = "smooth function"
+    law_free = True
+
+
+class StiffFrame(FrameCompliance):
+    """A wrong law: compliance follows frequency."""
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        return np.asarray(1 / (1 / stiffness + given["c"] * points.frequency / 100.0))
+
+
+def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(made: Made) -> None:
+    search = search_among(made((FrameCompliance(),), (0.8,)), {"transducer_lag", "joint_mass"})
+    search.candidates = (*search.candidates, StiffFrame())
+    search.law_free = (AnyFrame(),)
+    none = search.without_effects()
+    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    verdict = leading(weighed)
+    assert verdict.effects == ("frame_compliance",)
+    assert verdict.laws == ("smooth function",)
+    assert verdict.model.clean
+    (found,) = [each for each in effects_found(weighed, UNCALIBRATED) if each.id == "frame_compliance"]
+    assert not found.law_is_known
+    assert found.probability > 0.5
+    assert mechanisms_found(weighed)[Mechanism.TESTER] > 0.9
+
+
+def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same(made: Made) -> None:
+    search = search_among(made(), {"frame_compliance", "joint_mass", "channel_delay"})
+    none = search.without_effects()
+    tried = {name for each in selected(search, none, UNCALIBRATED) for name in each.ids}
+    assert len(tried) >= 2

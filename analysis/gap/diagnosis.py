@@ -191,8 +191,8 @@ def diagnose(
     gaps = gaps_where_asked(measured, after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
-    unfit = _unfit(gaps.by_model[id(none)], gaps.by_model[id(after)])
-    if unfit:
+    does_not_fit = unfit(gaps.by_model[id(none)], gaps.by_model[id(after)])
+    if does_not_fit:
         status, after = Status.UNKNOWN, none
     ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model)), calibration) for each in listed(weighed))
     confounded = confounded_effects(weighed)
@@ -211,7 +211,7 @@ def diagnose(
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
-        missing_evidence=(*unfit, *missing_evidence(measurement)),
+        missing_evidence=(*does_not_fit, *missing_evidence(measurement)),
         included=effects_found(weighed, calibration),
         mechanisms=mechanisms_found(weighed),
         remainder=remainder_of(after, gaps.by_model[id(after)]),
@@ -308,7 +308,7 @@ def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
     return Status.EXPLAINED if explained else Status.PARTIAL
 
 
-def _unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
+def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
     """A sentence where the paper's model predicts nothing and no effect mends that; no cause can then be told."""
     if before.overall.percent < NO_FIT or after.overall.percent < MENDED * NO_FIT:
         return ()

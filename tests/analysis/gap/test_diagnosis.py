@@ -9,16 +9,21 @@ from analysis.dof import Direction, Dof
 from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates
-from analysis.gap.diagnosis import predictions
+from analysis.gap.diagnosis import Ranked, predictions, unfit, with_records
+from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.findings import TWO_SIDED, estimates
 from analysis.gap.fit import Likelihood, evaluated, fit
 from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
+from analysis.gap.parameter import Estimate
 from analysis.gap.search import search_of
 from analysis.gap.simulation import Simulation
+from analysis.gap.verdict import Status
 from tests.analysis.gap.conftest import Made
+from tests.jointlab.diagnosis.conftest import handmade
 
 
 @pytest.mark.parametrize("score", [0.001, 1.0])
@@ -53,3 +58,34 @@ def test_points_that_were_not_struck_are_predicted_under_every_effect(empty: Mea
         assert found is not None
         assert found.after.shape == (len(UNSEEN), found.frequency.size), effect.id
         assert np.all(np.isfinite(found.after)), effect.id
+
+
+def gap_of(percent: float) -> HeldOut:
+    return HeldOut(Gap(percent, percent, percent), None, (percent, percent))
+
+
+def test_no_cause_is_told_where_the_model_does_not_fit_and_nothing_mends_that() -> None:
+    (sentence,) = unfit(gap_of(100.0), gap_of(97.0))
+    assert "check units" in sentence
+    assert unfit(gap_of(250.0), gap_of(3.0)) == ()
+    assert unfit(gap_of(60.0), gap_of(55.0)) == ()
+
+
+def ranked(probability: float, *effects: str) -> Ranked:
+    return Ranked(effects, tuple("law" for _ in effects), probability, None, {}, 0.0)
+
+
+def test_what_records_show_is_the_verdict_where_no_model_explains_the_gap() -> None:
+    """Double hits were said among the faults, and the verdict was an unknown cause."""
+    hit = RecordEffect("double_hit", {"ratio": Estimate(0.3, (0.2, 0.4), "1")}, "4 of 9 blows kept are double hits")
+    found = with_records(handmade(status=Status.UNKNOWN, effects=(), ranking=UNEXPLAINED), [hit])
+    assert (found.status, found.effects) == (Status.PARTIAL, ("double_hit",))
+    probabilities = {each.effects: each.probability for each in found.ranking}
+    assert probabilities["double_hit",] > 0.9
+    assert probabilities["unknown",] < 0.05
+    assert sum(probabilities.values()) == pytest.approx(1.0)
+    assert found.included[0].id == "double_hit"
+    assert found.mechanisms[Mechanism.BLOW] > 0.9
+
+
+UNEXPLAINED = (ranked(0.98, "unknown"), ranked(0.02))

@@ -96,7 +96,7 @@ class StiffFrame(FrameCompliance):
 
 
 def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(made: Made) -> None:
-    search = search_among(made((FrameCompliance(),), (0.8,)), {"transducer_lag", "joint_mass"})
+    search = search_among(made((FrameCompliance(),), (0.8,)), {"joint_mass"})
     search.candidates = (*search.candidates, StiffFrame())
     search.law_free = (AnyFrame(),)
     none = search.without_effects()

@@ -20,14 +20,16 @@ from analysis.gap.gaps import (
     floor_percent_of,
     gap_on_unseen_rows,
     gaps_where_asked,
+    held_to_account,
     measured_gaps,
+    shrinks,
 )
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model import Model
 from analysis.gap.search import serial_map
 from analysis.gap.simulation import Simulation
-from analysis.gap.verdict import weigh
+from analysis.gap.verdict import UNKNOWN, leading, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
 
@@ -136,3 +138,33 @@ def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> Non
         assert gap_on_unseen_rows(held, 4.0).overall.percent == pytest.approx(4.0)
     tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0), (1.0, 3.0))
     assert gap_on_unseen_rows(tester_alone, 4.0) is tester_alone
+
+
+def gap_of(inverse: float, direct: float) -> HeldOut:
+    """Of both rigs, percent; a sigma in proportion."""
+    return HeldOut(Gap(inverse, inverse, inverse), Gap(direct, direct, direct), (inverse, inverse))
+
+
+@pytest.mark.parametrize(
+    ("after", "shrinks_it"),
+    [((20.0, 1.0), True), ((20.0, 3.0), False), ((10.0, 3.0), False), ((30.0, 0.5), False), ((20.1, 1.0), True)],
+)
+def test_a_verdict_lowers_the_gap_of_its_own_rig_and_raises_none(
+    models: tuple[Model, Model], after: tuple[float, float], shrinks_it: bool
+) -> None:
+    """The frame of the tester cannot lower the gap of the beam rig alone, nor the one at the expense of the other."""
+    _, frame = models
+    assert shrinks(frame, gap_of(20.0, 3.0), gap_of(*after)) is shrinks_it
+
+
+def test_an_explanation_that_lowers_no_gap_loses_its_probability_to_an_unknown_cause(
+    models: tuple[Model, Model],
+) -> None:
+    none, right = models
+    weighed = weigh(none, [right], UNCALIBRATED)
+    before = gap_of(20.0, 3.0)
+    kept = held_to_account(weighed, none, {id(none): before, id(right): gap_of(20.0, 1.0)})
+    assert leading(kept).effects == ("frame_compliance",)
+    lost = held_to_account(weighed, none, {id(none): before, id(right): gap_of(10376.0, 3.0)})
+    assert leading(lost).effects == UNKNOWN
+    assert sum(each.probability for each in lost) == pytest.approx(1.0)

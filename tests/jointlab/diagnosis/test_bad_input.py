@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.errors import AnalysisError
+from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import diagnose
 from analysis.gap.faults import examine
 from analysis.gap.missing_evidence import missing_evidence
@@ -73,6 +74,45 @@ def said(bundle: Path) -> list[str]:
     found = examine(measurement)
     assert found.faults == ()
     return [sentence.partition(":")[0] for sentence in missing_evidence(found.measurement)]
+
+
+def one_set(bundle: Path) -> None:
+    changed(bundle, lambda setup: setup.update(inverse=setup["inverse"][:1]))
+
+
+def one_row(bundle: Path) -> None:
+    one_set(bundle)
+    rewrite(bundle / "inverse_1.unv", rows=1)
+
+
+def no_tester(bundle: Path) -> None:
+    changed(bundle, lambda setup: setup.pop("direct"))
+
+
+def twenty_sine_points(bundle: Path) -> None:
+    changed(bundle, lambda setup: setup.pop("inverse"))
+    file = bundle / "direct.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    file.write_text("\n".join([head, *rows[:: len(rows) // 20][:20]]) + "\n", encoding="utf-8")
+
+
+TRIED = {"frame_compliance", "conditioning_drift", "sensor_gain", "youngs_modulus"}
+"""A part of the catalogue, which is quick."""
+
+
+@pytest.mark.parametrize("spoil", [one_set, one_row, no_tester, twenty_sine_points])
+def test_few_data_on_a_bench_with_nothing_wrong_get_an_honest_answer(
+    bundle: Path, spoil: Callable[[Path], None]
+) -> None:
+    spoil(bundle)
+    found = diagnose(subject_of_bundle(read_bundle(bundle)).measurement, frozenset(effect_ids()) - TRIED)
+    document = diagnosis_document(found)
+    assert document["verdict"]["status"] == "none"
+    assert document["lost"]
+    assert document["gap"]["after"] == document["gap"]["before"]
+    assert sum(each["probability"] for each in document["ranking"]) == pytest.approx(1.0)
+    tried = {effect for each in document["ranking"] for effect in each["effects"]} - {"unknown"}
+    assert tried, "what is said of the catalogue was tried"
 
 
 def test_no_evidence_is_missing_in_a_whole_bundle(bundle: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
 from store.dof import StoredDof
@@ -54,6 +55,19 @@ def test_what_is_left_over_is_told_but_is_no_damage(jointlab: Command, waveform_
     done = jointlab("store", "check")
     assert done.returncode == 0
     assert "stray.waveforms: no run refers to it" in done.stdout
+
+
+def test_the_audit_log_is_verified_and_a_hash_that_was_noted_is_looked_for(jointlab: Command, tmp_path: Path) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened, opened.writing() as session:
+        add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
+    done = jointlab("store", "audit")
+    assert done.returncode == 0
+    said, head = done.stdout.splitlines()[0].split("hash of the last one: ")
+    assert said == "1 entries, "
+    assert jointlab("store", "audit", "--head", head).returncode == 0
+    refused = jointlab("store", "audit", "--head", "w0")
+    assert refused.returncode != 0
+    assert "no entry of the audit log has the hash w0" in refused.stderr
 
 
 @pytest.mark.parametrize("name", ["backup", "backup.zip"])

@@ -20,17 +20,17 @@ DEFAULT_CONFIG = "jointlab.toml"
 class ChannelSettings(BaseModel):
     """One row of the channel table: what hangs on which input, and when it was calibrated."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$", description="name used in records, such as hammer")
-    physical: str = Field(description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,49}$", description="name used in records, such as hammer")
+    physical: str = Field(max_length=100, description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
     kind: Literal["force_iepe", "acceleration_iepe", "voltage"]
-    sensitivity: float = Field(gt=0, description="V per SI unit of the quantity")
+    sensitivity: float = Field(gt=0, le=1e9, description="V per SI unit of the quantity")
     unit: Literal["N", "m/s^2", "m"]
-    minimum: float = Field(description="lowest value expected, in `unit`")
-    maximum: float = Field(description="highest value expected, in `unit`")
+    minimum: float = Field(ge=-1e9, le=1e9, description="lowest value expected, in `unit`")
+    maximum: float = Field(ge=-1e9, le=1e9, description="highest value expected, in `unit`")
     excitation_current: float = Field(default=0.0, ge=0, le=0.02, description="IEPE supply, A")
-    serial: str = ""
+    serial: str = Field(default="", max_length=100)
     calibrated_on: date | None = None
 
 
@@ -65,7 +65,7 @@ class Settings(BaseSettings):
         default=None, description='"tcp://host:port" or "rtu:///dev/ttyS0"; left out where the rig has no tester'
     )
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
-    channels: tuple[ChannelSettings, ...] = Field(default=(), description="the channel table")
+    channels: tuple[ChannelSettings, ...] = Field(default=(), max_length=256, description="the channel table")
     rig: str = Field(
         default="rig",
         pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$",

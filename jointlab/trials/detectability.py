@@ -16,6 +16,7 @@ from analysis.gap.catalogue import laws
 from analysis.gap.fit import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model, refined
+from analysis.gap.scales import typical_scales
 from analysis.gap.search import Search, search_of
 from simlab.case.campaign import ROWS, Row
 from simlab.case.draw import Case
@@ -68,7 +69,8 @@ class Detectability:
         for effect in named:
             model = _extended(search, model, effect)
         if model.fit.at.cost < PLAIN**2:
-            return refined(model, noiseless).fit.at.cost
+            # costs compare only under the same scales of what differs on every bench
+            return refined(model, noiseless, typical_scales(noiseless.tolerances)).fit.at.cost
         whole = model.fit.likelihood.simulation.of(noiseless)
         return Likelihood(whole).at(model.fit.scores).cost
 

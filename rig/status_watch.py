@@ -14,7 +14,6 @@ from rig.tester_status import ImplausibleStatusError, StatusFault, TesterStatus
 
 CYCLES_LATE = 3.0  # periods, and a time, after which a cycling machine has to have counted a further cycle
 TIME_LATE = 0.3  # s
-SAME_CYCLES = 16  # cycles over which a measured amplitude cannot stay the same to the last bit: it has noise
 CYCLING = frozenset({State.CYCLING, State.SETTLED})
 
 
@@ -40,7 +39,6 @@ class StatusWatch:
 
     def __init__(self) -> None:
         self._counted: tuple[float, int, int] | None = None  # when, sequence and cycles as they last changed
-        self._measured: tuple[int, int, tuple[float, ...]] | None = None  # sequence, cycles, amplitudes as they changed
         self._moving_since: tuple[float, int, int] | None = None  # when rest was claimed in motion, sequence, cycles
 
     def check(self, reading: Reading, now: float) -> None:
@@ -74,20 +72,13 @@ class StatusWatch:
                 )
 
     def _check_cycles(self, status: TesterStatus, now: float) -> None:
-        """Check that cycles are counted, and that their amplitudes are measured."""
+        """Check that cycles are counted."""
         if self._counted is None or self._counted[1:] != (status.sequence, status.cycles):
             self._counted = (now, status.sequence, status.cycles)
         allowed = max(CYCLES_LATE / status.frequency, TIME_LATE) if status.frequency > 0.0 else math.inf
         if now - self._counted[0] > allowed:
             raise ImplausibleStatusError(
                 StatusFault.FROZEN, f"it cycles, and counts {status.cycles} cycles since {now - self._counted[0]:.2g} s"
-            )
-        known = self._measured
-        if known is None or known[0] != status.sequence or known[2] != status.displacement_pp:
-            known = self._measured = (status.sequence, status.cycles, status.displacement_pp)
-        if status.cycles - known[1] > SAME_CYCLES:
-            raise ImplausibleStatusError(
-                StatusFault.FROZEN, f"the amplitudes of {status.cycles - known[1]} cycles are the same to the last bit"
             )
 
     def _check_rest(self, status: TesterStatus, now: float) -> None:

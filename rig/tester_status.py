@@ -49,7 +49,7 @@ class StatusFault(StrEnum):
     HEARTBEAT = "heartbeat"  # not the last heartbeat: an old status, or another client beats
     STATE = "state"  # contradicts the amplitude in force, or the measured one
     COMMAND = "command"  # other values in force than were commanded and confirmed
-    FROZEN = "frozen"  # cycles are not counted, or their amplitudes do not change
+    FROZEN = "frozen"  # it cycles, and counts no cycles
 
 
 class ImplausibleStatusError(RigError):

@@ -81,9 +81,11 @@ def _impossible(chance: random.Random) -> Mutant:
 
 
 def _frozen(chance: random.Random) -> Mutant:
-    return _lie(
-        "a frozen counter or amplitude", wrong.frozen_values(chance.choice(("cycles", "displacement_pp", "heartbeat")))
-    )
+    return _lie("a frozen counter", wrong.frozen_values(chance.choice(("cycles", "heartbeat"))))
+
+
+def _frozen_amplitude(_: random.Random) -> Mutant:
+    return _lie("frozen amplitudes", wrong.frozen_values("displacement_pp"), shows=False)
 
 
 def _other(chance: random.Random) -> Mutant:
@@ -129,6 +131,7 @@ KINDS: tuple[Draw, ...] = (
     lambda _: Mutant("freezes STATUS, disobeys", Mutation(disobeys=frozenset({HOLD, OFF}), frozen=True), shows=True),
     _impossible,
     _frozen,
+    _frozen_amplitude,
     lambda _: _lie("says held while it cycles", wrong.says_rest),
     lambda chance: _lie("another command in force", wrong.scaled(chance.uniform(1.1, 2.0), "amplitude", "frequency")),
     lambda chance: _lie("sequence number reset", wrong.says(sequence=chance.choice((0, 1, 30_000, 60_000)))),

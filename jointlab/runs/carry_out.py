@@ -136,8 +136,6 @@ def _carry_out(
     def observe(event: Event) -> None:
         if isinstance(event, RunStarted | RunContinued):
             ingester.settle(BEGUN)  # observers find the run running, unless the database is away
-        else:
-            ingester.wake()
         observer(event)
 
     with Ingester(catalogue, folder) as ingester:

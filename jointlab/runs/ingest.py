@@ -167,17 +167,11 @@ class Ingester:
         """Why nothing can be stored at present; None where everything can."""
         return self._problem
 
-    def wake(self) -> int:
-        """Look for new records now; returns the number of this request."""
-        with self._changed:
-            self._asked += 1
-            self._changed.notify_all()
-            return self._asked
-
     def settle(self, timeout: float = SETTLED) -> bool:
         """Wait until everything that is in the spools now is stored; whether that came about within `timeout` s."""
-        asked = self.wake()
         with self._changed:
+            self._asked = asked = self._asked + 1
+            self._changed.notify_all()
             return self._changed.wait_for(lambda: self._done >= asked or self._closed, timeout) and self._done >= asked
 
     def close(self) -> None:

@@ -9,6 +9,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 
 class JointMass(Effect):
@@ -90,3 +91,34 @@ class FoundationBothWays(FoundationCompliance):
 
     law = "across and along the beam"
     directions = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+
+
+OVER_BAND = SmoothCurve((15.0, 60.0, 150.0, 350.0, 800.0))
+
+
+@dataclass(frozen=True)
+class SmoothAttachment(Effect):
+    """Any smooth dynamic stiffness across the beam at one joint, as a share of the joint's own.
+
+    Attributes:
+        joint: its index in the drawing.
+    """
+
+    id = "attachment"
+    title = "something fixed to a joint or under it"
+    mechanism = Mechanism.ATTACHMENT
+    law = "smooth curve"
+    law_free = True
+    own_parameters = (*OVER_BAND.parameters("real", 0.2), *OVER_BAND.parameters("imaginary", 0.1))
+    joint: int = 0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return tuple(cls(place) for place in range(len(measurement.drawing.joints)))
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        frequency = np.abs(pole.imag) / (2 * np.pi)
+        share = OVER_BAND.at(given, "real", frequency) + 1j * OVER_BAND.at(given, "imaginary", frequency)
+        changed = np.array(np.broadcast_to(joints, (len(joints), pole.size, *joints.shape[2:])))
+        changed[:, :, self.joint, 1, 1] += share * np.abs(changed[:, :, self.joint, 1, 1])
+        return changed

@@ -12,6 +12,7 @@ from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 
 class YoungsModulus(Effect):
@@ -278,3 +279,21 @@ def _floats(values: Real) -> tuple[float, ...]:
 def _resonance(frequency: float, loss: float, pole: Complex) -> Complex:
     """(lines,) receptance of a mode of unit mass."""
     return np.asarray(1 / ((2 * np.pi * frequency) ** 2 * (1 + 1j * loss) + pole**2))
+
+
+OVER_MODES = SmoothCurve((60.0, 130.0, 260.0, 480.0, 900.0))
+
+
+class BeamOverFrequency(Effect):
+    """Any smooth modulus and loss over frequency: each mode has a frequency and a loss of its own."""
+
+    id = "beam"
+    title = "another beam"
+    mechanism = Mechanism.BEAM
+    law = "smooth curve"
+    law_free = True
+    own_parameters = (*OVER_MODES.parameters("modulus", 0.02), *OVER_MODES.parameters("loss", 0.006))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        modulus, loss = (OVER_MODES.at(given, name, setting.frequency) for name in ("modulus", "loss"))
+        return replace(bench, loss=bench.loss + loss - 1j * modulus)  # of the complex modulus 1 + i loss

@@ -109,3 +109,60 @@ class DoubleHit(Effect):
     mechanism = Mechanism.BLOW
     law = "found in records"
     own_parameters = (Parameter("ratio", "1", 0.0, 0.4, least=0.0),)
+
+
+@dataclass(frozen=True)
+class ScatteredLean(ImpactAngle):
+    """Transverse blows lean on the whole, and at each point by a little more or less.
+
+    Attributes:
+        points: struck across the beam.
+    """
+
+    law = "each point about a mean"
+    points: tuple[Dof, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        struck = {dof for each in measurement.sets for dof in each.inputs if dof.direction is Direction.Y}
+        return (cls(tuple(sorted(struck, key=str))),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*self.own_parameters, *(Parameter(f"more_at_{dof}_deg", "deg", 0.0, 1.0) for dof in self.points))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        leaning = super().beam(given, bench, setting)
+        more = [given.get(f"more_at_{dof}_deg", 0.0) for dof in setting.inputs]
+        return replace(leaning, lean=leaning.lean + np.radians(more))
+
+
+@dataclass(frozen=True)
+class EachBlowItsOwn(Effect):
+    """Every point is struck at an angle and beside its mark by amounts of its own.
+
+    Attributes:
+        points: struck.
+    """
+
+    id = "blow"
+    title = "blows that differ from point to point"
+    mechanism = Mechanism.BLOW
+    law = "each point its own"
+    law_free = True
+    points: tuple[Dof, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        leans = tuple(Parameter(f"lean_{dof}_deg", "deg", 0.0, 2.5) for dof in self.points)
+        across = [dof for dof in self.points if dof.direction is Direction.Y]
+        return (*leans, *(Parameter(f"shift_{dof}", "m", 0.0, 0.004) for dof in across))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        lean = np.radians([given.get(f"lean_{dof}_deg", 0.0) for dof in setting.inputs])
+        shift = np.array([given.get(f"shift_{dof}", 0.0) for dof in setting.inputs])
+        return replace(bench, lean=bench.lean + lean, blow_offset=bench.blow_offset + shift)

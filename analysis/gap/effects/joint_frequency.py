@@ -8,6 +8,7 @@ from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 REFERENCE = 50.0
 """Hz, at which stiffness keeps the value that the baseline gives it."""
@@ -141,3 +142,26 @@ class PartViscous(LossLaw):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         share = given["q_shear"] * np.array(SHEAR) + given["q_compression"] * np.array(COMPRESSION)
         return cylinders.scaled(1.0, 1 + share * (loading.frequency / LOSS_REFERENCE - 1))
+
+
+OVER_FREQUENCY = SmoothCurve((8.0, 25.0, 140.0, 500.0), zero=REFERENCE)
+
+
+class JointsOverFrequency(Effect):
+    """Any smooth stiffness and any smooth loss over frequency, not tied to each other; in shear to a share."""
+
+    id = "joint_frequency"
+    title = "joints that follow frequency"
+    mechanism = Mechanism.JOINT_FREQUENCY
+    law = "smooth curve"
+    law_free = True
+    own_parameters = (
+        *OVER_FREQUENCY.parameters("storage", 0.2),
+        *OVER_FREQUENCY.parameters("loss", 0.5),
+        Parameter("shear_share", "1", 1.0, 0.3),
+    )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        share = np.array(COMPRESSION) + given["shear_share"] * np.array(SHEAR)
+        storage, loss = (OVER_FREQUENCY.at(given, name, loading.frequency) for name in ("storage", "loss"))
+        return cylinders.scaled(np.exp(share * storage), np.exp(share * loss))

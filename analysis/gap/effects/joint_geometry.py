@@ -1,10 +1,12 @@
 """Where and how the joints hold the beam."""
 
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 from typing import Self
 
 import numpy as np
 
+from analysis.frequency_response import Complex
 from analysis.gap.bench import Mounting
 from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
@@ -83,3 +85,35 @@ class ContactPatch(Effect):
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
         return replace(mounting, length=mounting.length + given["length"])
+
+
+TERMS = tuple(combinations_with_replacement(range(3), 2))
+"""Rows and columns of a symmetric joint matrix."""
+
+
+class JointOfAnyGeometry(EffectOfEachJoint):
+    """Every term of every joint matrix changes by a share of the direct terms, with the joint's own loss."""
+
+    id = "joint_geometry"
+    title = "joints that hold the beam in another way"
+    mechanism = Mechanism.JOINT_GEOMETRY
+    law = "each term its own"
+    law_free = True
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(
+            Parameter(f"k{row + 1}{column + 1}_{name}", "1", 0.0, 0.1) for name in self.names for row, column in TERMS
+        )
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        changed = joints.copy()
+        for joint, name in enumerate(self.names):
+            direct = np.sqrt(np.abs(np.diagonal(joints[:, :, joint], axis1=-2, axis2=-1)))
+            lossy = joints[:, :, joint, 1, 1] / np.abs(joints[:, :, joint, 1, 1])
+            for row, column in TERMS:
+                change = given[f"k{row + 1}{column + 1}_{name}"] * direct[..., row] * direct[..., column] * lossy
+                changed[:, :, joint, row, column] += change
+                if row != column:
+                    changed[:, :, joint, column, row] += change
+        return changed

@@ -10,6 +10,7 @@ from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 SOFTENING = Parameter("softening", "1/K", 0.008, 0.5, positive=True)
 """Share by which stiffness falls per K: 0.5 to 1 % for filled natural rubber about room temperature (ISO 18437-4)."""
@@ -120,3 +121,54 @@ class LogarithmicDrift(ConditioningDrift):
 
     def _done(self, _given: Given, fraction: Real) -> Real:
         return np.asarray(np.log1p(100 * fraction) / np.log(101))
+
+
+OVER_TEST = SmoothCurve((0.3, 1.0), zero=0.03)
+WAYS = ("shear", "compression", "angled")
+"""Of loading in the tester that may differ, each for itself, from that under the beam."""
+
+
+def _by_way(given: Given, part: str, loading: Loading) -> Real:
+    """(3, 1, n) what shear, compression and rotation differ by in each point of the tester."""
+    shear, compression, angled = (given[f"{part}_{way}"] for way in WAYS)
+    straight = np.array([shear, compression, compression])[:, None, None]
+    return np.where(loading.angled, angled, straight)
+
+
+@dataclass(frozen=True)
+class PreloadOfEachConfiguration(PreloadStiffening):
+    """The preset loads cylinders differently in each configuration, and stiffens them by its own share there."""
+
+    law = "each configuration by its share"
+    own_parameters = (
+        *PreloadStiffening.own_parameters,
+        *(Parameter(f"share_{way}", "1", 1.0, 0.5) for way in WAYS),
+        Parameter("loss_share", "1", 0.5, 0.35),
+    )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        if not loading.tester:
+            return cylinders
+        more = given["s"] * self.preset_mm * _by_way(given, "share", loading)
+        return cylinders.scaled(1 + more, 1 + given["loss_share"] * more)
+
+
+class JointsOfEachState(Effect):
+    """Cylinders differ in the tester by a factor of each way of loading, and drift smoothly with the order."""
+
+    id = "joint_state"
+    title = "joints that differ from one state to another"
+    mechanism = Mechanism.JOINT_STATE
+    law = "smooth curve"
+    law_free = True
+    own_parameters = (
+        *(Parameter(f"{part}_{way}", "1", 0.0, 0.15) for part in ("storage", "loss") for way in WAYS),
+        *OVER_TEST.parameters("drift", 0.05),
+    )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        if not loading.tester:
+            return cylinders
+        drift = OVER_TEST.at(given, "drift", np.maximum(loading.fraction, 1e-3))
+        storage, loss = (np.exp(_by_way(given, part, loading) + drift) for part in ("storage", "loss"))
+        return cylinders.scaled(storage, loss)

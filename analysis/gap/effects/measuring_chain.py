@@ -7,6 +7,7 @@ import numpy as np
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 
 class SensorGain(Effect):
@@ -96,3 +97,27 @@ class MainsHum(Effect):
     mechanism = Mechanism.MEASURING_CHAIN
     law = "found in records"
     own_parameters = (Parameter("amplitude", "m/s^2", 0.0, 0.05, least=0.0),)
+
+
+OVER_BAND = SmoothCurve((6.0, 20.0, 80.0, 300.0, 900.0))
+
+
+class SmoothChain(Effect):
+    """Any smooth complex gain over frequency, common to all rows, and a share of the axial motion."""
+
+    id = "measuring_chain"
+    title = "another gain or phase of the measuring chain"
+    mechanism = Mechanism.MEASURING_CHAIN
+    law = "smooth curve"
+    law_free = True
+    own_parameters = (
+        *OVER_BAND.parameters("gain", 0.03),
+        *OVER_BAND.parameters("phase", 0.05),
+        Parameter("leak", "1", 0.0, 0.033),
+    )
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        gain, phase = (OVER_BAND.at(given, name, setting.frequency) for name in ("gain", "phase"))
+        return replace(
+            bench, chain=bench.chain * np.exp(gain + 1j * phase), cross_axis=bench.cross_axis + given["leak"]
+        )

@@ -8,6 +8,7 @@ from analysis.frequency_response import Complex
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 
 class FrameCompliance(Effect):
@@ -94,3 +95,32 @@ class FilteredDisplacement(TransducerLag):
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return np.asarray(stiffness * (1 + 2j * np.pi * points.frequency * given["tau"]))
+
+
+OVER_SWEEP = SmoothCurve((10.0, 60.0, 200.0))
+
+
+class SmoothTester(Effect):
+    """Each configuration has any smooth complex factor over frequency."""
+
+    id = "tester"
+    title = "another gain or phase of the tester"
+    mechanism = Mechanism.TESTER
+    law = "smooth curve"
+    law_free = True
+    own_parameters = tuple(
+        parameter
+        for configuration in Configuration
+        for name, spread in (("gain", 0.1), ("phase", 0.05))
+        for parameter in OVER_SWEEP.parameters(f"{name}_{configuration.name.lower()}", spread)
+    )
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        factor = np.zeros(points.order.size, dtype=complex)
+        for configuration in Configuration:
+            gain, phase = (
+                OVER_SWEEP.at(given, f"{name}_{configuration.name.lower()}", points.frequency)
+                for name in ("gain", "phase")
+            )
+            factor += np.where(points.configuration == configuration, gain + 1j * phase, 0.0)
+        return np.asarray(stiffness * np.exp(factor))

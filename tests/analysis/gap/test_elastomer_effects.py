@@ -120,7 +120,7 @@ def test_joints_that_move_more_are_softer_each_axis_by_its_own_motion() -> None:
         moving = np.array([4e-6, 12e-6, np.hypot(4e-6, 12e-6)])
         gentle, hard = (ratios(effect, own(effect, shear_share=1.0), struck(share * moving))[0] for share in (1.0, 4.0))
         assert np.all(hard < gentle)
-        assert (gentle[0, 0] > gentle[1, 0]) is component or gentle[0, 0] == pytest.approx(gentle[1, 0])
+        assert (gentle[0, 0] > 1.01 * gentle[1, 0]) == component  # shear moves less than compression here
         tested, _ = ratios(effect, own(effect, shear_share=1.0), in_tester(moving[1] if component else moving[2]))
         assert gentle[1, 0] == pytest.approx(tested[1, 0])
 
@@ -226,7 +226,8 @@ def test_stiffness_keeps_the_baseline_at_the_reference(effect: FrequencyDependen
 
 def test_frequency_acts_in_both_rigs_alike() -> None:
     for effect in CAUSAL:
-        direct, inverse = (ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(frequency=180.0)))
+        loadings = in_tester(frequency=180.0), struck(frequency=180.0)
+        direct, inverse = (ratios(effect, own(effect), at) for at in loadings)
         assert np.array_equal(direct, inverse)
 
 

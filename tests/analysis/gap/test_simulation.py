@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.baseline import baseline_of
-from analysis.gap.catalogue import candidates
+from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.fit import Likelihood
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
@@ -58,7 +58,7 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
     own = len(baseline.parameters)
-    for effect in candidates(empty):
+    for effect in (*candidates(empty), *law_free(empty)):
         simulation = Simulation(baseline, modes, (effect,))
         likelihood = Likelihood(simulation)
         scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)

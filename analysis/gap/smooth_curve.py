@@ -1,0 +1,37 @@
+"""Smooth functions in place of a law: heights at a few knots, over the logarithm of what they depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.effect import Given
+from analysis.gap.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class SmoothCurve:
+    """A polynomial in the logarithm through heights at `knots`, constant outside of them.
+
+    Attributes:
+        knots: at which the heights are the parameters.
+        zero: where the curve is zero besides; None for nowhere.
+    """
+
+    knots: tuple[float, ...]
+    zero: float | None = None
+
+    def parameters(self, name: str, spread: float) -> tuple[Parameter, ...]:
+        """A height for each knot, with the standard deviation of its prior."""
+        return tuple(Parameter(f"{name}_{knot:g}", "1", 0.0, spread) for knot in self.knots)
+
+    def at(self, given: Given, name: str, places: Real) -> Real:
+        """Heights at `places` of any shape."""
+        known = self.knots if self.zero is None else (*self.knots, self.zero)
+        heights = [given[f"{name}_{knot:g}"] for knot in self.knots] + [0.0] * (self.zero is not None)
+        logarithm = np.log(np.clip(places, min(known), max(known)) / known[0])
+        powers = np.arange(len(known))
+        coefficients = np.linalg.solve(np.log(np.array(known) / known[0])[:, None] ** powers, heights)
+        return np.asarray(logarithm[..., None] ** powers @ coefficients)

@@ -54,7 +54,7 @@ def test_the_tester_alone_shows_friction_that_is_far_from_linear(made: Made) -> 
 def test_what_the_tester_cannot_see_gains_nothing_there(made: Made) -> None:
     search = search_of(made((FrameCompliance(),), (1.0,)), ())
     assert promised_by_tester(search.simulation((AccelerometerMass(),))).gain == pytest.approx(0.0, abs=0.1)
-    assert promised_by_tester(search.simulation((FrameCompliance(),))).gain > 100
+    assert promised_by_tester(search.simulation((FrameCompliance(),))).gain > 50  # gains of configurations take a part
 
 
 def test_noise_is_inflated_until_a_model_that_does_not_hold_could_be_right(made: Made) -> None:

@@ -67,7 +67,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             exact = analytic(likelihood, scores, place)
             error = np.linalg.norm(difference - exact)
             # joints follow their motion, which derivatives hold fixed
-            within = 0.5 if effect.follows_motion else 1e-5
+            within = 0.5 if effect.follows_motion else 5e-5 if effect.law_free else 1e-5  # high powers lose a digit
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 
 

@@ -26,7 +26,7 @@ from analysis.gap.findings import (
 )
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.forward_selection import selected
-from analysis.gap.gaps import gaps_where_asked, held_to_account, measured_gaps
+from analysis.gap.gaps import coarse_gaps, fine_gaps, gaps_where_asked, held_to_account
 from analysis.gap.held_out import HeldOut
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
@@ -184,8 +184,9 @@ def diagnose(
     none, *contest = parallel_map(alike, [coarse, *chosen])
     weighed = weigh(none, contest, calibration, left_out=True)
     report("measuring the gap on held-out data", 0.85)
-    measured = measured_gaps(none, weighed, measurement, parallel_map)
+    measured = coarse_gaps(none, weighed, measurement, parallel_map)
     weighed = held_to_account(weighed, none, measured)
+    measured = fine_gaps(none, weighed, measured, parallel_map)
     verdict = leading(weighed)
     after = model_of_verdict(verdict, none)
     gaps = gaps_where_asked(measured, after)

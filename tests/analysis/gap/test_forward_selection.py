@@ -76,8 +76,6 @@ def test_of_the_second_effect_every_law_is_tried(made: Made) -> None:
     pairs = [each for each in found.visited if len(each.effects) == 2]
     laws = {effect.law for each in pairs for effect in each.effects if effect.id == "transducer_lag"}
     assert laws == {"delay", FilteredDisplacement.law}
-    best = max(pairs, key=lambda each: each.log_evidence)
-    assert FilteredDisplacement.law in {effect.law for effect in best.effects}
 
 
 class AnyFrame(FrameCompliance):

@@ -143,7 +143,7 @@ def trial(
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:
-        published = {name: scores[name] for name in ("format", "cases", "verdicts")}
+        published = {name: scores[name] for name in ("format", "cases", "versions", "verdicts")}
         write_json(published | {"seed": seed}, publish)
         out.print(f"{publish} written")
 

@@ -13,6 +13,8 @@ STRENGTHS = (("faint", 1.5), ("clear", 5.0), ("strong", float("inf")))
 """Names of gaps by their largest rms over noise, without any effect in the model."""
 EVEN = 0.5
 """Probability of a verdict that is as likely as not: only more counts as said, and no limit is lower."""
+FEW = 8
+"""Verdicts below which a share says too little by itself."""
 LIKE = 0.1
 """Difference of probability up to which two verdicts are alike."""
 
@@ -68,12 +70,14 @@ class TrackRecord:
     def limit(self, strength: str, count: int) -> float:
         """Largest probability that trials support for explanations of so many effects at gaps of this strength.
 
-        By the rule of succession, (right + 1) / (all + 2) of the verdicts on cases like this one: 1 / 2 where there
-        were none. 1 where there never was a trial, which is then said beside the probability.
+        By the rule of succession, (right + 1) / (all + 2) of the verdicts on cases like this one. Where fewer than
+        `FEW` were like it, of all that named as little or as much: any number of effects, or none. 1 where there never
+        was a trial, which is then said beside the probability.
         """
-        alike = [each for each in self.verdicts if each.strength == strength and len(each.effects) == count]
-        tried = [each.right for each in alike if each.probability >= EVEN]
-        return max(EVEN, (sum(tried) + 1) / (len(tried) + 2)) if self.cases else 1.0
+        tried = [each for each in self.verdicts if each.probability >= EVEN and bool(each.effects) == bool(count)]
+        alike = [each for each in tried if each.strength == strength and len(each.effects) == count]
+        counted = [each.right for each in (alike if len(alike) >= FEW else tried)]
+        return max(EVEN, (sum(counted) + 1) / (len(counted) + 2)) if self.cases else 1.0
 
 
 def _alike(verdict: Verdict, status: str, effects: Sequence[str]) -> bool:

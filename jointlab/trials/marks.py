@@ -87,6 +87,7 @@ class Mark:
         strength: of the gap.
         coverage: of parameters that both sides call by one name.
         seconds, error: of the diagnosis.
+        version: of the software that answered.
     """
 
     truth: Truth
@@ -111,6 +112,7 @@ class Mark:
     coverage: tuple[Coverage, ...] = ()
     seconds: float = 0.0
     error: str = ""
+    version: str = ""
 
 
 TRUTH = TypeAdapter(Truth)
@@ -126,7 +128,7 @@ def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None)
         unseen: true gap of the predictions on rows that were never shown, percent.
     """
     if "error" in answer:
-        return Mark(truth=truth, seconds=answer["seconds"], error=answer["error"])
+        return Mark(truth=truth, seconds=answer["seconds"], error=answer["error"], version=answer.get("version", ""))
     claims = Claims.of(answer)
     said, allowed = claims.said, {*truth.effects, *truth.inseparable}
     right = _right(truth, claims)
@@ -153,6 +155,7 @@ def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None)
         strength=strength(answer),
         coverage=_coverage(truth, claims),
         seconds=answer["seconds"],
+        version=answer.get("version", ""),
     )
 
 

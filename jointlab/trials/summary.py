@@ -52,6 +52,7 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
         {
             "format": FORMAT,
             "cases": len(marks),
+            "versions": sorted({each.version for each in marks if each.version}),
             "failed": [f"{each.truth.case}: {each.error}" for each in marks if each.error],
             "single_exact": _share(strong, lambda each: each.right),
             "single_inseparable": _share(strong, lambda each: each.inseparable),
@@ -129,7 +130,8 @@ def markdown(found: dict[str, Any]) -> str:
     counts = found["confusion"]
     return "\n\n".join(
         [
-            f"{found['cases']} cases, {len(found['failed'])} without an answer. Seconds: {', '.join(seconds)}.",
+            f"{found['cases']} cases, {len(found['failed'])} without an answer. Seconds: {', '.join(seconds)}. "
+            f"Answered by {', '.join(found['versions']) or 'an unknown version'}.",
             _table(("figure", "found", "target"), figures),
             _table(("strong single", "named"), [(name, _text(each)) for name, each in found["by_effect"].items()]),
             _table(

@@ -10,6 +10,7 @@ from jointlab.diagnosis.load import subject_of_run
 from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
 from jointlab.errors import EXPECTED
 from store.catalogue import Catalogue
+from store.version import software_version
 
 DATABASE = "jointlab.db"
 FAILURES: tuple[type[Exception], ...] = (*EXPECTED, ArithmeticError, ValueError, LookupError)
@@ -28,8 +29,8 @@ def answer(measured: Path) -> dict[str, Any]:
         with threadpool_limits(limits=1):
             found = _diagnosed(measured)
     except FAILURES as error:
-        return {"error": f"{type(error).__name__}: {error}", "seconds": time.perf_counter() - started}
-    document = found.document | {"curves": [], "seconds": round(time.perf_counter() - started, 3)}
+        return {"error": f"{type(error).__name__}: {error}"} | _made(started)
+    document = found.document | {"curves": []} | _made(started)
     predicted = found.found.predicted
     if predicted is not None:
         document["predicted"] = {
@@ -39,6 +40,10 @@ def answer(measured: Path) -> dict[str, Any]:
             "input": [str(struck) for _, struck in found.subject.measurement.predict],
         }
     return document
+
+
+def _made(started: float) -> dict[str, Any]:
+    return {"seconds": round(time.perf_counter() - started, 3), "version": software_version()}
 
 
 def _diagnosed(measured: Path) -> Diagnosed:

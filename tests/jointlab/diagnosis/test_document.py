@@ -105,7 +105,7 @@ def test_beside_a_verdict_stands_how_often_the_like_was_right(document: Make) ->
         "right": 1,
         "confidence": {"named": 1, "right": 0},
     }
-    assert probability(document(RECORD)) == pytest.approx(3 / 5), "two of three like it were right"
+    assert probability(document(RECORD)) == pytest.approx(4 / 6), "three of four that named an effect were right"
 
 
 def test_pairs_are_compared_with_pairs_and_none_with_none() -> None:

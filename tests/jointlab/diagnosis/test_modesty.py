@@ -17,8 +17,10 @@ def record(right: int, wrong: int, effects: tuple[str, ...] = ("joint_mass",)) -
 def test_the_limit_follows_the_rule_of_succession_on_cases_like_this_one() -> None:
     assert record(48, 0).limit("strong", 1) == pytest.approx(49 / 50)
     assert record(45, 3).limit("strong", 1) == pytest.approx(46 / 50)
-    assert record(48, 0).limit("faint", 1) == 0.5
-    assert record(48, 0).limit("strong", 2) == 0.5
+    # none was like these: what any number of effects at any gap supports
+    assert record(45, 3).limit("faint", 1) == pytest.approx(46 / 50)
+    assert record(45, 3).limit("strong", 3) == pytest.approx(46 / 50)
+    assert record(48, 0).limit("strong", 0) == 0.5
     assert TrackRecord().limit("strong", 1) == 1.0
 
 

@@ -1,6 +1,7 @@
 """Configuration: one TOML file and the environment, which wins. Shown by `jointlab config`."""
 
 import os
+import sys
 import tomllib
 from datetime import date
 from pathlib import Path
@@ -47,6 +48,30 @@ class ServiceSettings(BaseModel):
     session_hours: float = Field(default=12.0, gt=0, le=720, description="hours after which a log-in to the page ends")
 
 
+class DriveSettings(BaseModel):
+    """The drive process of the rig, which `jointlab drive` or the service starts."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    folder: Path | None = Field(
+        default=None,
+        description="its socket, lock, log and records that are not in the database yet, on a local disk; by default a "
+        "folder of the rig's name in the user's state folder",
+    )
+    stop_address: str = Field(
+        default="127.0.0.1", description="where STOP listens; who reaches it can stop the machine"
+    )
+    stop_port: int = Field(default=8001, ge=0, le=65535, description="its port; 0: any free one")
+    stop_button: str | None = Field(
+        default=None, description="serial port or pyserial URL of a button: a byte, or a lost line, means STOP"
+    )
+    when_alone: Literal["finish", "stop"] = Field(
+        default="finish",
+        description="what happens to a run when no program steers the rig any more: it goes on until it needs the "
+        "operator, or it is ended with the actuator at rest",
+    )
+
+
 class Settings(BaseSettings):
     """Everything that differs between one laboratory and another.
 
@@ -73,6 +98,7 @@ class Settings(BaseSettings):
     )
 
     service: ServiceSettings = Field(default=ServiceSettings(), description="how the service meets its network")
+    drive: DriveSettings = Field(default=DriveSettings(), description="the drive process, table [drive]")
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
 
@@ -87,6 +113,18 @@ class Settings(BaseSettings):
     ) -> tuple[PydanticBaseSettingsSource, ...]:
         """Arguments, then the environment, then the TOML file."""
         return init_settings, env_settings, TomlConfigSettingsSource(settings_cls, config_path())
+
+
+def drive_folder(settings: Settings) -> Path:
+    """The folder of the drive process of the rig."""
+    return state_folder() / settings.rig if settings.drive.folder is None else settings.drive.folder.absolute()
+
+
+def state_folder() -> Path:
+    """Where programs of this user keep what outlives them, and is no result."""
+    if sys.platform == "win32":
+        return Path(os.environ["LOCALAPPDATA"]) / "jointlab"
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "jointlab"
 
 
 def config_path() -> Path:

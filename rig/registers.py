@@ -16,9 +16,11 @@ Limits, watchdog time and detectors are set at the instrument. The network may t
 
 import struct
 from binascii import crc_hqx
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag, StrEnum
+from functools import reduce
+from operator import or_
 
 MAP_VERSION = 2
 CYCLES_REPORTED = 16
@@ -89,6 +91,12 @@ def name_of(interlock: Interlock) -> str:
 def interlock_names(interlocks: Interlock) -> tuple[str, ...]:
     """Name in the map of each of `interlocks`."""
     return tuple(name_of(each) for each in interlocks)
+
+
+def interlocks_named(names: Iterable[str]) -> Interlock:
+    """The interlocks with these names in the map."""
+    known = {name_of(each): each for each in Interlock}
+    return reduce(or_, (known[name] for name in names), NO_INTERLOCK)
 
 
 class CommandCode(IntEnum):

@@ -73,6 +73,7 @@ def carry_out(
     if begun is not None:
         _check_same(order.run_id, begun, left, instruments, found)
     control.carry_out(lambda: None, observer)  # a stop before this line stores nothing
+    control.begin()
     begin = _begin(order, instruments, found, reset_done)
     records.write(begin)
     if begun is None:

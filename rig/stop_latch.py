@@ -71,7 +71,7 @@ class StopLatch:
             LeaseLostError: another client holds the lease.
         """
         with self._lock:
-            self._check_lease(lease)
+            self.check_lease(lease)
             if epoch != self._epoch:
                 raise StopNotResetError(
                     f"STOP {self._epoch} came after STOP {epoch}; see why it was pressed, then reset that one"
@@ -108,9 +108,10 @@ class StopLatch:
                     f"STOP is in force ({self._stop.who}: {self._stop.why}); what was measured before is kept. Reset "
                     "STOP before anything moves"
                 )
-            self._check_lease(lease)
+            self.check_lease(lease)
             yield
 
-    def _check_lease(self, lease: int | None) -> None:
+    def check_lease(self, lease: int | None) -> None:
+        """Check that `lease` is the present one, STOP or not. Raises LeaseLostError where it is another one."""
         if lease is not None and lease != self._lease:
             raise LeaseLostError("another client has taken the rig since this was asked for; nothing moved")

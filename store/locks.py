@@ -1,4 +1,4 @@
-"""Locks between processes: one process drives a rig, one carries out a run.
+"""Locks between processes: one process carries out a run.
 
 The file of a lock is beside the waveforms, which every program of one store can write to.
 """
@@ -10,44 +10,13 @@ from pathlib import Path
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.file_lock import LockHeldError, exclusive_lock
-from store.provenance import who_is_here
 from store.runs import Run, list_run_events
 
 _ENDING = ".lock"
 
 
-class RigBusyError(StoreError):
-    """Another living process drives the rig."""
-
-
 class RunBusyError(StoreError):
     """Another living process carries out the run."""
-
-
-@contextmanager
-def rig_lock(catalogue: Catalogue, rig: str) -> Iterator[None]:
-    """Be the only process of this store that drives `rig` while the context lasts.
-
-    Raises:
-        RigBusyError: another living process does; the message names it.
-        StoreError: the folder beside the waveforms cannot be written.
-    """
-    folder = catalogue.waveforms.folder
-    path = folder.with_name(f"{folder.name}-{rig}{_ENDING}")
-    holder = path.with_suffix(".holder")
-    try:
-        with exclusive_lock(path):
-            try:
-                holder.write_text(who_is_here(), encoding="utf-8")
-            except OSError as error:
-                raise StoreError(f"{holder} cannot be written: {error.strerror or error}") from error
-            yield
-    except LockHeldError as error:
-        named = holder.read_text(encoding="utf-8") if holder.is_file() else "another process"
-        raise RigBusyError(
-            f"{rig!r} is driven by {named}; work there, or end it first (a second rig on this store needs a name of "
-            "its own: rig in the configuration)"
-        ) from error
 
 
 @contextmanager

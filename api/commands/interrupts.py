@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from queue import SimpleQueue
 from types import FrameType
+from typing import Protocol
 
 from rich.console import Console
 
-from rig.control import RunControl
+from jointlab.errors import ConflictError
 from rig.errors import RigError
 
 INTERRUPTED = 130
@@ -21,8 +22,27 @@ else:
     PAUSE, PAUSE_KEY = signal.SIGTSTP, "Ctrl-Z"
 
 
+class Control(Protocol):
+    """Requests to a run; a pause and a stop return with the actuator at rest."""
+
+    def pause(self) -> None:
+        """Hold it."""
+
+    def resume(self) -> None:
+        """Let it go on."""
+
+    def stop(self) -> None:
+        """End it."""
+
+    def is_paused(self) -> bool:
+        """Whether it is held."""
+
+    def is_interrupted(self) -> bool:
+        """Whether it is held, is being ended or has ended."""
+
+
 @contextmanager
-def steering_by_keys(control: RunControl, console: Console) -> Iterator[None]:
+def steering_by_keys(control: Control, console: Console) -> Iterator[None]:
     """Let Ctrl-C stop the run that `control` controls, and Ctrl-Z pause and continue it.
 
     Ctrl-C would raise KeyboardInterrupt wherever the program is, maybe while the actuator is being brought to rest; a
@@ -36,7 +56,7 @@ def steering_by_keys(control: RunControl, console: Console) -> Iterator[None]:
         while (request := requests.get()) is not None:
             try:
                 request()
-            except RigError as error:
+            except (RigError, ConflictError) as error:
                 console.print(str(error), style="red")
 
     def stop() -> None:

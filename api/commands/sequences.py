@@ -1,6 +1,9 @@
 """`jointlab run` and `jointlab resume`: a sequence, on the configured instruments."""
 
 import json
+import logging
+from collections.abc import Callable
+from contextlib import closing, suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -10,29 +13,34 @@ import typer
 from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
-from jointlab.instruments import instruments_of
-from jointlab.runs.carry_out import CarryOut, resume_run, run_sequence
+from jointlab.drive.events import RunEnded
+from jointlab.drive.journal import event_of
+from jointlab.drive.phase import Phase
+from jointlab.drive.prompts import Prompt
+from jointlab.errors import ConflictError
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
-from jointlab.supervision.stored_limits import stored_limits, with_stored_limits
-from rig.control import RunControl
-from rig.errors import RunStoppedError
-from rig.events import Event, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
-from rig.instruments import Instruments
+from jointlab.supervision.automatic_operator import obey
+from jointlab.supervision.manager import RunManager
+from jointlab.supervision.stored_limits import stored_limits
+from rig.errors import RequestError, RigError, RunStoppedError
+from rig.events import Event, Observer, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
+from rig.operator import Operator
 from rig.sequence import Sequence, load_sequence, sequence_from
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.database import is_made
-from store.locks import rig_lock
 from store.provenance import who_is_here
 from store.runs import get_run
 
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip is removed. Recorded.")
 ]
+FOLLOW_INTERVAL = 0.1  # s between two looks at the prompts of a run
+log = logging.getLogger(__name__)
 
 
 def show_schema(wanted: bool) -> None:
@@ -64,10 +72,8 @@ def run(
     if dry_run:
         list_steps(document, settings)
         return
-    instruments = instruments_of(settings)
-    with open_catalogue(settings) as catalogue, rig_lock(catalogue, settings.rig):
-        instruments = with_stored_limits(instruments, catalogue)
-        _carry_out(partial(run_sequence, document, reset=reset), instruments, catalogue, document)
+    with open_catalogue(settings) as catalogue:
+        _carry_out(settings, catalogue, document, lambda rig: rig.run(document, who_is_here(), reset=reset))
 
 
 def resume(
@@ -79,13 +85,16 @@ def resume(
     Ctrl-Z (Ctrl-Break on Windows) pauses it and lets it go on, Ctrl-C stops it.
     """
     settings = load_settings()
-    instruments = instruments_of(settings)
-    with open_catalogue(settings) as catalogue, rig_lock(catalogue, settings.rig):
-        instruments = with_stored_limits(instruments, catalogue)
+    with open_catalogue(settings) as catalogue:
         with catalogue.reading() as session:
             stored = get_run(session, number)
         document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
-        _carry_out(partial(resume_run, number, reset=reset), instruments, catalogue, document)
+
+        def go_on(rig: RunManager) -> int:
+            rig.resume(number, who_is_here(), reset=reset)
+            return number
+
+        _carry_out(settings, catalogue, document, go_on)
 
 
 def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
@@ -104,14 +113,56 @@ def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> Non
         add_audit_entry(session, who=who_is_here(), action=action, target=target, outcome="at the terminal")
 
 
-def _carry_out(carry_out: CarryOut, instruments: Instruments, catalogue: Catalogue, document: Sequence | None) -> None:
+class _Keys:
+    """What keys do with the present run."""
+
+    def __init__(self, rig: RunManager) -> None:
+        self._rig = rig
+        self._held = False
+
+    def pause(self) -> None:
+        """Hold it, with the actuator at rest."""
+        self._rig.pause(self._run())
+        self._held = True
+
+    def resume(self) -> None:
+        """Let it go on."""
+        self._held = False
+        self._rig.resume(self._run(), who_is_here())
+
+    def stop(self) -> None:
+        """End it, with the actuator at rest."""
+        self._rig.stop(self._run())
+
+    def is_paused(self) -> bool:
+        """Whether it is held."""
+        return self._held and self._rig.state.phase in (Phase.RUNNING, Phase.PAUSED)
+
+    def is_interrupted(self) -> bool:
+        """Whether it is held, is being ended or has ended."""
+        return self._rig.state.phase not in (Phase.STARTING, Phase.RUNNING)
+
+    def _run(self) -> int:
+        return self._rig.state.run_id or 0  # none has that number
+
+
+def _carry_out(
+    settings: Settings, catalogue: Catalogue, document: Sequence | None, begin: Callable[[RunManager], int]
+) -> None:
     """Carry out a run that keys pause and stop, show its progress, and say how to go on with it."""
-    control, operator = RunControl(), TerminalOperator(progress_console)
-    with SequenceProgress(document, progress_console) as progress:
+    with (
+        closing(RunManager(catalogue, settings, name="jointlab run")) as rig,
+        SequenceProgress(document, progress_console) as progress,
+    ):
+        rig.lease.take(who_is_here(), "terminal")
         observer = notify_all(progress, partial(_note, catalogue, progress))
         try:
-            with steering_by_keys(control, progress_console):
-                carry_out(instruments, catalogue, operator, observer, control)
+            with steering_by_keys(_Keys(rig), progress_console):
+                after = rig.journal.latest
+                run_id = begin(rig)
+                _follow(rig, run_id, after, observer)
+            rig.wait()
+            rig.check_outcome()
         except (KeyboardInterrupt, RunStoppedError):
             _say_how_to_go_on(progress, "stopped")
             raise typer.Exit(INTERRUPTED) from None
@@ -119,6 +170,38 @@ def _carry_out(carry_out: CarryOut, instruments: Instruments, catalogue: Catalog
             _say_how_to_go_on(progress, "failed")
             raise
         out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
+
+
+def _follow(rig: RunManager, run_id: int, after: int, observer: Observer) -> None:
+    """Show what happens and let the operator obey prompts, until the run has ended; an error here ends it."""
+    operator, obeyed = TerminalOperator(progress_console), 0
+    try:
+        while True:
+            for entry in rig.journal.wait(after, FOLLOW_INTERVAL):
+                after = entry.number
+                event = event_of(entry)
+                observer(event)
+                if isinstance(event, RunEnded):
+                    return
+            prompt = rig.prompt
+            if prompt is not None and prompt.number > obeyed and rig.state.run_id == run_id:
+                obeyed = prompt.number
+                _obey(rig, run_id, operator, prompt)
+    except BaseException:
+        with suppress(RigError, ConflictError):  # it has ended, or its process; the error says what came first
+            rig.stop(run_id)
+        raise
+
+
+def _obey(rig: RunManager, run_id: int, operator: Operator, prompt: Prompt) -> None:
+    try:
+        obey(operator, prompt)
+        if prompt.waits:
+            rig.answer(run_id, prompt.number)
+    except RequestError as error:
+        rig.fail_prompt(run_id, prompt.number, str(error))
+    except ConflictError:
+        log.info("prompt %s was withdrawn meanwhile", prompt.number)
 
 
 def _say_how_to_go_on(progress: SequenceProgress, ended: str) -> None:

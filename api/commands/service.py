@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 from typing import Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -15,19 +16,17 @@ from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
 from api.service.server import make_server, raise_descriptor_limit, tls_of
-from jointlab.drive.prompts import AutomaticOperator
 from jointlab.errors import JointlabError
-from jointlab.instruments import instruments_of
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from jointlab.runs.carry_out import store_spools
-from jointlab.settings import Settings, load_settings
+from jointlab.settings import Settings, load_settings, state_folder
+from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from store.catalogue import Catalogue
 from store.keys import count_keys
-from store.locks import rig_lock
 
 LOOPBACK = "127.0.0.1"
 SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers
@@ -96,6 +95,9 @@ def _laboratory(
     with simulated_laboratory(seed, speed) as laboratory:
         kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers")
         others = {name: getattr(settings, name) for name in kept}
+        # of its own, so that no simulated rig meets a real one
+        folder = settings.drive.folder or state_folder() / f"simulated-{urlsplit(laboratory.addresses.tester).port}"
+        others["drive"] = settings.drive.model_copy(update={"folder": folder, "stop_port": 0})
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.operator)
 
 
@@ -103,13 +105,12 @@ def _laboratory(
 def _driving(
     catalogue: Catalogue, settings: Settings, automatic_operator: AutomaticOperator | None
 ) -> Iterator[RunManager | None]:
-    """The run manager of the one service that drives the rig; none where no channel is configured, which only reads."""
+    """The run manager of the service that steers the rig; none where no channel is configured, which only reads."""
     if not settings.channels:
         yield None
         return
-    with rig_lock(catalogue, settings.rig):
-        store_spools(catalogue)
-        yield RunManager(catalogue, instruments_of(settings), automatic_operator)
+    store_spools(catalogue)
+    yield RunManager(catalogue, settings, automatic_operator)
 
 
 def _executor(settings: Settings) -> Executor:

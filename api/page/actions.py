@@ -42,15 +42,15 @@ class PageActions:
     tab: Callable[[], str]
     tell: Tell
 
-    async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller], ResultT]) -> ResultT | None:
-        """Carry out an action on the rig, with its lease."""
-        tab = self.tab()
+    async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller, int], ResultT]) -> ResultT | None:
+        """Carry out an action on the rig, with the number of its lease."""
+        tab, leases = self.tab(), list[int]()
 
         def take_lease(caller: Caller) -> None:
             check_scope(caller, Scope.CONTROL)
-            self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name)
+            leases.append(self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name).number)
 
-        return await self._do(action, target, take_lease, lambda caller: do(self._runs(), caller), moves=True)
+        return await self._do(action, target, take_lease, lambda caller: do(self._runs(), caller, *leases), moves=True)
 
     async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], ResultT]) -> ResultT | None:
         """Carry out an action that needs `scope`."""

@@ -54,7 +54,7 @@ class Door:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close"})
             else:
-                await _refused(Request(scope), login.secret is not None, error)(scope, receive, send)
+                await _refused(self._services, Request(scope), login.secret is not None, error)(scope, receive, send)
             return
         await self._app(scope, receive, send)
 
@@ -83,10 +83,10 @@ def _is_of_page(path: str) -> bool:
     return (path == "/page" or path.startswith("/page/")) and not path.startswith(FILES_OF_NICEGUI)
 
 
-def _refused(request: Request, tried: bool, error: AccessError | StoreError) -> Response:
+def _refused(services: Services, request: Request, tried: bool, error: AccessError | StoreError) -> Response:
     path, status = request.url.path, error.status if isinstance(error, AccessError) else 503
     if path.startswith(NO_VIEWS):
         return problem(status, str(error))
     if status in (401, 403) and not path.startswith(FORMS):
         return RedirectResponse(log_in_address(request, str(error) if tried else ""))  # a stranger needs no reason
-    return log_in_form(f"{error}. STOP works all the same.", HOME, status)
+    return log_in_form(services, f"{error}. STOP works all the same.", HOME, status)

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from api.page.actions import PageActions, token_of
 from api.page.controls import button
-from api.page.login import STOP, Login, file_text
+from api.page.login import Login, file_text, stop_button
 from api.page.markup import show, tabs
 from api.service.access import Caller
 from api.service.deadlines import SilentError, within
@@ -86,12 +86,15 @@ class Frame:
         self.actions = PageActions(self.login, self._tab, self.tell)
         ui.add_css(file_text("page.css"))
         ui.add_head_html(f"<script>{file_text('page.js')}</script>")
-        ui.add_body_html(STOP + NO_CONNECTION)
+        ui.add_body_html(stop_button(self.services) + NO_CONNECTION)
         with ui.header():
             self._top = show(self._state())
             show(tabs("views", VIEWS, self.title))
         show(f"<h1>{escape(self.title)}</h1>")
         self._trouble = show("").props('role="alert"')
+        self._stopped = show("").props('role="status"')
+        self._reset_stop = button("I have looked: reset STOP", self._let_go)
+        self._show_stop()
         self._take_over = button("Drive from here", self.actions.take_over)
         self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
@@ -140,6 +143,21 @@ class Frame:
         assert self._connected_as is not None, "no button is pressed before the browser has connected"
         return self._connected_as
 
+    def _show_stop(self) -> None:
+        """Show the STOP that is in force, with the button to reset it."""
+        stop = None if self.services.runs is None else self.services.runs.stopped_by
+        why = "" if stop is None else f"{escape(stop.who)}: {escape(stop.why)}"
+        notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: nothing moves.</b> {why}.</div>'
+        self._stopped.set_content(notice if why else "")
+        self._reset_stop.set_visibility(stop is not None)
+
+    async def _let_go(self) -> None:
+        """Reset the STOP that is shown."""
+        stop = None if self.services.runs is None else self.services.runs.stopped_by
+        if stop is not None:
+            epoch = stop.epoch
+            await self.actions.drive("reset stop", "rig", lambda runs, _, lease: runs.reset_stop(epoch, lease))
+
     async def _poll(self) -> None:
         """Refresh the view where something has happened at the rig since the last time."""
         runs = self.services.runs
@@ -148,6 +166,7 @@ class Frame:
             return
         self._seen = now
         self._top.set_content(self._state())
+        self._show_stop()
         for refresh in self.refreshes:
             await refresh()
 

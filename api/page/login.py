@@ -36,10 +36,6 @@ from store.page_sessions import begin_page_session, end_page_session, key_of_pag
 COOKIE = "jointlab-session"
 HOME = "/page/"
 _lookup = ThreadPoolExecutor(2, thread_name_prefix="log-in")
-STOP = """<form class="stop" method="post" action="/api/rig/stop" target="stopped">
-<button aria-label="STOP: end the run and bring the actuator to rest">STOP</button>
-<output role="status"></output></form>
-<iframe name="stopped" hidden title="answer to STOP"></iframe>"""
 
 
 @dataclass(frozen=True)
@@ -80,10 +76,21 @@ def file_text(name: str) -> str:
     return resources.files("api.page").joinpath(name).read_text(encoding="utf-8")
 
 
-def log_in_form(trouble: str, target: str, status: int = 200) -> HTMLResponse:
+def stop_button(services: Services) -> str:
+    """The STOP button: it asks the service and, by its port, the drive process itself."""
+    port = "" if services.runs is None else str(services.runs.drive.stop_port)
+    return f"""<form class="stop" method="post" action="/api/rig/stop" target="stopped" data-port="{port}">
+<button aria-label="STOP: end the run and bring the actuator to rest">STOP</button>
+<output role="status"></output></form>
+<iframe name="stopped" hidden title="answer to STOP"></iframe>"""
+
+
+def log_in_form(services: Services, trouble: str, target: str, status: int = 200) -> HTMLResponse:
     """The form to log in, which says what the trouble is and leads to `target`; STOP is on it, too."""
     css, js = file_text("page.css"), file_text("page.js")
-    return HTMLResponse(_template().render(css=css, js=js, stop=STOP, trouble=trouble, next=target), status)
+    return HTMLResponse(
+        _template().render(css=css, js=js, stop=stop_button(services), trouble=trouble, next=target), status
+    )
 
 
 @cache
@@ -98,7 +105,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
     @app.get("/page/log-in", include_in_schema=False)
     def ask(request: Request, why: str = "", next: str = HOME) -> Response:
         """The form."""
-        return log_in_form(why, _own_address(next, request))
+        return log_in_form(services, why, _own_address(next, request))
 
     @app.post("/page/log-in", include_in_schema=False)
     async def log_in(request: Request, key: Annotated[str, Form()], next: Annotated[str, Form()] = HOME) -> Response:
@@ -110,9 +117,9 @@ def add_log_in(app: FastAPI, services: Services) -> None:
             services.bursts.note(
                 services.catalogue, Happening(stranger(request), "log in", "page", f"refused: {error}")
             )
-            return log_in_form(str(error), target, error.status)
+            return log_in_form(services, str(error), target, error.status)
         except StoreError as error:
-            return log_in_form(str(error), target, 503)
+            return log_in_form(services, str(error), target, 503)
         answer = RedirectResponse(target, 303)
         answer.set_cookie(
             COOKIE, secret, max_age=int(services.session_lasts.total_seconds()), httponly=True, samesite="strict",

@@ -1,16 +1,26 @@
-// STOP by plain HTTP, the notice of a dead socket, keys, and pictures of charts. Everything else is the server's.
+// STOP by plain HTTP, to the service and to the drive process itself, whichever answers; the notice of a dead socket, keys,
+// and pictures of charts. Everything else is the server's.
 document.addEventListener("submit", async (event) => {
   const form = event.target;
   if (!form.matches(".stop")) return;
   event.preventDefault();
   const said = form.querySelector("output");
   said.textContent = "Stopping …";
-  try {
-    const answer = await fetch(form.action, { method: "POST", signal: AbortSignal.timeout(8000) });
+  const press = async (address) => {
+    const answer = await fetch(address, { method: "POST", signal: AbortSignal.timeout(8000) });
     const told = await answer.json();
-    said.textContent = answer.ok ? "Stopped. The actuator is at rest." : `STOP FAILED: ${told.detail}`;
-  } catch {
-    said.textContent = "STOP is not confirmed. Press the red button on the machine.";
+    if (!answer.ok) throw new Error(told.detail);
+  };
+  const presses = [press(form.action)];
+  if (form.dataset.port) presses.unshift(press(`http://${location.hostname}:${form.dataset.port}/stop`));
+  try {
+    await Promise.any(presses);
+    said.textContent = "Stopped. The actuator is at rest.";
+  } catch (failed) {
+    const why = failed.errors.filter((each) => each.constructor === Error).map((each) => each.message);
+    said.textContent = why.length
+      ? `STOP FAILED: ${why[0]}`
+      : "STOP is not confirmed. Press the red button on the machine.";
   }
   setTimeout(() => (said.textContent = ""), 20000);
 });

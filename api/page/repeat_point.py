@@ -46,7 +46,7 @@ class RepeatPoint:
         await self._frame.actions.drive(
             "redo point",
             f"run {run_id}, {point}",
-            lambda runs, caller: runs.repeat_point(run_id, set_number, point, caller.name),
+            lambda runs, caller, _: runs.repeat_point(run_id, set_number, point, caller.name),
         )
 
     def _is_finished(self, run_id: int) -> bool:

@@ -109,13 +109,15 @@ def _after(frame: Frame, state: RigState, run: Run) -> None:
 async def resume(frame: Frame, run_id: int) -> None:
     """Let a run go on that is on hold, was stopped or has failed."""
     await frame.actions.drive(
-        "resume run", f"run {run_id}", lambda runs, caller: runs.resume(run_id, caller.name, reset=False)
+        "resume run", f"run {run_id}", lambda runs, caller, lease: runs.resume(run_id, caller.name, lease=lease)
     )  # fmt: skip
 
 
 async def _pause(frame: Frame, run_id: int) -> None:
-    await frame.actions.drive("pause run", f"run {run_id}", lambda runs, _: runs.pause(run_id))
+    await frame.actions.drive("pause run", f"run {run_id}", lambda runs, *_: runs.pause(run_id))
 
 
 async def _answer(frame: Frame, run_id: int, number: int) -> None:
-    await frame.actions.drive("answer prompt", f"run {run_id}", lambda runs, _: runs.answer(run_id, number))
+    await frame.actions.drive(
+        "answer prompt", f"run {run_id}", lambda runs, _, lease: runs.answer(run_id, number, lease)
+    )

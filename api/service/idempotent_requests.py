@@ -48,6 +48,7 @@ class IdempotentRequest:
         action: that is asked for, as the audit log has it.
         key: its idempotency key.
         fingerprint: of what is asked for.
+        lease: number of the lease that its caller has; None where it needs none.
     """
 
     services: Services
@@ -55,6 +56,7 @@ class IdempotentRequest:
     action: AuditedAction
     key: str
     fingerprint: str
+    lease: int | None = None
 
     def once(
         self, do: Callable[[], BaseModel | None], status: int = 200, *, secret: str | None = None, **details: Any
@@ -135,22 +137,22 @@ def idempotent(action: str, target: str, scope: Scope, *, moves: bool = False) -
     return Depends(permitted)
 
 
-def driving(action: str) -> Any:
-    """A dependency: the request to act on a run, if its caller has the control lease of the rig, or the request was
+def driving(action: str, target: str = "run {run_id}") -> Any:
+    """A dependency: the request to act on `target`, if its caller has the control lease of the rig, or the request was
     answered before. The lease is checked when the request is complete.
     """
-    permitted = idempotent(action, "run {run_id}", Scope.CONTROL, moves=True)
+    permitted = idempotent(action, target, Scope.CONTROL, moves=True)
 
     async def by_the_driver(
         runs: Rig, found: IdempotentRequest = permitted, token: LeaseToken = None
     ) -> IdempotentRequest:
         try:
-            runs.lease.check(token)
+            return replace(found, lease=runs.lease.check(token))
         except LeaseError as error:
             if not await to_thread.run_sync(found.is_answered):
                 await found.refused(error)
                 raise
-        return found
+            return found
 
     return Depends(by_the_driver)
 

@@ -17,7 +17,8 @@ from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.limits import QuotaError
 from jointlab.supervision.lease import ForeignLeaseError
 from rig.completed_points import ResumeError
-from rig.errors import UNEXPECTED, RequestError, RigError
+from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError
+from rig.stop_latch import LeaseLostError, StopNotResetError
 from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
 from store.locks import RunBusyError
 
@@ -66,6 +67,9 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (ForeignLeaseError, 403),
     (ConflictError, 409),
     (ResumeError, 409),
+    (RunStoppedError, 409),
+    (LeaseLostError, 409),
+    (StopNotResetError, 409),
     (RunBusyError, 409),
     (WrongRigError, 409),
     (NotFoundError, 404),

@@ -8,9 +8,7 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import BaseModel, Field, create_model
 
 from analysis.dof import Dof
-from jointlab.drive import events as drive_events
-from jointlab.drive.events import PromptKind
-from rig import events
+from jointlab.drive.events import EVENTS, PromptKind
 from rig.events import Event
 from rig.registers import Interlock
 from store.states import RunState
@@ -22,12 +20,6 @@ PLAIN_TYPES: dict[object, object] = {
     RunState: str,
 }
 """How a field of an event appears in the data of a server-sent event, where that is another type."""
-EVENTS: tuple[type[Event], ...] = tuple(
-    kind
-    for module in (events, drive_events)
-    for kind in vars(module).values()
-    if isinstance(kind, type) and issubclass(kind, Event) and kind.__module__ == module.__name__ and kind is not Event
-)
 
 
 def model_of(kind: type[Event]) -> type[BaseModel]:
@@ -50,6 +42,6 @@ def described_events() -> dict[str, Any]:
                 "data": {"contentMediaType": "application/json", "contentSchema": model_of(kind).model_json_schema()},
             },
         }
-        for kind in EVENTS
+        for kind in EVENTS.values()
     ]
     return {"content": {"text/event-stream": {"itemSchema": {"oneOf": alternatives}}}}

@@ -4,7 +4,7 @@ import logging
 import threading
 
 from jointlab.client.connection import Connection, ProblemError
-from jointlab.documents.rig import LeaseDocument
+from jointlab.documents.rig import LeaseDocument, RigDocument
 from jointlab.documents.runs import Acknowledged, RunSummary
 
 log = logging.getLogger(__name__)
@@ -50,6 +50,12 @@ class Driver:
         """Reset the tester that had tripped, because the cause is removed; which interlocks had tripped."""
         path = f"/runs/{run}/acknowledge-interlock"
         return self._connection.post(Acknowledged, path, {"reason": reason}, self._header).interlocks
+
+    def reset_stop(self) -> None:
+        """Release the STOP that is in force, after its cause is removed; nothing moves by this."""
+        stop = self._connection.get(RigDocument, "/rig").stop
+        if stop is not None:
+            self._connection.request("POST", "/rig/reset-stop", body={"epoch": stop.epoch}, headers=self._header)
 
     def give_back(self) -> None:
         """Give the lease back."""

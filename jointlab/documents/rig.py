@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field, model_validator
 
-from jointlab.documents.fields import OneLine, Request
+from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
@@ -18,6 +18,14 @@ class PromptDocument(BaseModel):
     kind: str
     text: str
     waits: bool = Field(description="whether the run waits for the answer")
+
+
+class StopDocument(BaseModel):
+    """A STOP that is in force: nothing moves until it is reset."""
+
+    epoch: int = Field(description="its number, to reset it with")
+    who: str
+    why: str
 
 
 class RigDocument(BaseModel):
@@ -39,6 +47,7 @@ class RigDocument(BaseModel):
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
     prompt: PromptDocument | None
+    stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
     driven_by: str | None = Field(description="who has the control lease")
     latest_event: int = Field(description="number of the latest event")
 
@@ -80,7 +89,16 @@ class Limits(Request):
         return self
 
 
+class StopReset(Request):
+    """A request to release a STOP, after its cause is removed."""
+
+    epoch: int = Field(ge=1, le=LARGEST, description="of the STOP that was looked at; a newer one stays in force")
+
+
 class Stopped(BaseModel):
-    """The number of the run that was stopped, null where none was carried out; the actuator is at rest."""
+    """The number of the run that was stopped, null where none was carried out; the actuator is at rest.
+
+    STOP is in force until it is reset.
+    """
 
     run_id: int | None

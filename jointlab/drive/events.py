@@ -1,7 +1,8 @@
-"""Events of the supervision, beside those that a sequence reports of itself."""
+"""Events of the drive process, beside those that a sequence reports of itself."""
 
 from enum import StrEnum
 
+from rig import events
 from rig.events import Event
 from store.states import RunState
 
@@ -52,6 +53,17 @@ class RunEnded(Event):
     reason: str | None
 
 
+class StopLatched(Event):
+    """STOP is in force, as `who` asked for `why`: nothing moves until it is reset."""
+
+    who: str
+    why: str
+
+
+class StopReset(Event):
+    """STOP is in force no longer."""
+
+
 class TesterSilent(Event):
     """The tester does not answer while no run is carried out, for `reason`."""
 
@@ -66,3 +78,12 @@ class LeaseChanged(Event):
     """`holder` drives the rig from now on; None: nobody does."""
 
     holder: str | None
+
+
+EVENTS: dict[str, type[Event]] = {
+    name: kind
+    for module in (vars(events), globals())
+    for name, kind in tuple(module.items())
+    if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
+}
+"""Every kind of event by its name."""

@@ -22,11 +22,11 @@ class Halter:
     """Latches a STOP at once, and halts the machine as often as needed, not as often as asked.
 
     Args:
-        latch: sets the stop latch; it must not block.
+        latch: sets the stop latch, given who asks and why; it must not block.
         halt: brings the actuator to rest and returns when that is confirmed; raises RigError where it is not.
     """
 
-    def __init__(self, latch: Callable[[str], object], halt: Callable[[], object]) -> None:
+    def __init__(self, latch: Callable[[str, str], object], halt: Callable[[], object]) -> None:
         self._latch = latch
         self._halt = halt
         self._changed = threading.Condition()
@@ -39,9 +39,9 @@ class Halter:
         self._thread = threading.Thread(target=self._run, name="halting", daemon=True)
         self._thread.start()
 
-    def press(self, who: str) -> int:
+    def press(self, who: str, why: str = "STOP was pressed") -> int:
         """Latch a STOP and ask for a halt; returns at once, with the number of this request."""
-        self._latch(who)
+        self._latch(who, why)
         with self._changed:
             self._asked += 1
             self._changed.notify_all()

@@ -1,14 +1,13 @@
-"""The operator behind the page or a program: asked by a prompt, and waited for until the prompt is answered."""
+"""The operator behind a page, a terminal or a program: asked by a prompt, and waited for until it is answered."""
 
 import threading
 from dataclasses import dataclass
-from typing import Protocol
 
 from analysis.dof import Dof
 from jointlab.drive.events import OperatorAnswered, OperatorAsked, PromptKind
 from jointlab.errors import ConflictError
-from rig.errors import RunStoppedError
-from rig.events import Event, Observer
+from rig.errors import RequestError, RunStoppedError
+from rig.events import Observer
 from rig.operator import Operator, mounting_text
 
 
@@ -21,36 +20,28 @@ class Prompt:
         kind: what it asks for.
         text: the request as a sentence, to show.
         waits: whether the run waits for the answer; a blow is detected without one.
+        subject: what it is about: the point, and for a blow its number; or the specimen and its configuration.
     """
 
     number: int
     kind: PromptKind
     text: str
     waits: bool
-
-
-class AutomaticOperator(Operator, Protocol):
-    """An operator that needs no prompt, such as that of a simulated bench, and observes the sequence."""
-
-    def observe(self, event: Event) -> None:
-        """Receive an event of the sequence."""
+    subject: tuple[str, ...] = ()
 
 
 class PromptingOperator(Operator):
-    """Asks a person by prompts. An automatic operator, if there is one, does what was asked for: when the prompt is
-    answered, or at once if the run is `automatic`. Every request raises RunStoppedError where the run is to stop.
+    """Asks by prompts. Every request raises RunStoppedError where the run is to stop, and RequestError where the
+    operator cannot do it.
     """
 
-    def __init__(
-        self, observer: Observer, automatic_operator: AutomaticOperator | None = None, *, automatic: bool = False
-    ) -> None:
+    def __init__(self, observer: Observer) -> None:
         self._observer = observer
-        self._automatic_operator = automatic_operator
-        self._automatic = automatic and automatic_operator is not None
         self._changed = threading.Condition()
         self._prompt: Prompt | None = None
         self._count = 0
         self._released = False
+        self._failure: str | None = None
 
     @property
     def prompt(self) -> Prompt | None:
@@ -63,10 +54,23 @@ class PromptingOperator(Operator):
         Raises ConflictError where prompt `number` is not open.
         """
         with self._changed:
-            if self._prompt is None or self._prompt.number != number:
-                asked = "nothing is asked for" if self._prompt is None else f"prompt {self._prompt.number} is"
-                raise ConflictError(f"prompt {number} is not what is asked for now; {asked}")
+            self._check_open(number)
             self._clear()
+
+    def fail(self, number: int, reason: str) -> None:
+        """Say that the operator cannot do what prompt `number` asks for; the run fails at its next prompt, or at this.
+
+        Raises ConflictError where prompt `number` is not open.
+        """
+        with self._changed:
+            self._check_open(number)
+            self._failure = reason
+            self._clear()
+
+    @property
+    def failure(self) -> str | None:
+        """Why the operator cannot go on; None where that was not said."""
+        return self._failure
 
     def release(self) -> None:
         """End all waiting: the run is to stop."""
@@ -76,40 +80,42 @@ class PromptingOperator(Operator):
 
     def go_to(self, point: Dof) -> None:
         """Ask for the hammer at `point`, and wait until it is there."""
-        self._ask(PromptKind.GO, f"take the hammer to {point}", waits=True)
+        self._ask(PromptKind.GO, f"take the hammer to {point}", (str(point),))
 
     def strike(self, point: Dof, blow: int) -> None:
-        """Ask for a blow at `point`."""
-        self._ask(PromptKind.STRIKE, f"strike {point} (blow {blow})", waits=self._automatic_operator is not None)
-        if self._automatic_operator is not None:
-            self._automatic_operator.strike(point, blow)
+        """Ask for a blow at `point`; the trigger waits for it."""
+        self._ask(PromptKind.STRIKE, f"strike {point} (blow {blow})", (str(point), str(blow)), waits=False)
 
     def mount(self, specimen: str, configuration: str) -> None:
         """Ask for a specimen, or the beam, to be mounted, and wait until it is."""
-        self._ask(PromptKind.MOUNT, f"mount {mounting_text(specimen, configuration)}, and step back", waits=True)
-        if self._automatic_operator is not None:
-            self._automatic_operator.mount(specimen, configuration)
+        text = f"mount {mounting_text(specimen, configuration)}, and step back"
+        self._ask(PromptKind.MOUNT, text, (specimen, configuration))
 
     def do_task(self, text: str) -> None:
         """Ask for the task `text`, and wait until it is done."""
-        self._ask(PromptKind.TASK, text, waits=True)
+        self._ask(PromptKind.TASK, text, ())
 
-    def _ask(self, kind: PromptKind, text: str, *, waits: bool) -> None:
-        if self._automatic:
-            return
+    def _ask(self, kind: PromptKind, text: str, subject: tuple[str, ...], *, waits: bool = True) -> None:
         with self._changed:
             self._clear()
-            self._check_not_released()
+            self._check_may_go_on()
             self._count += 1
-            prompt = self._prompt = Prompt(self._count, kind, text, waits)
+            prompt = self._prompt = Prompt(self._count, kind, text, waits, subject)
             self._observer(OperatorAsked(prompt.number, kind, text))
             if waits:
                 self._changed.wait_for(lambda: self._prompt is not prompt)
-                self._check_not_released()
+                self._check_may_go_on()
 
-    def _check_not_released(self) -> None:
+    def _check_open(self, number: int) -> None:
+        if self._prompt is None or self._prompt.number != number:
+            asked = "nothing is asked for" if self._prompt is None else f"prompt {self._prompt.number} is"
+            raise ConflictError(f"prompt {number} is not what is asked for now; {asked}")
+
+    def _check_may_go_on(self) -> None:
         if self._released:
             raise RunStoppedError
+        if self._failure is not None:
+            raise RequestError(self._failure)
 
     def _clear(self) -> None:
         if self._prompt is not None:

@@ -10,11 +10,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from jointlab.drive.events import LeaseChanged
 from jointlab.errors import ConflictError
-from rig.events import Observer
 
 DURATION = 60.0  # s
+
+
+LetDrive = Callable[[str | None], int]
+"""Lets a holder drive, and no other; gives the number of the lease. None: nobody drives."""
 
 
 class LeaseError(ConflictError):
@@ -32,11 +34,13 @@ class Lease:
     Attributes:
         token: identifies the client that holds it.
         holder: name of that client, to show to others.
+        number: of the lease; it goes with every request that moves the rig, and no earlier one moves it any more.
     """
 
     token: str
     holder: str
     seconds: float
+    number: int
 
 
 class ControlLease:
@@ -46,10 +50,12 @@ class ControlLease:
     clients may have one key; `caller` is the name of the key of a client. A lease lasts for `DURATION` s.
     """
 
-    def __init__(self, observer: Observer, clock: Callable[[], float] = time.monotonic) -> None:
-        self._observer = observer
+    def __init__(self, let_drive: LetDrive, clock: Callable[[], float] = time.monotonic) -> None:
+        self._let_drive = let_drive
+        self.number = 0
         self._clock = clock
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # for the lease alone: no thread waits for the drive process within it
+        self._taking = threading.RLock()  # one change of the holder at a time
         self._token: str | None = None
         self._holder = ""
         self._caller = ""
@@ -81,22 +87,27 @@ class ControlLease:
             LeaseError: another client drives; the message says which, and for how long.
             ForeignLeaseError: it was to be taken by force, and belongs to a client of another key.
         """
-        with self._lock:
+        with self._taking:
             if by_force and not from_others and self.caller not in (None, caller):
                 raise ForeignLeaseError(f"{self._holder} drives the rig; to take over from another key needs engineer")
             if not by_force:
                 self._check_free(caller)
-            self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
-            self._observer(LeaseChanged(holder))
-            return self._extended()
+            number = self._let_drive(holder)  # first where the rig is driven: from here on no other moves it
+            with self._lock:
+                self.number = number
+                self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
+                return self._extended()
 
     def hold(self, token: str, holder: str, caller: str) -> Lease:
         """Extend the lease of the client with this token, or take it where it is free.
 
         Raises LeaseError where another client drives; the message says which, and for how long.
         """
-        with self._lock:
-            return self._extended() if self._is_held_by(token) else self.take(holder, caller, token=token)
+        with self._taking:
+            with self._lock:
+                if self._is_held_by(token):
+                    return self._extended()
+            return self.take(holder, caller, token=token)
 
     def renew(self, token: str | None) -> Lease:
         """Extend the lease. Raises LeaseError where `token` is not that of the lease, or it has ended."""
@@ -112,20 +123,30 @@ class ControlLease:
                 self._extended()
             return held
 
-    def check(self, token: str | None) -> None:
-        """Check the right to drive. Raises LeaseError where `token` is not that of the lease, or it has ended."""
+    def check(self, token: str | None) -> int:
+        """Check the right to drive; returns the number of the lease.
+
+        Raises LeaseError where `token` is not that of the lease, or it has ended.
+        """
         with self._lock:
             if self.holder is None:
                 raise LeaseError("nobody drives the rig; take the control lease first")
             if not self._is_held_by(token):
                 raise LeaseError(f"{self._holder} drives the rig; wait until the control lease is free")
+            return self.number
 
     def release(self, token: str | None) -> None:
         """End the lease. Raises LeaseError where `token` is not that of the lease, or it has ended."""
-        with self._lock:
+        with self._taking:
             self.check(token)
-            self._token = None
-            self._observer(LeaseChanged(None))
+            with self._lock:
+                self._token = None
+            self.number = self._let_drive(None)
+
+    def take_again(self, number: int) -> None:
+        """Go on where another process drives the rig, in which a lease with `number` is in force."""
+        with self._taking:
+            self.number = number if self.holder is None else self._let_drive(self.holder)
 
     def _is_held_by(self, token: str | None) -> bool:
         if self.holder is None or token is None or self._token is None:
@@ -141,4 +162,4 @@ class ControlLease:
     def _extended(self) -> Lease:
         self._ends = self._clock() + DURATION
         assert self._token is not None
-        return Lease(self._token, self._holder, DURATION)
+        return Lease(self._token, self._holder, DURATION, self.number)

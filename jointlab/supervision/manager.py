@@ -1,59 +1,74 @@
-"""The run manager: carries out one run at a time in a thread of its own; any other thread may pause or stop it.
+"""The run manager: plans, begins and resumes runs of the catalogue on the rig that a drive process drives.
 
-The heartbeat that allows the tester to move is in this process: when the process dies, the tester stops by itself, and
-`resume` continues the run when the process is back.
+It is a client of that process. When this program hangs or dies, the drive process goes on by itself; the next manager
+finds it as it is, and takes over what it has recorded meanwhile.
 """
 
 import logging
+import math
 import threading
-from dataclasses import dataclass, field
-from functools import partial
+import time
+from dataclasses import replace
 
-from analysis.dof import Dof
-from jointlab.drive.events import BlowWithdrawn, RunEnded, RunStopping
-from jointlab.drive.idle_monitor import IdleMonitor
-from jointlab.drive.journal import Journal
-from jointlab.drive.prompts import AutomaticOperator, Prompt, PromptingOperator
-from jointlab.drive.state import RigState, after, starting
-from jointlab.errors import EXPECTED, ConflictError
-from jointlab.runs.carry_out import CarryOut, resume_run, run_sequence
-from jointlab.runs.orders import plan_run
+from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.events import RunEnded
+from jointlab.drive.journal import Journal, event_of
+from jointlab.drive.phase import Phase
+from jointlab.drive.process import SPOOLS
+from jointlab.drive.prompts import Prompt
+from jointlab.drive.protocol import (
+    INTERLOCKS,
+    SNAPSHOT,
+    Acknowledge,
+    AnswerPrompt,
+    Ask,
+    AskOutcome,
+    Begin,
+    End,
+    FailPrompt,
+    News,
+    Pause,
+    Reply,
+    Request,
+    ResetStop,
+    Resume,
+    Snapshot,
+    StopNow,
+    Welcome,
+    Withdraw,
+)
+from jointlab.drive.state import RigState
+from jointlab.errors import ConflictError
+from jointlab.instruments import instruments_of
+from jointlab.runs.ingest import SETTLED, Ingester
+from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
+from jointlab.settings import Settings, drive_folder
+from jointlab.supervision.automatic_operator import AutomaticOperator, Obeying, obey
+from jointlab.supervision.drive_link import DriveLink
 from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
-from rig.control import RunControl
-from rig.errors import RunStoppedError, failure_reason
-from rig.events import Event, RunContinued, RunStarted
+from rig.errors import RigError
+from rig.events import BlowAccepted, BlowRefused, RunContinued, RunStarted, SinePointMeasured
 from rig.instruments import Instruments
+from rig.records import RunOrder
 from rig.registers import Interlock
-from rig.run import reset_tester
-from rig.sequence import Sequence, sequence_from
+from rig.sequence import Sequence
+from rig.stop_latch import Stop
 from rig.tester_limits import TesterLimits
-from rig.tester_monitor import poll_tester
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
-from store.runs import get_run
+from store.runs import discard_run, get_run, list_runs
 from store.states import RunState
 
 REPEATED = "the point is measured again"
 """Why the blows of a point that is repeated do not count; stored with each of them."""
+BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
+REST_TIMEOUT = 30.0  # s that a pause or a stop may take
+STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
+NEWS_TIMEOUT = 2.0  # s that a caller waits until this program knows what it has done
+STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
+"""Events that tell of something in the catalogue."""
 log = logging.getLogger(__name__)
-
-
-@dataclass
-class _Active:
-    """The present run.
-
-    Attributes:
-        known: set once it has begun, or has failed to.
-        error: why it failed.
-    """
-
-    run_id: int
-    control: RunControl
-    operator: PromptingOperator
-    known: threading.Event = field(default_factory=threading.Event)
-    begun: bool = False
-    error: Exception | None = None
 
 
 class RunManager:
@@ -61,42 +76,66 @@ class RunManager:
 
     Args:
         catalogue: where runs are.
-        instruments: of the rig.
+        settings: with the rig's instruments.
         automatic_operator: strikes and mounts, on a simulated bench say; None where a person does.
+        name: of this program, for the messages of others.
+        starts: whether a drive process is started where none runs.
 
     Attributes:
         journal: every event of every run, for observers.
-        lease: who may drive; callers check it, the manager does not.
+        lease: who may drive; callers check it, and pass its number on with what moves the rig.
+
+    Raises:
+        RigError: no drive process answers, and none can be started.
     """
 
     def __init__(
-        self, catalogue: Catalogue, instruments: Instruments, automatic_operator: AutomaticOperator | None = None
+        self,
+        catalogue: Catalogue,
+        settings: Settings,
+        automatic_operator: AutomaticOperator | None = None,
+        *,
+        name: str = "the service",
+        starts: bool = True,
     ) -> None:
         self.journal = Journal()
-        self.lease = ControlLease(self.journal)
+        self.lease = ControlLease(self._let_drive)
         self._catalogue = catalogue
-        self._instruments = with_stored_limits(instruments, catalogue)
+        self._instruments = with_stored_limits(instruments_of(settings), catalogue)
+        self._limits_lock = threading.Lock()
         self._automatic_operator = automatic_operator
-        self._lock = threading.RLock()
-        self._state_lock = threading.Lock()  # for the state alone: no thread waits for the store or the rig within it
-        self._stop_lock = threading.Lock()  # one stop at a time where no run drives the tester
-        self._active: _Active | None = None
-        self._thread: threading.Thread | None = None
-        self._state = RigState()
-        url = instruments.tester_url
-        poll = None if url is None else partial(poll_tester, url)
-        self._idle_monitor = IdleMonitor(poll, lambda: self._state, self._observe)
+        self._automatic = False  # whether the operator obeys without an answer
+        self._obeying = Obeying(self._obey, self._fail)
+        self._obeyed = 0, 0
+        self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
+        self._is_late = False  # whether what was measured is not in the database soon enough to wait for it
+        self._snapshot = Snapshot()
+        self._heard = threading.Condition()
+        self._link = DriveLink(settings, name, self._hear, self._lose, self._find, starts=starts)
+        self._find(self._link.welcome)
 
     @property
     def state(self) -> RigState:
         """The state of the rig."""
-        return self._state
+        return self._snapshot.state
+
+    @property
+    def stopped_by(self) -> Stop | None:
+        """The STOP that is in force."""
+        return self._snapshot.stop
+
+    @property
+    def drive(self) -> Welcome:
+        """Where the drive process listens for STOP."""
+        return self._link.welcome
 
     @property
     def prompt(self) -> Prompt | None:
-        """The present request to the operator."""
-        active = self._active
-        return None if active is None else active.operator.prompt
+        """The present request to the operator; a strike of the automatic one waits for the answer, too."""
+        prompt = self._snapshot.prompt
+        if prompt is None or self._automatic_operator is None:
+            return prompt
+        return None if self._automatic else replace(prompt, waits=True)
 
     @property
     def instruments(self) -> Instruments:
@@ -108,7 +147,7 @@ class RunManager:
 
         Raises StoreError where they cannot be stored; the former ones stay in force.
         """
-        with self._lock:
+        with self._limits_lock:
             self._instruments = save_limits(self._instruments, self._catalogue, limits, who)
 
     def plan(self, sequence: Sequence, who: str) -> int:
@@ -118,7 +157,34 @@ class RunManager:
         """
         return plan_run(sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig).id
 
-    def start(self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False) -> None:
+    def run(self, sequence: Sequence, who: str, *, reset: bool = False) -> int:
+        """Begin a run that was not planned; returns its number when it has begun. Where it does not, nothing is stored.
+
+        Raises ConflictError, LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
+        """
+        run = plan_run(
+            sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig, provisional=True
+        )
+        try:
+            self._begin(
+                order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who, planned=False),
+                False,
+                self.lease.number,
+            )
+        except Exception:
+            with self._catalogue.writing() as session:
+                if any(each.id == run.id for each in list_runs(session, state=RunState.CREATED)):
+                    discard_run(session, run.id)
+            raise
+        return run.id
+
+    def check_outcome(self) -> None:
+        """Raise the error with which the last run ended, where it was stopped or failed."""
+        self._ask(AskOutcome())
+
+    def start(
+        self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None
+    ) -> None:
         """Begin a run that was planned; returns when it has begun, that is when its instruments have answered.
 
         Args:
@@ -126,28 +192,42 @@ class RunManager:
             who: asks for it.
             automatic: whether the automatic operator does everything without prompts.
             reset: whether to reset a tester that has tripped, because the cause is removed.
+            lease: number of the lease that was checked; None: the present one.
 
         Raises:
             ConflictError: another run is being carried out, or this one has begun before.
+            LeaseLostError, RunStoppedError: another client has taken the rig, or STOP is in force.
             RigError, DaqError: the instruments do not answer or do not fit.
             StoreError: there is no such run, or it cannot be stored.
         """
-        sequence = self._sequence_of(run_id, {RunState.CREATED})
-        self._begin(run_id, sequence, automatic, partial(run_sequence, sequence, planned=run_id, reset=reset, who=who))
+        lease = self._present(lease)
+        with self._catalogue.reading() as session:
+            run = get_run(session, run_id)
+        if run.state is not RunState.CREATED:
+            raise ConflictError(f"run {run_id} is {run.state}; only a run that was created can be started")
+        self._begin(order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who), automatic, lease)
 
-    def resume(self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False) -> None:
+    def resume(
+        self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None
+    ) -> None:
         """Continue a run that is paused, was stopped, failed, or lost its process.
 
         Raises:
-            ConflictError: another run is being carried out, or there is nothing to resume.
-            RigError, DaqError, StoreError: as for `start`.
+            ConflictError: another run is being carried out.
+            ResumeError: there is nothing to resume.
+            LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
-        with self._lock:
-            if self._active is not None and self._active.run_id == run_id:
-                self._active.control.resume()
-                return
-        sequence = self._sequence_of(run_id, {RunState.STOPPED, RunState.FAILED, RunState.RUNNING})
-        self._begin(run_id, sequence, automatic, partial(resume_run, run_id, reset=reset, who=who))
+        lease = self._present(lease)
+        if self.state.run_id == run_id and self.state.phase is not Phase.IDLE:
+            self._ask(Resume(run_id=run_id, lease=lease))
+            return
+        self._ingester.settle()
+        limits = self._instruments.limits
+        self._begin(
+            order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who),
+            automatic,
+            lease,
+        )
 
     def pause(self, run_id: int) -> None:
         """Pause the run; returns with the actuator at rest.
@@ -155,34 +235,54 @@ class RunManager:
         Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
         actuator is at rest.
         """
-        self._active_run(run_id).control.pause()
+        self._ask(Pause(run_id=run_id), REST_TIMEOUT)
 
-    def stop(self, run_id: int | None = None) -> int | None:
-        """End the present run, or run `run_id`; returns its number, with the actuator at rest.
+    def stop(self, run_id: int | None = None, who: str = "unknown caller") -> int | None:
+        """STOP, or end run `run_id`; returns the number of the run, with the actuator at rest.
 
-        None where no run is carried out, which is no error: a stop may be requested at any time, and again. The tester
-        is then halted all the same, as another client may move it. Raises ConflictError where `run_id` is given and not
-        being carried out, RigError where the tester did not confirm that the actuator is at rest.
+        STOP is latched: nothing moves until `reset_stop`. It halts the tester also where no run is carried out, as
+        another client may move it. To end a run latches nothing.
+
+        Raises ConflictError where `run_id` is given and not being carried out, RigError where the tester did not
+        confirm that the actuator is at rest.
         """
-        active = self._active if run_id is None else self._active_run(run_id)
-        if active is None:
-            if self._instruments.tester_url is not None:
-                with self._stop_lock, self._idle_monitor.suspended(), self._instruments.tester() as tester:
-                    tester.halt()
-            return None
-        self._observe(RunStopping(active.run_id))
-        try:
-            active.control.stop()
-        finally:
-            active.operator.release()
-        return active.run_id
+        if run_id is not None:
+            self._ask(End(run_id=run_id), REST_TIMEOUT)
+            return run_id
+        reply = self._ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
+        now = SNAPSHOT.validate_python(self._link.ask(Ask()).value)  # a further STOP is no event, only a higher epoch
+        with self._heard:
+            self._snapshot = now
+        return None if reply.value is None else int(reply.value)
 
-    def answer(self, run_id: int, prompt: int) -> None:
+    def reset_stop(self, epoch: int, lease: int | None = None) -> None:
+        """Release STOP number `epoch`; nothing moves by this.
+
+        Raises StopNotResetError where a newer STOP came, LeaseLostError where another client drives.
+        """
+        self._ask(ResetStop(epoch=epoch, lease=self._present(lease)))
+
+    def answer(self, run_id: int, prompt: int, lease: int | None = None) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
 
         Raises ConflictError where this run is not being carried out, or another prompt is open.
         """
-        self._active_run(run_id).operator.answer(prompt)
+        lease, shown = self._present(lease), self._snapshot
+        if self._automatic_operator is not None and shown.prompt is not None and shown.prompt.number == prompt:
+            if self._obeyed == (run_id, prompt):
+                raise ConflictError(f"prompt {prompt} is not what is asked for now; it was answered")
+            obey(self._automatic_operator, shown.prompt)
+            if not shown.prompt.waits:
+                self._obeyed = run_id, prompt
+                return
+        self._ask(AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease))
+
+    def fail_prompt(self, run_id: int, prompt: int, reason: str) -> None:
+        """Let the run fail because the operator cannot do what prompt number `prompt` asks for.
+
+        Raises ConflictError where this run is not being carried out, or another prompt is open.
+        """
+        self._ask(FailPrompt(run_id=run_id, prompt=prompt, reason=reason))
 
     def withdraw_blow(self, blow_id: int, reason: str, who: str) -> Blow:
         """Withdraw an accepted blow; a session that is still running asks for one more blow at its point.
@@ -221,100 +321,112 @@ class RunManager:
             self._withdrawn(blow, REPEATED)
         return len(own)
 
-    def acknowledge_interlocks(self) -> Interlock:
+    def acknowledge_interlocks(self, lease: int | None = None) -> Interlock:
         """Reset the tester, because the cause of its trip is removed; returns the interlocks that had fired.
 
         Raises ConflictError where a run is being carried out; RigError where the tester does not answer, or trips
         again.
         """
-        with self._lock:
-            if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; stop it first")
-            with self._idle_monitor.suspended():
-                return reset_tester(self._instruments, self._observe)
+        reply = self._ask(Acknowledge(lease=self._present(lease)), REST_TIMEOUT)
+        return INTERLOCKS.validate_python(reply.value)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until no run is carried out; whether that came about within `timeout` s."""
-        thread = self._thread
-        if thread is None:
-            return True
-        thread.join(timeout)
-        return not thread.is_alive()
+        """Wait until no run is carried out and all is stored; whether that came about within `timeout` s."""
+        end = math.inf if timeout is None else time.monotonic() + timeout
+        with self._heard:
+            idle = self._heard.wait_for(lambda: self.state.phase is Phase.IDLE, timeout)
+        return idle and self._ingester.settle(min(end - time.monotonic(), SETTLED))
 
     def close(self) -> None:
-        """Stop the present run, with the actuator at rest, and end the monitor and the journal."""
+        """Stop the present run, with the actuator at rest, where this program has started the drive process."""
         try:
-            if self._active is not None:
-                self.stop()
+            if self._link.is_owner and self.state.phase is not Phase.IDLE and self.state.run_id is not None:
+                self.stop(self.state.run_id)
+                self.wait(REST_TIMEOUT)
         finally:
-            self.wait()
-            self._idle_monitor.close()
+            self._link.close()
+            self._obeying.close()
+            self._ingester.settle(STORE_TIMEOUT)
+            self._ingester.close()
             self.journal.close()
 
-    def _sequence_of(self, run_id: int, states: set[RunState]) -> Sequence:
-        with self._catalogue.reading() as session:
-            run = get_run(session, run_id)
-        if run.state not in states:
-            raise ConflictError(f"run {run_id} is {run.state}; it would have to be {' or '.join(sorted(states))}")
-        return sequence_from(run.sequence, f"sequence of run {run_id}")
+    def _present(self, lease: int | None) -> int:
+        return self.lease.number if lease is None else lease
+
+    def _let_drive(self, holder: str | None) -> int:
+        try:
+            return self._link.take_lease(holder)
+        except NoDriveError:
+            if holder is not None:
+                raise
+            return self.lease.number  # where nothing drives, nothing is to be released
+
+    def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
+        before, self._automatic = self._automatic, automatic and self._automatic_operator is not None
+        try:
+            self._ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
+        except ConflictError:
+            self._automatic = before  # another run goes on
+            raise
+        finally:
+            self._ingester.settle(STORE_TIMEOUT)
 
     def _withdrawn(self, blow: Blow, reason: str) -> None:
-        """Tell the present run, where the blow is one of it, and observers."""
         assert blow.run_id is not None, "a stored blow belongs to a run"
-        active, point = self._active, str(blow.point)
-        if active is not None and active.run_id == blow.run_id:
-            active.control.withdraw(blow.set_number, Dof.parse(point), blow.number)
-        self._observe(BlowWithdrawn(blow.run_id, point, blow.number, reason))
-
-    def _active_run(self, run_id: int) -> _Active:
-        active = self._active
-        if active is None or active.run_id != run_id:
-            raise ConflictError(f"run {run_id} is not being carried out here")
-        return active
-
-    def _begin(self, run_id: int, sequence: Sequence, automatic: bool, carry_out: CarryOut) -> None:
-        with self._lock:
-            if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
-            operator = PromptingOperator(self._observe, self._automatic_operator, automatic=automatic)
-            active = self._active = _Active(run_id, RunControl(self._instruments.latch), operator)
-            with self._state_lock:
-                self._state = starting(self._state, sequence, run_id)
-            self._thread = threading.Thread(
-                target=self._work, args=(active, carry_out), name=f"run {run_id}", daemon=True
-            )
-            self._thread.start()
-        active.known.wait()
-        if not active.begun and active.error is not None:
-            raise active.error
-
-    def _work(self, active: _Active, carry_out: CarryOut) -> None:
-        ended, reason = RunState.FINISHED, None
+        request = Withdraw(
+            run_id=blow.run_id, set_number=blow.set_number, point=str(blow.point), blow=blow.number, reason=reason
+        )
         try:
-            with self._idle_monitor.suspended():  # the run itself reports the state of the tester
-                carry_out(self._instruments, self._catalogue, active.operator, self._observe, active.control)
-        except RunStoppedError as stopped:
-            active.error = stopped
-            ended, reason = RunState.STOPPED, str(stopped)
-        except Exception as error:
-            active.error = error
-            ended, reason = RunState.FAILED, failure_reason(error, EXPECTED)
-            if not isinstance(error, EXPECTED):
-                log.exception("run %s ended with an unexpected error", active.run_id)
-                raise
-        finally:
-            active.operator.release()
-            self._active = None
-            self._observe(RunEnded(active.run_id, ended, reason))
-            active.known.set()
+            self._ask(request)
+        except NoDriveError as error:
+            log.warning("no session was told of a withdrawn blow: %s", error)
 
-    def _observe(self, event: Event) -> None:
-        active = self._active
-        with self._state_lock:
-            self._state = after(self._state, event)
-        self.journal(event)
+    def _ask(self, request: Request, timeout: float | None = None) -> Reply:
+        """The reply to a request, when what it did is known here, too."""
+        reply = self._link.ask(request) if timeout is None else self._link.ask(request, timeout)
+        with self._heard:
+            self._heard.wait_for(lambda: self.journal.latest >= reply.latest, NEWS_TIMEOUT)
+        return reply
+
+    def _hear(self, news: News) -> None:
+        """Take over what has happened."""
+        after = self.journal.latest if news.epoch == self.journal.epoch else 0
+        entries = [entry for entry in news.entries if entry.number > after]
         if self._automatic_operator is not None:
-            self._automatic_operator.observe(event)
-        if isinstance(event, RunStarted | RunContinued) and active is not None:
-            active.begun = True
-            active.known.set()
+            for entry in entries:
+                self._automatic_operator.observe(event_of(entry))
+        if any(entry.name in STORED for entry in entries):
+            self._is_late = not self._ingester.settle(0.0 if self._is_late else STORE_TIMEOUT)
+        with self._heard:
+            self._snapshot = news.snapshot
+            self.journal.mirror(news.epoch, entries)
+            self._heard.notify_all()
+        prompt, run_id = news.snapshot.prompt, news.snapshot.state.run_id
+        if self._automatic and prompt is not None and news.snapshot.latest <= self.journal.latest:
+            this = (run_id or 0, prompt.number)
+            if this != self._obeyed:
+                self._obeyed = this
+                self._obeying(prompt)
+
+    def _lose(self, why: str) -> None:
+        """Show that nothing is known of the rig."""
+        with self._heard:
+            state = self._snapshot.state
+            self._snapshot = Snapshot(state=RigState(run_id=state.run_id, title=state.title, tester_silent=why))
+            self._heard.notify_all()
+
+    def _find(self, welcome: Welcome) -> None:
+        try:
+            self.lease.take_again(welcome.lease)
+        except (RigError, ConflictError) as error:
+            log.warning("the control lease is lost: %s", error)
+
+    def _obey(self, prompt: Prompt) -> None:
+        assert self._automatic_operator is not None
+        obey(self._automatic_operator, prompt)
+        if prompt.waits:
+            request = AnswerPrompt(run_id=self._obeyed[0], prompt=prompt.number, lease=self.lease.number)
+            self._link.ask(request)
+
+    def _fail(self, prompt: Prompt, reason: str) -> None:
+        self._link.ask(FailPrompt(run_id=self._obeyed[0], prompt=prompt.number, reason=reason))

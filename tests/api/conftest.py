@@ -20,7 +20,7 @@ from api.cli import main
 from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml
 from rig import tester
 from rig.registers import State
-from simlab.laboratory import Laboratory
+from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from store.bundle_exchange import export_bundle
@@ -78,6 +78,11 @@ def query(tmp_path: Path) -> Query:
     return ask
 
 
+def configuration(addresses: Addresses, folder: Path) -> str:
+    """jointlab.toml for simulated instruments, with a drive process of its own in `folder`."""
+    return f'{as_toml(addresses)}\n[drive]\nfolder = "{folder / "drive"}"\nstop_port = 0\n'
+
+
 @pytest.fixture(scope="module")
 def running_laboratory() -> Iterator[Laboratory]:
     with Laboratory(3, SPEED, BenchConditions(double_hits=0.0)) as laboratory:
@@ -87,7 +92,7 @@ def running_laboratory() -> Iterator[Laboratory]:
 @pytest.fixture
 def laboratory(running_laboratory: Laboratory, tmp_path: Path) -> Iterator[Laboratory]:
     """Simulated instruments that jointlab.toml points at; whole before and after each test."""
-    (tmp_path / "jointlab.toml").write_text(as_toml(running_laboratory.addresses), encoding="utf-8")
+    (tmp_path / "jointlab.toml").write_text(configuration(running_laboratory.addresses, tmp_path), encoding="utf-8")
     yield running_laboratory
     running_laboratory.daq.faults.clear()
     running_laboratory.tester.faults.clear()

@@ -16,14 +16,13 @@ import httpx
 import numpy as np
 
 from jointlab.client import Client, Driver
-from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.keys import add_key
 from store.sine_records import list_sine_records
 from store.states import Scope
 from tests.api.commands.test_service import serving_process
-from tests.api.conftest import paper
+from tests.api.conftest import configuration, paper
 from tests.bench.bench_stop import RAMP
 from tests.store.conftest import fill
 
@@ -59,7 +58,7 @@ def main() -> None:
 
 
 def _measure(folder: Path, laboratory: LaboratoryProcess, pause: float) -> None:
-    (folder / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
+    (folder / "jointlab.toml").write_text(configuration(laboratory.addresses, folder), encoding="utf-8")
     with Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}") as catalogue:
         fill(catalogue)
         with catalogue.writing() as session:

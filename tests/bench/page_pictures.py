@@ -17,13 +17,13 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwr
 
 from jointlab.diagnosis.pipeline import diagnose_bundle
 from jointlab.diagnosis.save import save_diagnosis
-from jointlab.trials.simulated_laboratory import as_toml
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from store.catalogue import Catalogue
+from tests.api.conftest import configuration
 from tests.api.page.technician import Service, Tab, serving
 
 SPEED = 20.0
@@ -47,7 +47,7 @@ def main(folder: Path, campaign: Path) -> None:
 def _session(browser: Browser, folder: Path, scratch: Path) -> None:
     """What is live: a hammer session with a refused blow, a sweep, an interlock."""
     with Laboratory(1, SPEED, BenchConditions(double_hits=0.0)) as laboratory:
-        (scratch / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
+        (scratch / "jointlab.toml").write_text(configuration(laboratory.addresses, scratch), encoding="utf-8")
         hand = OperatorClient(laboratory.addresses.operator)
         with serving(scratch) as service, _tab(browser, service, SIZE) as tab:
             page = tab.go("/page/")

@@ -90,7 +90,9 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
 
 
 async def _reset(frame: Frame) -> None:
-    await frame.actions.drive("acknowledge interlocks", "rig", lambda runs, _: runs.acknowledge_interlocks())
+    await frame.actions.drive(
+        "acknowledge interlocks", "rig", lambda runs, _, lease: runs.acknowledge_interlocks(lease)
+    )
 
 
 def _next_links(state: RigState | None) -> None:

@@ -129,13 +129,13 @@ def _live_view(sequence: Document) -> str:
 async def _start(frame: Frame, base: Document, part: str, form: Mapping[str, str], automatic: bool) -> int | None:
     """Plan the run and start it; its number."""
     run_id = await frame.actions.drive(
-        "create run", "new run", lambda runs, caller: runs.plan(sequence_of_form(base, part, form), caller.name)
+        "create run", "new run", lambda runs, caller, _: runs.plan(sequence_of_form(base, part, form), caller.name)
     )
     if run_id is None:
         return None
 
-    def start(runs: RunManager, caller: Caller) -> int:
-        runs.start(run_id, caller.name, automatic=automatic)
+    def start(runs: RunManager, caller: Caller, lease: int) -> int:
+        runs.start(run_id, caller.name, automatic=automatic, lease=lease)
         return run_id
 
     return await frame.actions.drive("start run", f"run {run_id}", start)

@@ -11,12 +11,21 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from api.service.access import Controller, Reader, stranger
 from api.service.context import Context, Rig, Services
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
-from api.service.idempotent_requests import IdempotentRequest, LeaseToken, idempotent
+from api.service.idempotent_requests import IdempotentRequest, LeaseToken, driving, idempotent
 from api.service.parameters import document
 from api.service.problems import problems
 from api.service.rig_events import described_events
 from jointlab.burst_log import Happening
-from jointlab.documents.rig import LeaseDocument, LeaseRequest, Limits, PromptDocument, RigDocument, Stopped
+from jointlab.documents.rig import (
+    LeaseDocument,
+    LeaseRequest,
+    Limits,
+    PromptDocument,
+    RigDocument,
+    StopDocument,
+    Stopped,
+    StopReset,
+)
 from jointlab.drive.journal import Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
@@ -34,6 +43,7 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
     return RigDocument(
         **(asdict(rig.state) | {"interlocks": interlock_names(rig.state.interlocks)}),
         prompt=None if prompt is None else document(PromptDocument, prompt),
+        stop=None if rig.stopped_by is None else document(StopDocument, rig.stopped_by),
         driven_by=rig.lease.holder,
         latest_event=rig.journal.latest,
     )
@@ -41,7 +51,10 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
 
 @router.post("/stop", responses=problems(409, 502, needs_key=False))
 async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
-    """STOP: end the present run; answers with the actuator at rest. It needs no key."""
+    """STOP: end the present run; answers with the actuator at rest. It needs no key, and is in force until it is reset.
+
+    The drive process listens for STOP by itself, too, and is reached there where this service is not.
+    """
     own_thread = CapacityLimiter(1)  # a stop does not wait for readers
     try:
         run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
@@ -50,6 +63,14 @@ async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
         raise
     _note_stop(request, context, run_id, "done")
     return Stopped(run_id=run_id)
+
+
+@router.post("/reset-stop", status_code=204, response_class=Response, responses=problems(409, 502))
+def reset_stop(
+    request: Annotated[IdempotentRequest, driving("reset stop", "rig")], rig: Rig, given: StopReset
+) -> Response:
+    """Release a STOP, for the holder of the control lease; nothing moves by this."""
+    return request.once(lambda: rig.reset_stop(given.epoch, request.lease), 204, **given.model_dump())
 
 
 @router.post("/lease", status_code=201, response_model=LeaseDocument, responses=problems(409))

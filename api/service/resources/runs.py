@@ -97,7 +97,9 @@ def start(
 ) -> Response:
     """Begin a run that was created; answers when its instruments have answered, and the run is under way."""
     given = (how or Beginning()).model_dump()
-    return _drive(request, run_id, lambda: rig.start(run_id, request.caller.name, **given), **given)
+    return _drive(
+        request, run_id, lambda: rig.start(run_id, request.caller.name, lease=request.lease, **given), **given
+    )
 
 
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
@@ -115,7 +117,9 @@ def resume(
 ) -> Response:
     """Let a paused run go on, or one that was stopped, failed or lost its process, at the next point not measured."""
     given = (how or Beginning()).model_dump()
-    return _drive(request, run_id, lambda: rig.resume(run_id, request.caller.name, **given), **given)
+    return _drive(
+        request, run_id, lambda: rig.resume(run_id, request.caller.name, lease=request.lease, **given), **given
+    )
 
 
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
@@ -154,7 +158,7 @@ def answer(
     request: Annotated[IdempotentRequest, driving("answer prompt")], rig: Rig, run_id: RunNumber, given: PromptAnswer
 ) -> Response:
     """Confirm that the operator has done what a prompt asks for; the run goes on."""
-    return _drive(request, run_id, lambda: rig.answer(run_id, given.prompt), prompt=given.prompt)
+    return _drive(request, run_id, lambda: rig.answer(run_id, given.prompt, request.lease), prompt=given.prompt)
 
 
 @router.post("/{run_id}/acknowledge-interlock", response_model=Acknowledged, responses=DRIVING)
@@ -165,7 +169,7 @@ def acknowledge(
 
     def reset() -> Acknowledged:
         _summary(request.services, run_id)
-        return Acknowledged(interlocks=list(interlock_names(rig.acknowledge_interlocks())))
+        return Acknowledged(interlocks=list(interlock_names(rig.acknowledge_interlocks(request.lease))))
 
     return request.once(reset, reason=why.reason)
 

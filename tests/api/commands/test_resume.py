@@ -43,7 +43,9 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
     assert "stopping: bringing the actuator to rest" in stopped.stderr
     assert "run 1 stopped; jointlab resume 1 goes on with it" in stopped.stderr
     assert "Traceback" not in stopped.stderr
-    assert query("SELECT state, reason, blows_accepted FROM v_runs") == [("stopped", "stopped by hand", 5)]
+    ((state, reason, accepted),) = query("SELECT state, reason, blows_accepted FROM v_runs")
+    assert (state, reason) == ("stopped", "stopped by hand")
+    assert accepted in (5, 6)  # the sixth was struck while the stop was on its way
 
     def mount(specimen: str, configuration: str) -> None:
         if configuration == "shear":

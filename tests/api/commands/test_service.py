@@ -6,7 +6,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,8 +14,11 @@ import httpx
 import pytest
 
 from api.commands.service import is_loopback
+from jointlab.drive.process import driving
 from jointlab.runs.carry_out import spool_folder
 from jointlab.runs.orders import order_to_begin, plan_run
+from jointlab.settings import load_settings
+from jointlab.supervision.drive_link import DriveLink
 from jointlab.supervision.stored_limits import save_limits
 from rig.instruments import Instruments
 from rig.records import BeginRecord, EndRecord
@@ -23,7 +26,6 @@ from rig.sequence import sequence_from
 from rig.spool import spooling
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
-from store.locks import rig_lock
 from store.runs import list_runs
 from store.states import RunState
 from tests.api.conftest import Command
@@ -85,21 +87,22 @@ def test_a_service_stores_what_a_lost_process_has_left_in_the_spool(tmp_path: Pa
 
 
 @pytest.mark.usefixtures("operator")
-def test_a_second_program_that_would_drive_the_rig_is_refused_until_the_first_has_ended(
+def test_a_second_program_drives_only_when_the_first_does_no_more(
     jointlab: Command, sequence: Callable[..., Path], tmp_path: Path
 ) -> None:
-    """Whoever presses STOP has to reach whatever moves the machine."""
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        with rig_lock(catalogue, "rig"):
-            for command in (("serve", "--port", 0), ("run", sequence()), ("resume", 1)):
-                refused = jointlab(*command)
-                assert refused.returncode == 3, command
-                (line,) = refused.stderr.splitlines()
-                assert line.startswith("jointlab: 'rig' is driven by "), line
-        with catalogue.reading() as session:
+    settings = load_settings()
+    with driving(settings):
+        with closing(
+            DriveLink(settings, "first", lambda news: None, lambda why: None, lambda welcome: None, starts=False)
+        ) as first:
+            first.take_lease("somebody")
+            refused = jointlab("run", sequence())
+            assert refused.returncode == 3
+            assert refused.stderr.splitlines() == ["jointlab: somebody drives the rig from another program"]
+        with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
             assert list_runs(session) == []
-    done = jointlab("run", sequence(hammer={"points": ["5y"]}))
-    assert done.returncode == 0, done.stderr
+        done = jointlab("run", sequence(hammer={"points": ["5y"]}))
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.usefixtures("operator")

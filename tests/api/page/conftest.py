@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 
-from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
+from tests.api.conftest import configuration
 from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
 
@@ -52,7 +52,7 @@ def open_tab(browser: Browser) -> Iterator[Callable[[Service], Tab]]:
 def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     """A service on a simulated laboratory whose operator is the test itself."""
     folder = tmp_path_factory.mktemp("rig")
-    (folder / "jointlab.toml").write_text(as_toml(running_laboratory.addresses), encoding="utf-8")
+    (folder / "jointlab.toml").write_text(configuration(running_laboratory.addresses, folder), encoding="utf-8")
     with serving(folder) as service:
         yield service
 

@@ -81,8 +81,8 @@ class Service:
         """Stop the present run, and free the lease for the next test."""
         with Client(self.address, self.key) as lab:
             lab.stop()
-            with lab.driving("end of the test", by_force=True):
-                pass
+            with lab.driving("end of the test", by_force=True) as driver:
+                driver.reset_stop()
 
     @contextmanager
     def browser(self, key: str = "") -> Iterator[httpx.Client]:

@@ -69,6 +69,7 @@ def test_stop_is_there_before_the_login(rig: Service, open_tab: Callable[[Servic
     page = open_tab(rig).go("/page/")
     page.get_by_role("button", name="STOP").click()
     expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
+    rig.leave()
 
 
 def test_a_hammer_session_highlights_the_next_point_and_refuses_a_double_hit(tab: Tab, bench: OperatorClient) -> None:
@@ -179,6 +180,10 @@ def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, bench:
     page = struck_twice(tab, bench)
     page.keyboard.press("Escape")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
+    page.get_by_role("button", name="Resume run").click()
+    expect(page.get_by_role("alert")).to_contain_text("STOP is in force")
+    page.get_by_role("button", name="reset STOP").click()
+    expect(page.locator("#stop-in-force")).to_be_hidden()
     page.get_by_role("button", name="Resume run").click()
     go_to(page, "3y")
     expect(page.locator("#count")).to_contain_text("2 of 4 blows accepted")

@@ -6,9 +6,9 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import Page, expect
 
-from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from tests.api.conftest import configuration
 from tests.api.page.technician import Service, Tab, serving
 
 WATCH = """
@@ -30,7 +30,7 @@ WANTED = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Cut off"
 @pytest.fixture
 def service(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     folder = tmp_path_factory.mktemp("lost")
-    (folder / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
+    (folder / "jointlab.toml").write_text(configuration(laboratory.addresses, folder), encoding="utf-8")
     with serving(folder) as service:
         yield service
 
@@ -58,16 +58,22 @@ def test_a_dead_socket_leaves_only_stop_and_a_restart_shows_the_true_state(
     expect(page.locator("main")).to_have_attribute("inert", "")
     expect(page.get_by_role("navigation", name="views")).to_have_attribute("inert", "")
     page.get_by_role("button", name="STOP").click()
-    expect(page.locator(".stop output")).to_contain_text("Press the red button on the machine")
+    expect(page.locator(".stop output")).to_have_text(
+        "Stopped. The actuator is at rest."
+    )  # by the drive process itself
 
     service.start()
     expect(page.locator("#dead")).to_be_hidden()
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     expect(page.locator("#rig-state")).to_have_text("at rest")
-    expect(page.locator("#prompt")).to_have_text("Run 1 was cut off.")
+    expect(page.locator("#prompt")).to_contain_text("Run 1 is stopped")
+    expect(page.locator("#stop-in-force")).to_contain_text(
+        "STOP is in force: nothing moves. STOP listener, from 127.0.0.1"
+    )
     for view in ("/page/", "/page/runs"):
-        expect(tab.go(view).get_by_role("cell", name="cut off", exact=True)).to_be_visible()
+        expect(tab.go(view).get_by_role("cell", name="stopped", exact=True)).to_be_visible()
     page = tab.go("/page/hammer?run=1")
+    page.get_by_role("button", name="reset STOP").click()
     page.get_by_role("button", name="Resume run 1").click()
     expect(page.locator("#prompt")).to_have_text("Take the hammer to 1y")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
@@ -88,10 +94,10 @@ def test_a_page_that_is_connected_again_shows_the_present_state_at_once(
     expect(page.locator("#dead")).to_be_visible()
     page.evaluate("sessionStorage.setItem('seen', '[]')")
     service.start()
-    expect(page.locator("#prompt")).to_have_text("Run 1 was cut off.")
-    expect(page.locator("#rig-state")).to_have_text("at rest")
+    expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 2)")  # the run has outlived the service
+    expect(page.locator("#rig-state")).to_have_text("running")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")
     shown = [dict(each) for each in page.evaluate("JSON.parse(sessionStorage.getItem('seen'))")]
     assert shown, "nothing was seen of the page that came back"
-    assert {each["state"] for each in shown} == {"at rest"}, shown
-    assert {each["prompt"] for each in shown} <= {"", "Run 1 was cut off."}, shown
+    assert {each["state"] for each in shown} == {"running"}, shown
+    assert {each["prompt"] for each in shown} <= {"", "Strike 1y (blow 2)"}, shown

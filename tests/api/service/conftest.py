@@ -3,7 +3,7 @@
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from itertools import count
 from pathlib import Path
@@ -17,7 +17,10 @@ from sqlalchemy import update
 from api.service.application import create_app
 from api.service.context import Services
 from api.service.server import make_server
-from jointlab.instruments import instruments_of
+from jointlab.drive.phase import Phase
+from jointlab.drive.process import driving
+from jointlab.settings import DriveSettings, Settings
+from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import Laboratory
@@ -70,14 +73,30 @@ def client(catalogue: Catalogue) -> Iterator[httpx.Client]:
 
 
 @pytest.fixture
-def rig(catalogue: Catalogue, laboratory: Laboratory) -> Iterator[RunManager]:
+def rig_settings(laboratory: Laboratory, tmp_path: Path) -> Settings:
+    """Settings of a rig on simulated instruments."""
+    return simulated_settings(laboratory.addresses, drive=DriveSettings(folder=tmp_path / "drive", stop_port=0))
+
+
+@contextmanager
+def managing(
+    catalogue: Catalogue, settings: Settings, operator: AutomaticOperator | None = None
+) -> Iterator[RunManager]:
+    """A run manager, and all that a drive process has, in this process, which is quicker to start."""
+    with driving(settings), closing(RunManager(catalogue, settings, operator, starts=False)) as manager:
+        yield manager
+        if manager.state.phase is not Phase.IDLE:
+            manager.stop()
+
+
+@pytest.fixture
+def rig(catalogue: Catalogue, laboratory: Laboratory, rig_settings: Settings) -> Iterator[RunManager]:
     """A run manager on simulated instruments."""
-    settings = simulated_settings(laboratory.addresses)
-    hand = OperatorClient(laboratory.addresses.operator)
-    manager = RunManager(catalogue, instruments_of(settings), SimulatedOperator(hand))
-    yield manager
-    manager.close()
-    hand.close()
+    with (
+        closing(OperatorClient(laboratory.addresses.operator)) as hand,
+        managing(catalogue, rig_settings, SimulatedOperator(hand)) as manager,
+    ):
+        yield manager
 
 
 @pytest.fixture

@@ -11,16 +11,15 @@ from sqlalchemy import text
 
 from api.service.application import create_app
 from api.service.context import Services
-from jointlab.instruments import instruments_of
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
-from jointlab.supervision.manager import RunManager
+from jointlab.settings import DriveSettings
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.keys import add_key
 from store.states import Scope
-from tests.api.service.conftest import served
+from tests.api.service.conftest import managing, served
 from tests.store.conftest import fill
 
 # Rejects what it may reject for reasons that no schema can tell, such as a cursor of another list.
@@ -41,8 +40,8 @@ def fuzzed_service(folder: Path, database: str | None) -> Iterator[tuple[str, st
         with catalogue.writing() as session:
             key, secret = add_key(session, "fuzz", list(Scope))
             session.execute(text(f"UPDATE api_keys SET id = {FAR} WHERE id = {key.id}"))
-        settings = simulated_settings(laboratory.addresses)
-        runs = RunManager(catalogue, instruments_of(settings), SimulatedOperator(laboratory.operator))
+        settings = simulated_settings(laboratory.addresses, drive=DriveSettings(folder=folder / "drive", stop_port=0))
+        runs = stack.enter_context(managing(catalogue, settings, SimulatedOperator(laboratory.operator)))
         app = create_app(Services(catalogue, runs, jobs=JobQueue(catalogue, ProcessExecutor())))
         client = stack.enter_context(served(app))
         yield str(client.base_url).rstrip("/"), secret

@@ -12,14 +12,12 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
-from jointlab.instruments import instruments_of
-from jointlab.settings import Settings
-from jointlab.supervision.manager import RunManager
+from jointlab.settings import DriveSettings, Settings
 from jointlab.trials.simulated_laboratory import CHANNELS
 from store.catalogue import Catalogue
 from store.states import Scope
 from tests.api.conftest import paper
-from tests.api.service.conftest import PROBLEM, MakeKey, make_key_in, served
+from tests.api.service.conftest import PROBLEM, MakeKey, make_key_in, managing, served
 
 READ, ANALYSE, CONTROL, ENGINEER, ADMIN = Scope
 SEQUENCE = paper()
@@ -44,6 +42,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/rig/limits": READ,
     "PUT /api/rig/limits": ENGINEER,
     "POST /api/rig/lease": CONTROL,
+    "POST /api/rig/reset-stop": CONTROL,
     "PUT /api/rig/lease": CONTROL,
     "DELETE /api/rig/lease": CONTROL,
     "GET /api/runs": READ,
@@ -135,7 +134,7 @@ def everybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Everybody]:
     folder = tmp_path_factory.mktemp("access")
     nowhere = Settings.model_construct(
         channels=CHANNELS, daq_address="grpc://127.0.0.1:9", tester_url="tcp://127.0.0.1:9",
-        thermometer_url="socket://127.0.0.1:9",
+        thermometer_url="socket://127.0.0.1:9", drive=DriveSettings(folder=folder / "drive", stop_port=0),
     )  # fmt: skip
     with Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}") as catalogue:
         make_key: MakeKey = make_key_in(catalogue)
@@ -148,8 +147,7 @@ def everybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Everybody]:
             "another who controls": make_key(Scope.CONTROL),
             "an engineer who controls": make_key(Scope.CONTROL, Scope.ENGINEER),
         }
-        app = create_app(Services(catalogue, RunManager(catalogue, instruments_of(nowhere))))
-        with served(app) as client:
+        with managing(catalogue, nowhere) as rig, served(create_app(Services(catalogue, rig))) as client:
             yield Everybody(client, secrets)
 
 

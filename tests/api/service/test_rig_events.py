@@ -7,9 +7,10 @@ import httpx
 import pytest
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from api.service.rig_events import EVENTS, described_events, model_of
+from api.service.rig_events import described_events, model_of
 from jointlab.client import Client
 from jointlab.client.connection import RigEvent
+from jointlab.drive.events import EVENTS
 from jointlab.supervision.manager import RunManager
 from rig.sequence import DISPLACEMENT, FORCE
 from store.catalogue import Catalogue
@@ -23,7 +24,7 @@ STEPS = [
         "frequencies": {"first": 40, "last": 120, "step": 80},
     },
 ]  # fmt: skip
-KINDS = {kind.__name__: kind for kind in EVENTS}
+KINDS = EVENTS
 
 
 @pytest.fixture

@@ -89,6 +89,10 @@ def test_a_technician_answers_prompts_and_stops(lab: Client) -> None:
         assert lab.stop() == run.id
         assert lab.wait_for_run(run.id).state is RunState.STOPPED
         assert lab.stop() is None
+        with pytest.raises(ProblemError, match="STOP is in force"):
+            driver.resume(run.id, automatic=True)
+        driver.reset_stop()
+        assert lab.rig().stop is None
         driver.resume(run.id, automatic=True)
         assert lab.wait_for_run(run.id).state is RunState.FINISHED
         assert driver.acknowledge_interlock(run.id, "nothing had tripped") == []

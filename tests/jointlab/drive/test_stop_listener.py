@@ -31,6 +31,9 @@ class Machine:
     ramp: float = 0.0  # s
     trouble: str | None = None
 
+    def latch(self, who: str, why: str) -> None:
+        self.latched.append(who)
+
     def halt(self) -> None:
         self.halts += 1
         time.sleep(self.ramp)
@@ -62,7 +65,7 @@ class Listening:
 @pytest.fixture
 def listening() -> Iterator[Listening]:
     machine = Machine()
-    halter = Halter(machine.latched.append, machine.halt)
+    halter = Halter(machine.latch, machine.halt)
     listener = StopListener("127.0.0.1", 0, halter, lambda: {"phase": "idle"})
     yield Listening(machine, listener)
     listener.close()
@@ -245,7 +248,7 @@ def test_a_halter_halts_once_more_for_a_stop_that_came_during_a_halt() -> None:
         began.set()
         go_on.wait(LONG)
 
-    halter = Halter(machine.latched.append, halt)
+    halter = Halter(machine.latch, halt)
     first = halter.press("one")
     assert began.wait(LONG)
     others = [halter.press(str(number)) for number in range(100)]

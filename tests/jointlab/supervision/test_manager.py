@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,8 @@ import pytest
 
 from api.service.application import THREADS
 from jointlab.drive.phase import Phase
-from jointlab.instruments import instruments_of
+from jointlab.settings import Settings
 from jointlab.supervision.manager import RunManager
-from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.errors import RigError
 from rig.registers import Interlock, State
 from rig.sequence import sequence_from
@@ -27,6 +25,7 @@ from rig.tester_status import TesterTrippedError
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
+from tests.api.service.conftest import managing
 from tests.waiting import LONG
 
 Acting = Callable[..., dict[str, Any]]
@@ -62,9 +61,10 @@ def test_a_stop_of_a_run_is_done_before_the_database_is_asked_and_a_repeat_gets_
         ]
         time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
         stopping = asking.submit(rig_client.post, path, headers=headers)
-        while rig.state.phase is not Phase.STOPPING or laboratory.tester.actuator.steady_pp() != 0.0:
+        while rig.state.phase is not Phase.IDLE:
             assert not stopping.done(), stopping.result().text
             time.sleep(0.01)
+        assert laboratory.tester.actuator.steady_pp() == 0.0
         assert not any(each.done() for each in (*waiting, stopping))
         other.rollback()
     stopped = stopping.result()
@@ -81,7 +81,7 @@ def test_a_stop_of_a_run_that_cannot_be_noted_says_that_it_was_done(
     with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
         other.execute("BEGIN IMMEDIATE")
         answer = rig_client.post(f"/api/runs/{run}/stop", headers=acting())
-        assert rig.wait(LONG)
+    assert rig.wait(LONG)
     assert answer.status_code == 503
     assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but sqlite:")
     assert "another program is writing" in answer.json()["detail"]
@@ -124,25 +124,19 @@ def test_a_stop_halts_a_tester_that_another_client_moves(rig: RunManager, labora
         assert laboratory.tester.actuator.steady_pp() == 0.0
 
 
-def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, laboratory: Laboratory) -> None:
-    settings = simulated_settings(laboratory.addresses)
-    instruments = replace(instruments_of(settings), tester_url="tcp://127.0.0.1:9")
-    manager = RunManager(catalogue, instruments)
-    with pytest.raises(RigError, match=r"127\.0\.0\.1:9"):
+def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, rig_settings: Settings) -> None:
+    nowhere = rig_settings.model_copy(update={"tester_url": "tcp://127.0.0.1:9"})
+    with managing(catalogue, nowhere) as manager, pytest.raises(RigError, match=r"127\.0\.0\.1:9"):
         manager.stop()
-    manager.close()  # nothing is carried out, so nothing has to be confirmed
 
 
-def test_a_rig_without_a_tester_halts_nothing_and_refuses_a_sweep(
-    catalogue: Catalogue, laboratory: Laboratory, run: int
-) -> None:
-    instruments = replace(instruments_of(simulated_settings(laboratory.addresses)), tester_url=None)
-    manager = RunManager(catalogue, instruments)
-    assert manager.stop() is None
-    with pytest.raises(RigError, match="this rig has no tester; write tester_url"):
-        manager.start(run, "test", automatic=True)
-    assert manager.state.tester_silent is None
-    manager.close()
+def test_a_rig_without_a_tester_halts_nothing_and_refuses_a_sweep(catalogue: Catalogue, rig_settings: Settings) -> None:
+    with managing(catalogue, rig_settings.model_copy(update={"tester_url": None})) as manager:
+        run = manager.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+        with pytest.raises(RigError, match="this rig has no tester; write tester_url"):
+            manager.start(run, "test", automatic=True)
+        assert manager.stop() is None
+        assert manager.state.tester_silent is None
 
 
 def test_a_trip_before_a_run_is_known_after_the_first_attempt(

@@ -1,5 +1,8 @@
-"""kill -9 of the service in the middle of a run: the tester stops by itself, the run goes on, nothing is lost."""
+"""kill -9 in the middle of a run: of the service, which the run outlives, and of the drive process."""
 
+import os
+import re
+import signal
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
@@ -10,16 +13,14 @@ from typing import Any
 import pytest
 
 from jointlab.client import Client, Driver, ProblemError
-from jointlab.trials.simulated_laboratory import as_toml
-from rig import tester
-from rig.registers import Interlock, State
+from jointlab.drive.process import HOLDER
 from simlab.laboratory import LaboratoryProcess
-from simlab.tester_device import DeviceLimits
 from store.catalogue import Catalogue
 from store.check import check
 from store.states import RunState
 from tests.api.commands.test_service import serving_process
-from tests.api.conftest import paper
+from tests.api.conftest import configuration, paper
+from tests.waiting import until
 
 POINTS = 12
 SWEEP = {
@@ -34,7 +35,10 @@ SWEEP = {
 @pytest.fixture
 def laboratory(tmp_path: Path) -> Iterator[LaboratoryProcess]:
     with LaboratoryProcess(1, 20.0) as laboratory:
-        (tmp_path / "jointlab.toml").write_text(as_toml(laboratory.addresses), encoding="utf-8")
+        (tmp_path / "jointlab.toml").write_text(
+            configuration(laboratory.addresses, tmp_path),
+            encoding="utf-8",
+        )
         yield laboratory
 
 
@@ -66,30 +70,51 @@ def measure_until_killed(lab: Client, laboratory: LaboratoryProcess, run: int, k
         kill()
 
 
-def test_the_tester_stops_by_itself_and_the_run_goes_on_with_nothing_lost(
-    laboratory: LaboratoryProcess, tmp_path: Path
-) -> None:
+def drive_process(folder: Path) -> int:
+    """Number of the process that drives the rig."""
+    found = re.search(r"process (\d+)", (folder / "drive" / HOLDER).read_text(encoding="utf-8"))
+    assert found is not None
+    return int(found[1])
+
+
+def undamaged(folder: Path) -> bool:
+    with Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}") as catalogue:
+        return [finding for finding in check(catalogue) if finding.damage] == []
+
+
+def test_a_run_outlives_the_service_and_the_next_one_stores_it(laboratory: LaboratoryProcess, tmp_path: Path) -> None:
     with serving_process(tmp_path) as (address, process), Client(address) as lab:
         run = lab.create_run(paper() | {"steps": [SWEEP]})
         with pytest.raises(ProblemError, match="no service answers"):
             measure_until_killed(lab, laboratory, run.id, process.kill)
-    acknowledged = stored(tmp_path)
-    assert 3 <= len(acknowledged) < POINTS
-
-    time.sleep(2 * DeviceLimits().watchdog_time)  # a client that connects keeps the watchdog from acting
-    with tester.connect(laboratory.addresses.tester) as found:
-        assert found.status().state is State.TRIPPED
-        assert found.status().interlocks == Interlock.WATCHDOG
-
+        driving = drive_process(tmp_path)
+    assert len(stored(tmp_path)) < POINTS
     with serving_process(tmp_path) as (address, _), Client(address) as lab:
+        assert lab.wait_for_run(run.id).state is RunState.FINISHED
+        assert lab.rig().driven_by is None
+        assert drive_process(tmp_path) == driving
+        assert [order for _, order, _ in stored(tmp_path)] == list(range(1, POINTS + 1))
+    assert undamaged(tmp_path)
+    os.kill(driving, signal.SIGTERM)
+
+
+def test_where_the_drive_process_is_killed_the_tester_stops_and_the_run_goes_on_with_nothing_lost(
+    laboratory: LaboratoryProcess, tmp_path: Path
+) -> None:
+    with serving_process(tmp_path) as (address, _), Client(address) as lab:
+        run = lab.create_run(paper() | {"steps": [SWEEP]})
+        first = drive_process(tmp_path)
+        measure_until_killed(lab, laboratory, run.id, lambda: os.kill(first, signal.SIGKILL))
+        until(lambda: lab.rig().interlocks == ["watchdog"])  # told by the process that came after it
         assert lab.run(run.id).state is RunState.RUNNING  # no process was left to change it
+        acknowledged = stored(tmp_path)
+        assert 3 <= len(acknowledged) < POINTS
         with lab.driving("test") as driver:
-            assert driver.acknowledge_interlock(run.id, "the service was killed") == ["watchdog"]
+            assert driver.acknowledge_interlock(run.id, "the drive process was killed") == ["watchdog"]
             driver.resume(run.id)
             mount(lab, driver, laboratory, run.id)
             assert lab.wait_for_run(run.id).state is RunState.FINISHED
     everything = stored(tmp_path)
     assert everything[: len(acknowledged)] == acknowledged
     assert [order for _, order, _ in everything] == list(range(1, POINTS + 1))
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        assert [finding for finding in check(catalogue) if finding.damage] == []
+    assert undamaged(tmp_path)

@@ -1,0 +1,57 @@
+"""`jointlab drive` and `jointlab stop`: the process that moves the machine, and STOP for it."""
+
+import json
+import socket
+from contextlib import closing
+from typing import Annotated
+
+import typer
+
+from jointlab.drive.process import STOP_ADDRESS
+from jointlab.drive.process import run as run_drive
+from jointlab.errors import JointlabError
+from jointlab.settings import Settings, drive_folder, load_settings
+from rig.errors import RigError
+
+TIMEOUT = 5.0  # s that STOP may take to answer; it answers within 3 s where the actuator does not come to rest
+
+
+def drive() -> None:
+    """Drive the rig until Ctrl-C or SIGTERM, which end a run with the actuator at rest.
+
+    The service and jointlab run start such a process where none runs, and steer it. As a unit of its own it needs
+    neither of them: it goes on when they end, and listens for STOP.
+    """
+    run_drive(load_settings())
+
+
+def stop(
+    state: Annotated[bool, typer.Option("--state", help="Say what the machine does, and stop nothing.")] = False,
+) -> None:
+    """STOP: bring the actuator to rest at once. Nothing moves until who drives resets it.
+
+    It asks the drive process itself and needs neither service, key nor database.
+    """
+    answer = ask_listener(load_settings(), b"STATE\n" if state else b"STOP\n")
+    typer.echo(answer)
+    if not state and not json.loads(answer)["at_rest"]:
+        raise RigError("the actuator was not confirmed at rest; press the red button on the machine")
+
+
+def ask_listener(settings: Settings, line: bytes) -> str:
+    """The answer of the STOP listener to a line. Raises JointlabError where it does not answer."""
+    given = settings.drive.stop_address, settings.drive.stop_port
+    try:
+        address, port = json.loads((drive_folder(settings) / STOP_ADDRESS).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        address, port = given
+    host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
+    try:
+        with closing(socket.create_connection((host, port), TIMEOUT)) as connection:
+            connection.sendall(line)
+            answer = b"".join(iter(lambda: connection.recv(4096), b"")).decode().strip()
+    except OSError as error:
+        raise JointlabError(
+            f"no drive process listens for STOP on port {port} of {host} ({error}); press the red button on the machine"
+        ) from error
+    return answer

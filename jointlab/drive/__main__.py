@@ -1,0 +1,21 @@
+"""A drive process as the service starts it: `python -m jointlab.drive SETTINGS`, a file of JSON."""
+
+import sys
+from pathlib import Path
+
+from jointlab.drive.process import run
+from jointlab.errors import EXPECTED
+from jointlab.settings import Settings
+
+
+def main() -> None:
+    """Drive the rig of the settings file that the argument names; an expected error is one line."""
+    settings = Settings.model_validate_json(Path(sys.argv[1]).read_bytes())
+    try:
+        run(settings, until_alone=True)
+    except EXPECTED as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()

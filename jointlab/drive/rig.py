@@ -1,0 +1,287 @@
+"""Driving one rig: one run at a time in a thread of its own, its operator's prompts, its events, and STOP."""
+
+import logging
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from analysis.dof import Dof
+from jointlab.drive.events import BlowWithdrawn, LeaseChanged, RunEnded, RunStopping, StopLatched, StopReset
+from jointlab.drive.halting import Halter
+from jointlab.drive.idle_monitor import IdleMonitor
+from jointlab.drive.journal import Journal
+from jointlab.drive.prompts import PromptingOperator
+from jointlab.drive.protocol import Snapshot
+from jointlab.drive.state import RigState, after, starting
+from jointlab.errors import EXPECTED, ConflictError
+from rig.control import RunControl
+from rig.errors import RunStoppedError, failure_reason
+from rig.events import Event, RunContinued, RunStarted
+from rig.instruments import Instruments
+from rig.records import RunOrder, RunRecords
+from rig.registers import Interlock
+from rig.run import carry_out, reset_tester
+from rig.tester_limits import TesterLimits
+from rig.tester_monitor import poll_tester
+from store.states import RunState
+
+RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]
+"""Opens the records of a run, and closes them when the context is left."""
+log = logging.getLogger(__name__)
+
+
+@dataclass
+class _Active:
+    """The present run.
+
+    Attributes:
+        known: set once it has begun, or has failed to.
+        error: why it failed.
+    """
+
+    run_id: int
+    control: RunControl
+    operator: PromptingOperator
+    known: threading.Event = field(default_factory=threading.Event)
+    begun: bool = False
+    error: Exception | None = None
+
+
+class DrivenRig:
+    """One rig and what moves it. Any thread may call it.
+
+    Args:
+        instruments: of the rig.
+        records_of: opens the records of a run.
+
+    Attributes:
+        journal: every event.
+        name, tester_url: of the rig.
+        lease: number of the lease in force.
+        halter: STOP; `press` latches it.
+    """
+
+    def __init__(self, instruments: Instruments, records_of: RecordsOf) -> None:
+        self.journal = Journal()
+        self.name, self.tester_url = instruments.rig, instruments.tester_url
+        self._instruments = instruments
+        self._latch = instruments.latch
+        self._records_of = records_of
+        self._lock = threading.Lock()  # for beginning and resetting, which exclude each other
+        self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
+        self._state = RigState()
+        self._active: _Active | None = None
+        self._last: _Active | None = None
+        self._thread: threading.Thread | None = None
+        self.lease, self._holder = 0, ""
+        self._latch.let_drive(self.lease)
+        self.halter = Halter(self._latch_stop, self._halt)
+        url = instruments.tester_url
+        poll = None if url is None else partial(poll_tester, url)
+        self._idle_monitor = IdleMonitor(poll, lambda: self._state, self._observe)
+
+    def snapshot(self) -> Snapshot:
+        """What the rig does; waits for nothing that takes time."""
+        active = self._active
+        with self._state_lock:
+            return Snapshot(
+                self.journal.latest,
+                self._state,
+                None if active is None else active.operator.prompt,
+                self._latch.in_force,
+                self._holder or None,
+            )
+
+    def take_lease(self, holder: str | None) -> int:
+        """Let `holder` drive, and no other; returns the number of the new lease. None: nobody drives."""
+        with self._state_lock:
+            self.lease += 1
+            self._latch.let_drive(self.lease)
+            changed, self._holder = self._holder != (holder or ""), holder or ""
+            if changed:
+                self._observe(LeaseChanged(holder))
+            return self.lease
+
+    def begin(self, order: RunOrder, limits: TesterLimits, lease: int) -> None:
+        """Carry out a run, or go on with it; returns when it has begun, that is when its instruments have answered.
+
+        Raises:
+            ConflictError: another run is carried out.
+            RunStoppedError, LeaseLostError: STOP is in force, or another client has taken the rig, by then.
+            RigError, DaqError: the instruments do not answer or do not fit.
+            StoreError: its records cannot be written.
+        """
+        with self._lock:
+            if self._active is not None:
+                raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
+            self._latch.check(lease)
+            active = self._active = _Active(
+                order.run_id, RunControl(self._latch, lease), PromptingOperator(self._observe)
+            )
+            with self._state_lock:
+                self._state = starting(self._state, order.sequence, order.run_id)
+            work = partial(self._work, active, order, replace(self._instruments, limits=limits))
+            self._thread = threading.Thread(target=work, name=f"run {order.run_id}", daemon=True)
+            self._thread.start()
+        active.known.wait()
+        if not active.begun and active.error is not None:
+            raise active.error
+
+    def pause(self, run_id: int) -> None:
+        """Pause the run; returns with the actuator at rest.
+
+        Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
+        """
+        self._active_run(run_id).control.pause()
+
+    def resume(self, run_id: int, lease: int) -> None:
+        """Let a paused run go on.
+
+        Raises ConflictError where this run is not carried out, RunStoppedError and LeaseLostError as `begin`.
+        """
+        self._active_run(run_id).control.resume(lease)
+
+    def end(self, run_id: int) -> None:
+        """End the run; returns with the actuator at rest.
+
+        Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
+        """
+        active = self._active_run(run_id)
+        self._observe(RunStopping(run_id))
+        self._end(active)
+
+    def answer(self, run_id: int, prompt: int, lease: int) -> None:
+        """Confirm that the operator has done what prompt number `prompt` asks for.
+
+        Raises ConflictError where this run is not carried out, or another prompt is open; RunStoppedError and
+        LeaseLostError as `begin`.
+        """
+        active = self._active_run(run_id)
+        with self._latch.moving(lease):
+            active.operator.answer(prompt)
+
+    def fail_prompt(self, run_id: int, prompt: int, reason: str) -> None:
+        """Let the run fail because the operator cannot do what the prompt asks for; ConflictError as for `answer`."""
+        active = self._active_run(run_id)
+        active.operator.fail(prompt, reason)
+        active.control.pause()  # what waits for a blow is interrupted, and asks the operator once more
+        active.control.resume()
+
+    def withdraw(self, run_id: int, set_number: int, point: str, blow: int, reason: str) -> None:
+        """Let an accepted blow count no more; a session that is at its set asks for another one."""
+        active = self._active
+        if active is not None and active.run_id == run_id:
+            active.control.withdraw(set_number, Dof.parse(point), blow)
+        self._observe(BlowWithdrawn(run_id, point, blow, reason))
+
+    def reset_stop(self, epoch: int, lease: int) -> None:
+        """Release the latch of STOP `epoch`; nothing moves by this.
+
+        Raises StopNotResetError where a newer STOP came, LeaseLostError where another client drives.
+        """
+        self._latch.reset(epoch, lease)
+        self._observe(StopReset())
+
+    def acknowledge(self, lease: int) -> Interlock:
+        """Reset the tester, because the cause of its trip is removed; returns the interlocks that had fired.
+
+        Raises:
+            ConflictError: a run is carried out.
+            LeaseLostError: another client drives.
+            RigError: the tester does not answer, or trips again.
+        """
+        with self._lock:
+            if self._active is not None:
+                raise ConflictError(f"run {self._active.run_id} is carried out; stop it first")
+            self._latch.check_lease(lease)
+            with self._idle_monitor.suspended():
+                return reset_tester(self._instruments, self._observe)
+
+    def check_outcome(self) -> None:
+        """Raise the error with which the last run ended, where it was stopped or failed."""
+        if self._last is not None and self._last.error is not None:
+            raise self._last.error
+
+    @property
+    def is_at_work(self) -> bool:
+        """Whether a run is carried out."""
+        return self._active is not None
+
+    def end_safely(self, why: str) -> None:
+        """End the present run, if there is one, and wait until it has ended; `why` goes to the log."""
+        active, thread = self._active, self._thread
+        if active is not None and thread is not None:
+            log.warning("run %s is ended: %s", active.run_id, why)
+            try:
+                self.end(active.run_id)
+            finally:
+                thread.join()
+
+    def close(self) -> None:
+        """End the present run, with the actuator at rest, then the monitor, the halter and the journal."""
+        try:
+            self.end_safely("the drive process is ended")
+        finally:
+            self._idle_monitor.close()
+            self.halter.close()
+            self.journal.close()
+
+    def _latch_stop(self, who: str, why: str) -> None:
+        before = self._latch.in_force
+        self._latch.stop(who, why)
+        if before is None:
+            active = self._active
+            self._observe(StopLatched(who, why))
+            if active is not None:
+                self._observe(RunStopping(active.run_id))
+
+    def _halt(self) -> None:
+        active = self._active
+        if active is not None:
+            self._end(active)
+        elif self._instruments.tester_url is not None:
+            with self._idle_monitor.suspended(), self._instruments.tester() as tester:
+                tester.halt()
+
+    def _end(self, active: _Active) -> None:
+        try:
+            active.control.stop()
+        finally:
+            active.operator.release()
+
+    def _active_run(self, run_id: int) -> _Active:
+        active = self._active
+        if active is None or active.run_id != run_id:
+            raise ConflictError(f"run {run_id} is not being carried out here")
+        return active
+
+    def _work(self, active: _Active, order: RunOrder, instruments: Instruments) -> None:
+        ended, reason = RunState.FINISHED, None
+        try:
+            # the run itself reports the state of the tester
+            with self._idle_monitor.suspended(), self._records_of(order) as records:
+                carry_out(order, instruments, active.operator, records, self._observe, active.control)
+        except RunStoppedError as stopped:
+            active.error = stopped
+            ended, reason = RunState.STOPPED, str(stopped)
+        except Exception as error:
+            active.error = error
+            ended, reason = RunState.FAILED, failure_reason(error, EXPECTED)
+            if not isinstance(error, EXPECTED):
+                log.exception("run %s ended with an unexpected error", active.run_id)
+        finally:
+            active.operator.release()
+            self._active, self._last = None, active
+            self._observe(RunEnded(active.run_id, ended, reason))
+            active.known.set()
+
+    def _observe(self, event: Event) -> None:
+        active = self._active
+        with self._state_lock:
+            self._state = after(self._state, event)
+            self.journal(event)
+        if isinstance(event, RunStarted | RunContinued) and active is not None:
+            active.begun = True
+            active.known.set()

@@ -1,0 +1,47 @@
+"""A STOP button on a serial port: a byte means STOP, and so does a lost line."""
+
+import logging
+import threading
+from collections.abc import Callable
+
+import serial
+
+RETRY = 1.0  # s between two attempts to open a lost line
+READ_TIMEOUT = 0.2  # s
+log = logging.getLogger(__name__)
+
+
+class StopButton:
+    """Watches the button at `url` until it is closed.
+
+    While the line is lost every attempt to open it presses STOP once more, so that no reset holds before it is back.
+
+    Args:
+        url: serial port or pyserial URL.
+        press: latches a STOP, given who asks and why.
+    """
+
+    def __init__(self, url: str, press: Callable[[str, str], object]) -> None:
+        self._url = url
+        self._press = press
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="STOP button", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                with serial.serial_for_url(self._url, timeout=READ_TIMEOUT) as line:
+                    while not self._closed.is_set():
+                        if line.read(1):
+                            self._press(f"button at {self._url}", "the button was pressed")
+                            line.reset_input_buffer()  # a bouncing button is one STOP
+            except (serial.SerialException, OSError) as error:
+                log.warning("STOP button at %s: %s", self._url, error)
+                self._press(f"button at {self._url}", "its line is lost")
+                self._closed.wait(RETRY)

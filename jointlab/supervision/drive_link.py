@@ -1,0 +1,261 @@
+"""The link of a program to the drive process of its rig: requests, and the news of what happens there.
+
+The process is started where none answers and the program is one that starts it, also after it was killed. Nothing here
+waits for a database.
+"""
+
+import logging
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from jointlab.drive.endpoint import NoDriveError, connect
+from jointlab.drive.process import LOG
+from jointlab.drive.protocol import (
+    LONGEST_REQUEST,
+    WELCOME,
+    Ask,
+    Follow,
+    Hello,
+    News,
+    Quit,
+    Reply,
+    Request,
+    TakeLease,
+    Welcome,
+    error_of,
+)
+from jointlab.settings import Settings, drive_folder
+from rig.errors import RigError
+from store.version import release
+
+START_TIMEOUT = 60.0  # s that a drive process may take to start; it imports for seconds on a busy machine
+ANSWER_TIMEOUT = 15.0  # s
+PING_INTERVAL = 2.0  # s between two signs of life
+RETRY = 0.3  # s between two attempts to find a process that has gone
+TAIL = 400  # characters of its log that an error shows
+SETTINGS = "settings.json"
+NEEDED = {"rig", "daq_address", "tester_url", "thermometer_url", "channels", "drive"}
+"""The fields of the settings that a drive process has; it knows no database."""
+log = logging.getLogger(__name__)
+
+
+class DriveLink:
+    """The link to the drive process of `settings`, until it is closed. Any thread may call it.
+
+    Args:
+        settings: of the rig.
+        name: of this program, for the messages of others.
+        heard: gets all news, from a thread of its own.
+        lost: is told why, where the process does not answer any more.
+        found: is told of another process that answers in its place.
+        starts: whether a process is started where none answers, and ended with the link.
+
+    Raises:
+        RigError: no process answers, or it is of another version.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        name: str,
+        heard: Callable[[News], object],
+        lost: Callable[[str], object],
+        found: Callable[[Welcome], object],
+        *,
+        starts: bool = True,
+    ) -> None:
+        self.folder = drive_folder(settings)
+        self._settings = settings
+        self._name = name
+        self._heard = heard
+        self._lost = lost
+        self._found = found
+        self._starts = starts
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = threading.Event()
+        self._lock = threading.Lock()
+        self._session = self._open_session(START_TIMEOUT)
+        self._following: _Line | None = None
+        self._threads = [
+            threading.Thread(target=work, name=name, daemon=True)
+            for work, name in ((self._follow, "drive news"), (self._keep, "drive session"))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def is_owner(self) -> bool:
+        """Whether this program has started the process."""
+        return self._process is not None
+
+    @property
+    def welcome(self) -> Welcome:
+        """What the process said of itself."""
+        return self._session[1]
+
+    def ask(self, request: Request, timeout: float = ANSWER_TIMEOUT) -> Reply:
+        """The reply to a request, on a connection of its own, so that no request waits for another.
+
+        Raises NoDriveError where no process answers within `timeout` s; the error in the reply, where there is one.
+        """
+        with closing(_Line(self.folder, timeout)) as line:
+            return line.ask(request)
+
+    def take_lease(self, holder: str | None, *, by_force: bool = False) -> int:
+        """Let `holder` drive through this program, and no other; returns the number of the lease.
+
+        Raises ConflictError where another program drives and `by_force` is not given; NoDriveError.
+        """
+        with self._lock:
+            return int(self._session[0].ask(TakeLease(holder=holder, by_force=by_force)).value)
+
+    def close(self) -> None:
+        """End the link, and a process that it has started, where no run is carried out."""
+        self._closed.set()
+        if self._process is not None:
+            with suppress(RigError, OSError):  # a run is carried out, or it is dead
+                self.ask(Quit())
+                self._process.wait(ANSWER_TIMEOUT)
+        with self._lock:
+            self._session[0].close()
+            if self._following is not None:
+                self._following.close()
+        for thread in self._threads:
+            thread.join()
+
+    def _open_session(self, patience: float) -> "tuple[_Line, Welcome]":
+        end = time.monotonic() + patience
+        while True:
+            try:
+                line = _Line(self.folder, ANSWER_TIMEOUT)
+                try:
+                    return line, self._checked(line.ask(Hello(release=release(), name=self._name)))
+                except BaseException:
+                    line.close()
+                    raise
+            except NoDriveError:
+                if not self._starts or self._closed.is_set() or time.monotonic() > end:
+                    raise
+                self._start()
+                time.sleep(RETRY / 10)
+
+    def _checked(self, reply: Reply) -> Welcome:
+        welcome = WELCOME.validate_python(reply.value)
+        if welcome.tester_url != self._settings.tester_url:
+            raise RigError(
+                f"the drive process of {self.folder} drives {welcome.tester_url}, not {self._settings.tester_url}; end "
+                "it when the rig is at rest, or name another folder in [drive]"
+            )
+        return welcome
+
+    def _start(self) -> None:
+        """Start the process where that has not been done. Raises RigError where it has ended at once."""
+        if self._process is not None and self._process.poll() is None:
+            return
+        if self._process is not None and self._process.returncode > 0:
+            said = self._said()
+            self._process = None
+            raise RigError(f"the drive process did not start: {said}")
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        given = self.folder / SETTINGS
+        given.write_text(self._settings.model_dump_json(include=NEEDED), encoding="utf-8")
+        with (self.folder / "drive.output").open("wb") as output:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "jointlab.drive", str(given)],
+                stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True,
+            )  # fmt: skip
+
+    def _said(self) -> str:
+        with suppress(OSError):
+            return (self.folder / "drive.output").read_text(encoding="utf-8", errors="replace").strip()[-TAIL:]
+        return f"see {self.folder / LOG}"
+
+    def _follow(self) -> None:
+        epoch, after = None, 0
+        while not self._closed.is_set():
+            try:
+                with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
+                    self._following = line
+                    line.send(Follow(epoch=epoch, after=after))
+                    line.forever()
+                    while not self._closed.is_set():
+                        news = News.model_validate_json(line.read())
+                        if news.epoch != epoch:
+                            epoch, after = news.epoch, 0
+                        after = news.entries[-1].number if news.entries else after
+                        self._heard(news)
+            except (NoDriveError, ValueError) as error:
+                if not self._closed.is_set():
+                    self._lost(str(error))
+                    self._closed.wait(RETRY)
+
+    def _keep(self) -> None:
+        """Keep the session, and open a new one where it is lost."""
+        while not self._closed.wait(PING_INTERVAL):
+            try:
+                with self._lock:
+                    self._session[0].ask(Ask())
+            except RigError:
+                self._reopen()
+
+    def _reopen(self) -> None:
+        try:
+            found = self._open_session(START_TIMEOUT)
+        except RigError as error:
+            log.warning("%s", error)
+            return
+        with self._lock:
+            self._session[0].close()
+            self._session = found
+        self._found(found[1])
+
+
+class _Line:
+    """One connection. Raises NoDriveError where it is lost or an answer takes too long."""
+
+    def __init__(self, folder: Path, timeout: float) -> None:
+        self._socket = connect(folder, timeout)
+        self._lines: BinaryIO = self._socket.makefile("rb")
+
+    def forever(self) -> None:
+        """Wait without an end from now on."""
+        self._socket.settimeout(None)
+
+    def send(self, request: Request) -> None:
+        """Send a request."""
+        try:
+            self._socket.sendall(request.model_dump_json().encode() + b"\n")
+        except OSError as error:
+            raise NoDriveError(f"the drive process does not answer ({error})") from error
+
+    def read(self) -> bytes:
+        """The next line."""
+        try:
+            line = self._lines.readline(LONGEST_REQUEST)
+        except (OSError, ValueError) as error:
+            raise NoDriveError(f"the drive process does not answer ({error})") from error
+        if not line.endswith(b"\n"):
+            raise NoDriveError("the drive process has ended")
+        return line
+
+    def ask(self, request: Request) -> Reply:
+        """The reply to a request; raises the error in it."""
+        self.send(request)
+        reply = Reply.model_validate_json(self.read())
+        if reply.error is not None:
+            raise error_of(reply)
+        return reply
+
+    def close(self) -> None:
+        """End the connection, also where another thread reads."""
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._lines.close()
+        self._socket.close()

@@ -1,0 +1,179 @@
+"""The drive process itself: what it loads, who may be it, how it ends, and STOP whatever other programs do."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from api.commands.drive import ask_listener
+from jointlab.drive.process import HOLDER, STOP_ADDRESS, DriveBusyError, driving
+from jointlab.drive.protocol import Ask, Begin
+from jointlab.settings import DriveSettings, Settings
+from jointlab.supervision.drive_link import NEEDED, DriveLink
+from rig.records import RunOrder
+from rig.registers import State
+from rig.tester_limits import TesterLimits
+from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
+from store.states import RunState
+from tests.jointlab.drive.conftest import Heard
+from tests.jointlab.drive.test_rig import begin, is_at_rest
+from tests.waiting import LONG, until
+
+HEAVY = ("sqlalchemy", "alembic", "psycopg", "fastapi", "starlette", "uvicorn", "nicegui", "typer", "matplotlib")
+CLIENT = """
+import socket, sys, time
+from pathlib import Path
+from jointlab.settings import Settings
+from jointlab.supervision.drive_link import DriveLink
+settings = Settings.model_validate_json(Path(sys.argv[1]).read_bytes())
+link = DriveLink(settings, "client", lambda n: None, lambda w: None, lambda w: None, starts=False)
+print(link.take_lease("client"), flush=True)
+time.sleep(600)
+"""
+
+
+@contextmanager
+def drive_process(settings: Settings, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A drive process."""
+    folder.mkdir(parents=True, exist_ok=True)
+    given = folder / "settings.json"
+    given.write_text(settings.model_dump_json(include=NEEDED), encoding="utf-8")
+    process = subprocess.Popen([sys.executable, "-m", "jointlab.drive", str(given)])
+    try:
+        until(lambda: process.poll() is not None or (folder / "drive.socket").exists())
+        yield process
+    finally:
+        process.terminate()
+        process.wait(LONG)
+
+
+@contextmanager
+def linked(settings: Settings, heard: Heard) -> Iterator[DriveLink]:
+    with closing(
+        DriveLink(settings, "test", heard.news.append, heard.losses.append, lambda welcome: None, starts=False)
+    ) as link:
+        yield link
+
+
+def test_it_loads_neither_database_nor_page_nor_simulation() -> None:
+    said = subprocess.run(
+        [sys.executable, "-c", "import sys, jointlab.drive.__main__; print('\\n'.join(sys.modules))"],
+        capture_output=True, text=True, check=True, env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
+    )  # fmt: skip
+    loaded = {name.split(".")[0] for name in said.stdout.splitlines()}
+    assert not loaded & {*HEAVY, "simlab", "api"}
+    assert "jointlab.supervision" not in said.stdout
+
+
+def test_one_process_drives_a_rig_and_a_tester(drive_settings: Settings, tmp_path: Path) -> None:
+    with driving(drive_settings):
+        with pytest.raises(DriveBusyError, match=r"'rig under test' is driven by .+@.+, process \d+"):
+            driving(drive_settings).__enter__()
+        elsewhere = {"drive": DriveSettings(folder=tmp_path / "elsewhere", stop_port=0), "rig": "another"}
+        with pytest.raises(DriveBusyError, match="'another' is driven by"):
+            driving(drive_settings.model_copy(update=elsewhere)).__enter__()
+    with driving(drive_settings):
+        pass
+
+
+def test_a_signal_ends_it_with_the_run_ended_and_the_actuator_at_rest(
+    drive_settings: Settings, tmp_path: Path, laboratory: Laboratory, order: RunOrder, hand: OperatorClient
+) -> None:
+    heard = Heard()
+    with drive_process(drive_settings, tmp_path / "drive") as process, linked(drive_settings, heard) as link:
+        begin(link, heard, order, link.take_lease("test"))
+        process.terminate()
+        assert process.wait(LONG) == 0
+    assert heard.now.state.ended_as is RunState.STOPPED
+    assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+
+
+@pytest.mark.parametrize("blow", [signal.SIGSTOP, signal.SIGKILL], ids=["frozen", "killed"])
+def test_stop_works_where_the_program_that_steers_is_frozen_or_killed(
+    blow: signal.Signals, drive_settings: Settings, tmp_path: Path, laboratory: Laboratory, order: RunOrder,
+    hand: OperatorClient,
+) -> None:  # fmt: skip
+    heard = Heard()
+    with drive_process(drive_settings, tmp_path / "drive"), linked(drive_settings, heard) as link:
+        client = subprocess.Popen(
+            [sys.executable, "-c", CLIENT, str(tmp_path / "drive" / "settings.json")], stdout=subprocess.PIPE
+        )
+        assert client.stdout is not None
+        begin(link, heard, order, int(client.stdout.readline()))
+        client.send_signal(blow)
+        measured = heard.now.state.sines
+        until(lambda: heard.now.state.sines > measured)  # the run goes on by itself
+        assert json.loads(ask_listener(drive_settings, b"STOP\n"))["at_rest"] is True
+        assert is_at_rest(laboratory)
+        client.kill()
+        client.wait()
+        client.stdout.close()
+
+
+def test_a_run_is_ended_when_nobody_steers_any_more_where_that_is_configured(
+    drive_settings: Settings, tmp_path: Path, laboratory: Laboratory, order: RunOrder, hand: OperatorClient
+) -> None:
+    alone = drive_settings.drive.model_copy(update={"when_alone": "stop"})
+    heard = Heard()
+    with drive_process(drive_settings.model_copy(update={"drive": alone}), tmp_path / "drive"):
+        with linked(drive_settings, heard) as link:
+            begin(link, heard, order, link.take_lease("test"))
+        until(lambda: is_at_rest(laboratory) and laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF)
+        with linked(drive_settings, heard) as link:
+            until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+
+
+def test_stop_works_while_the_protocol_is_flooded(
+    drive_settings: Settings, tmp_path: Path, laboratory: Laboratory, order: RunOrder, hand: OperatorClient
+) -> None:
+    heard, over = Heard(), threading.Event()
+    with drive_process(drive_settings, tmp_path / "drive"), linked(drive_settings, heard) as link:
+
+        def flood() -> None:
+            while not over.is_set():
+                link.ask(Ask(), LONG)
+
+        begin(link, heard, order, link.take_lease("test"))
+        flooding = [threading.Thread(target=flood) for _ in range(8)]
+        for each in flooding:
+            each.start()
+        began = time.monotonic()
+        assert json.loads(ask_listener(drive_settings, b"STOP\n"))["at_rest"] is True
+        took = time.monotonic() - began
+        over.set()
+        for each in flooding:
+            each.join()
+    assert is_at_rest(laboratory)
+    assert took < 2.0
+
+
+def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are_not(
+    drive_settings: Settings, tmp_path: Path
+) -> None:
+    with driving(drive_settings) as drive:
+        address, port = json.loads((tmp_path / "drive" / STOP_ADDRESS).read_text(encoding="ascii"))
+        assert (address, port) == ("127.0.0.1", drive.listener.port)
+        assert httpx.get(f"http://{address}:{port}/state").json() == {
+            "rig": "rig under test", "phase": "idle", "run_id": None, "stop": None,
+        }  # fmt: skip
+        assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
+
+
+def test_the_holder_of_the_lock_is_named(drive_settings: Settings, tmp_path: Path) -> None:
+    with driving(drive_settings):
+        assert f"process {os.getpid()}" in (tmp_path / "drive" / HOLDER).read_text(encoding="utf-8")
+
+
+def test_an_order_comes_back_as_it_was(order: RunOrder) -> None:
+    sent = Begin(order=order, limits=TesterLimits(), lease=3)
+    assert Begin.model_validate_json(sent.model_dump_json()) == sent

@@ -1,0 +1,178 @@
+"""Driving a rig over its socket: STOP is latched, and a lease is compared at the moment of driving."""
+
+import threading
+import time
+
+import httpx
+import pytest
+
+from jointlab.drive.endpoint import connect
+from jointlab.drive.phase import Phase
+from jointlab.drive.process import Drive
+from jointlab.drive.protocol import (
+    AnswerPrompt,
+    Ask,
+    Begin,
+    End,
+    Follow,
+    Pause,
+    ResetStop,
+    Resume,
+    StopNow,
+)
+from jointlab.errors import ConflictError
+from jointlab.settings import Settings
+from jointlab.supervision.drive_link import DriveLink
+from rig.errors import RunStoppedError
+from rig.records import RunOrder
+from rig.registers import State
+from rig.stop_latch import LeaseLostError, StopNotResetError
+from rig.tester_limits import TesterLimits
+from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
+from store.states import RunState
+from tests.jointlab.drive.conftest import Heard, Kept
+from tests.waiting import LONG, until
+
+
+def begin(link: DriveLink, heard: Heard, order: RunOrder, lease: int) -> None:
+    """Begin the sweep, and see it move."""
+    link.ask(Begin(order=order, limits=TesterLimits(), lease=lease))
+    until(lambda: heard.now.prompt is not None)
+    assert heard.now.prompt is not None
+    link.ask(AnswerPrompt(run_id=1, prompt=heard.now.prompt.number, lease=lease))
+    until(lambda: heard.now.state.sines > 0)
+
+
+def is_at_rest(laboratory: Laboratory) -> bool:
+    return laboratory.tester.actuator.steady_pp() == 0.0
+
+
+def test_a_run_tells_what_happens_and_ends_when_it_is_asked_to(
+    link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, laboratory: Laboratory, kept: Kept
+) -> None:
+    lease = link.take_lease("test")
+    begin(link, heard, order, lease)
+    link.ask(Pause(run_id=1))
+    assert is_at_rest(laboratory)
+    until(lambda: heard.now.state.phase is Phase.PAUSED)
+    measured = heard.now.state.sines
+    link.ask(Resume(run_id=1, lease=lease))
+    until(lambda: heard.now.state.sines > measured)
+    link.ask(End(run_id=1))
+    assert is_at_rest(laboratory)
+    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert kept.sines == list(range(1, heard.now.state.sines + 1))
+    assert heard.names[0] == "LeaseChanged"
+    assert heard.names.count("SinePointMeasured") == heard.now.state.sines
+    assert heard.now.stop is None
+
+
+def test_a_stop_from_the_listener_is_latched_until_the_holder_of_the_lease_resets_it(
+    drive: Drive, link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, laboratory: Laboratory
+) -> None:
+    lease = link.take_lease("test")
+    begin(link, heard, order, lease)
+    address = f"http://127.0.0.1:{drive.listener.port}"
+    assert httpx.post(f"{address}/stop").json()["at_rest"] is True
+    assert is_at_rest(laboratory)
+    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    first = heard.now.stop
+    assert first is not None
+    with pytest.raises(RunStoppedError, match="STOP is in force"):
+        link.ask(Begin(order=order, limits=TesterLimits(), lease=lease))
+    httpx.post(f"{address}/stop")
+    with pytest.raises(StopNotResetError):
+        link.ask(ResetStop(epoch=first.epoch, lease=lease))
+    epoch = httpx.get(f"{address}/state").json()["stop"]["epoch"]
+    with pytest.raises(LeaseLostError):
+        link.ask(ResetStop(epoch=epoch, lease=lease - 1))
+    link.ask(ResetStop(epoch=epoch, lease=lease))
+    until(lambda: heard.now.stop is None)
+    begin(link, heard, order, lease)
+
+
+def test_a_start_that_waits_while_stop_is_pressed_does_not_move(
+    link: DriveLink, heard: Heard, order: RunOrder, laboratory: Laboratory, kept: Kept
+) -> None:
+    lease, refused = link.take_lease("test"), list[Exception]()
+
+    def start() -> None:
+        try:
+            link.ask(Begin(order=order, limits=TesterLimits(), lease=lease))
+        except RunStoppedError as error:
+            refused.append(error)
+
+    kept.may_open.clear()
+    starting = threading.Thread(target=start)
+    starting.start()
+    until(lambda: heard.now.state.phase is Phase.STARTING)
+    link.ask(StopNow(who="test", why="it was pressed"))
+    kept.may_open.set()
+    starting.join()
+    assert refused
+    assert not kept.records
+    assert is_at_rest(laboratory)
+
+
+def test_a_lease_that_is_taken_by_force_ends_what_was_asked_for_before(
+    link: DriveLink, order: RunOrder, heard: Heard, kept: Kept, laboratory: Laboratory
+) -> None:
+    former, refused = link.take_lease("one"), list[Exception]()
+
+    def start() -> None:
+        try:
+            link.ask(Begin(order=order, limits=TesterLimits(), lease=former))
+        except LeaseLostError as error:
+            refused.append(error)
+
+    kept.may_open.clear()
+    starting = threading.Thread(target=start)
+    starting.start()
+    until(lambda: heard.now.state.phase is Phase.STARTING)  # its lease is checked
+    link.take_lease("another")
+    kept.may_open.set()
+    starting.join()
+    until(lambda: heard.now.state.phase is Phase.IDLE)
+    assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+    with pytest.raises(LeaseLostError, match="another client has taken the rig"):
+        link.ask(Begin(order=order, limits=TesterLimits(), lease=former))
+    assert heard.now.holder == "another"
+    assert refused
+
+
+def test_another_program_drives_only_by_force_or_when_the_first_has_gone(
+    drive_settings: Settings, link: DriveLink, heard: Heard
+) -> None:
+    link.take_lease("one")
+    other = DriveLink(drive_settings, "other", lambda news: None, lambda why: None, lambda welcome: None, starts=False)
+    with pytest.raises(ConflictError, match="one drives the rig from another program"):
+        other.take_lease("two")
+    other.take_lease("two", by_force=True)
+    until(lambda: heard.now.holder == "two")
+    other.close()
+    until(lambda: heard.now.holder is None)
+    link.take_lease("one")
+
+
+def test_a_follower_goes_on_after_the_last_event_it_knows(drive: Drive, link: DriveLink, heard: Heard) -> None:
+    for number in range(1000):
+        link.take_lease(str(number))
+    until(lambda: len(heard.names) == 1000)
+    numbers = [entry.number for news in heard.news for entry in news.entries]
+    assert numbers == list(range(1, 1001))
+
+
+def test_a_program_that_does_not_read_delays_nobody(drive: Drive, link: DriveLink, heard: Heard) -> None:
+    silent = [connect(link.folder, LONG) for _ in range(10)]
+    for each in silent:
+        each.sendall(Follow(epoch=None, after=0).model_dump_json().encode() + b"\n")
+    for number in range(3000):
+        drive.rig.take_lease(str(number))
+    began = time.monotonic()
+    for _ in range(20):
+        link.ask(Ask())
+        assert httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop").json()["at_rest"] is True
+    assert time.monotonic() - began < 5.0
+    for each in silent:
+        each.close()

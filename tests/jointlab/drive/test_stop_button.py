@@ -1,0 +1,49 @@
+"""The STOP button on a serial line: a byte is STOP, and so is a lost line, until it is back."""
+
+import socket
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from jointlab.drive import stop_button
+from jointlab.drive.stop_button import StopButton
+from tests.waiting import until
+
+Presses = list[tuple[str, str]]
+
+
+@pytest.fixture
+def presses() -> Presses:
+    return []
+
+
+@pytest.fixture
+def line(monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.socket]:
+    """Where the button's line ends."""
+    monkeypatch.setattr(stop_button, "RETRY", 0.05)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        yield listener
+
+
+def test_a_byte_is_stop_and_a_lost_line_is_stop_until_it_is_back(line: socket.socket, presses: Presses) -> None:
+    url = f"socket://127.0.0.1:{line.getsockname()[1]}"
+    with closing(StopButton(url, lambda who, why: presses.append((who, why)))):
+        button, _ = line.accept()
+        assert not presses
+        button.sendall(b"\x01")
+        until(lambda: presses == [(f"button at {url}", "the button was pressed")])
+        button.close()
+        until(lambda: presses[-1] == (f"button at {url}", "its line is lost"))
+        again, _ = line.accept()
+        known = len(presses)
+        again.sendall(b"\x01")
+        until(lambda: presses[known:] == [(f"button at {url}", "the button was pressed")])
+        again.close()
+
+
+def test_a_line_that_cannot_be_opened_is_stop(presses: Presses, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop_button, "RETRY", 0.01)
+    with closing(StopButton("socket://127.0.0.1:9", lambda who, why: presses.append((who, why)))):
+        until(lambda: len(presses) > 3)
+    assert {why for _, why in presses} == {"its line is lost"}

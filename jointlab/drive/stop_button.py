@@ -8,6 +8,7 @@ import serial
 
 RETRY = 1.0  # s between two attempts to open a lost line
 READ_TIMEOUT = 0.2  # s
+BOUNCES = 1000  # bytes, more than a button sends in that time
 log = logging.getLogger(__name__)
 
 
@@ -40,7 +41,7 @@ class StopButton:
                     while not self._closed.is_set():
                         if line.read(1):
                             self._press(f"button at {self._url}", "the button was pressed")
-                            line.reset_input_buffer()  # a bouncing button is one STOP
+                            line.read(BOUNCES)  # of one press
             except (serial.SerialException, OSError) as error:
                 log.warning("STOP button at %s: %s", self._url, error)
                 self._press(f"button at {self._url}", "its line is lost")

@@ -29,7 +29,7 @@ from api.commands.sequences import named_sequence
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import Measurement
 from jointlab.instruments import instruments_of
-from jointlab.runs.carry_out import resume_run, run_sequence
+from jointlab.runs.carry_out import resume_run, run_sequence, store_spools
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
@@ -127,6 +127,12 @@ class Campaign:
     to_first: float = 0.0
 
 
+def _stored(catalogue: Catalogue) -> Run | None:
+    """The newest run, once all that a killed process left in spools is stored: it may have ended there."""
+    store_spools(catalogue)
+    return newest(catalogue)
+
+
 class Site:
     """A deterministic laboratory and a folder; children measure there."""
 
@@ -152,7 +158,7 @@ class Site:
         done = killed = 0
         began, to_first = time.monotonic(), 0.0
         with Catalogue.open(database) as catalogue:
-            while (run := newest(catalogue)) is None or run.state is not RunState.FINISHED:
+            while (run := _stored(catalogue)) is None or run.state is not RunState.FINISHED:
                 job = Job(
                     self.sequence, self.laboratory.addresses, database, acknowledged, None if run is None else run.id
                 )

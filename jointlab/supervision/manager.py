@@ -363,6 +363,8 @@ class RunManager:
 
     def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
         before, self._automatic = self._automatic, automatic and self._automatic_operator is not None
+        if self.state.phase is Phase.IDLE:
+            self._obeyed = 0, 0  # prompts are counted again
         try:
             self._ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         except ConflictError:

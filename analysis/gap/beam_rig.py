@@ -181,13 +181,6 @@ class Answer:
         return np.asarray(np.linalg.solve(system, self._by_state(self._free(attached, self._ends), 3)))
 
     @cached_property
-    def joint_motion(self) -> Complex:
-        """(states, lines, joints, 2, n) translation of joints under a unit force of a state's blows, m/N."""
-        states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
-        own = self._motion[:, :, : 3 * joints, 3:].reshape(states, lines, joints, 3, -1)
-        return own[:, :, :, :2]
-
-    @cached_property
     def _force(self) -> Complex:
         """(states, lines, attached, 3 + n) forces of the attached parts on the beam, negative."""
         return self._stiffness @ self._motion

@@ -12,8 +12,8 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Indices
 
-LEAST_MOTION = 1e-9
-"""m, below which no law tells amplitudes apart."""
+REFERENCE_FORCE = 100.0
+"""Peak force in N of a blow at level 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +23,8 @@ class Loading:
     Attributes:
         tester: whether the cylinders are in the tester; otherwise they are under the beam.
         frequency: Hz.
-        amplitude: zero to peak in the tester, m; nan under the beam.
-        motion: (joints, 3, states, 1) equivalent amplitude, m, of the cylinders of each joint in shear, in compression
-            and as a whole under the blows of each state; None where no effect asks for it, and in the tester.
+        amplitude: zero to peak in the tester, m; nan under the beam, where a law derives it from `level`.
+        level: (states, 1) peak force of the blows over 100 N; 1 in the tester.
         fraction: how far the test had come in the order of measuring, 0 to 1; 0 under the beam.
         angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
@@ -33,24 +32,13 @@ class Loading:
     tester: bool
     frequency: Real
     amplitude: Real
-    motion: Real | None
+    level: Real
     fraction: Real
     angled: NDArray[np.bool_]
 
-    def deformation(self, component: bool, share: float) -> Real:
-        """Amplitude, m, of the whole deformation, or of its component along each axis of the cylinders.
-
-        Args:
-            component: whether each axis follows its own component.
-            share: of the equivalent motion under blows that counts.
-
-        Returns:
-            (n,) in the tester, (joints, 1 or 3, states, 1) under the beam.
-        """
-        if self.tester:
-            return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
-        assert self.motion is not None, "effects that follow motion say so"
-        return np.maximum(share * (self.motion if component else self.motion[:, 2:]), LEAST_MOTION)
+    def deformation(self, component: bool) -> Real:
+        """(n,) amplitude, m, of the whole deformation, or of its component along each axis of the cylinders."""
+        return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +51,6 @@ class Setting:
         peak_force: (states,) of a blow in each state of the joints, N.
         state: (rows,) index of the state of the joints in which each row was measured.
         decay: of the exponential window that the records are stated to carry, 1/s.
-        motion: (joints, 3, states, 1) as in `Loading`.
     """
 
     inputs: tuple[Dof, ...]
@@ -71,7 +58,6 @@ class Setting:
     peak_force: Real
     state: Indices
     decay: float = 0.0
-    motion: Real | None = None
 
     @cached_property
     def loading(self) -> Loading:
@@ -81,7 +67,7 @@ class Setting:
             tester=False,
             frequency=self.frequency,
             amplitude=np.full(lines, np.nan),
-            motion=self.motion,
+            level=self.peak_force[:, None] / REFERENCE_FORCE,
             fraction=np.zeros(lines),
             angled=np.zeros(lines, dtype=bool),
         )

@@ -19,17 +19,9 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import Answer, BeamRig, Changes
 from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
-from analysis.gap.blow_motion import (
-    FIRST_MOTION,
-    MOTION_DECAY,
-    MOTION_LINES,
-    REPETITIONS,
-    equivalent_amplitude,
-    half_sine,
-)
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
-from analysis.gap.measurement import Configuration, Indices, Measurement, TesterPoints
+from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales
 
@@ -116,9 +108,7 @@ class Simulation:
         drawing, sets = self.baseline.measurement.drawing, [self.baseline.measurement.sets[n] for n in numbers]
         inputs = tuple(dof for each in sets for dof in each.inputs)
         ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
-        set_of_row = np.repeat(np.arange(len(sets)), np.diff(ends))
-        state = np.arange(len(inputs)) if self.follows_motion else set_of_row
-        set_of_state = set_of_row if self.follows_motion else np.arange(len(sets))
+        state = np.repeat(np.arange(len(sets)), np.diff(ends))
         rig = BeamRig(
             modes=self.modes,
             inputs=inputs,
@@ -128,15 +118,9 @@ class Simulation:
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
             state=state,
         )
-        first, force = sets[0], np.array([each.peak_force for each in sets])[set_of_state]
+        first, force = sets[0], np.array([each.peak_force for each in sets])
         setting = Setting(inputs, first.frequency, force, state, first.decay)
-        rows = tuple(slice(*pair) for pair in pairwise(ends))
-        return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state])
-
-    @cached_property
-    def follows_motion(self) -> bool:
-        """Whether joints under the beam follow the motion that each row's own blows make."""
-        return any(effect.follows_motion for effect in self.effects)
+        return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
 
     @cached_property
     def _names(self) -> tuple[tuple[str, ...], ...]:
@@ -208,7 +192,7 @@ class Simulation:
             tester=True,
             frequency=points.frequency,
             amplitude=points.amplitude,
-            motion=None,
+            level=np.ones((1, 1)),
             fraction=points.fraction,
             angled=points.configuration == Configuration.ANGLED,
         )
@@ -224,38 +208,15 @@ class Simulation:
             setups: (sets, joints) stiffness of each joint after each set-up, relative to one.
             blows: for each set, (rows,) offsets of the blows from their nodes, m.
         """
-        answers, settings, values = list[Answer](), list[Setting](), self.values(scores.tolist())
+        answers, values = [], self.values(scores.tolist())
         for group in self.groups:
-            own, offsets = 1 + setups[group.set_of_state], np.concatenate([blows[number] for number in group.numbers])
-            setting = self._in_motion(values, group, own, offsets) if self.follows_motion else group.setting
-            around = self.surroundings(values, setting)
-            at = replace(around, joints=self.joints(values, setting, around.pole, own))
-            answers.append(group.rig.answer(at, offsets))
-            settings.append(setting)
+            around = self.surroundings(values, group.setting)
+            own = 1 + setups[list(group.numbers)]
+            at = replace(around, joints=self.joints(values, group.setting, around.pole, own))
+            answers.append(group.rig.answer(at, np.concatenate([blows[number] for number in group.numbers])))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
-        return State(self, scores, gains, setups, tuple(answers), tuple(settings), stiffness)
-
-    def _in_motion(self, values: Values, group: Group, setups: Real, offsets: Real) -> Setting:
-        """The setting of a group with the motion at which joints and their motion under each blow agree.
-
-        Equivalent linearisation (T. K. Caughey, J. Acoust. Soc. Am. 35, 1963, 1706-1711), by repetition: stiffness
-        changes more slowly than in proportion to amplitude, so each repetition comes closer.
-        """
-        mounting = self.baseline.mounting(values.baseline)
-        for effect, given in values.acting:
-            mounting = effect.mounting(given, mounting)
-        shape = len(mounting.position), 3, group.setting.peak_force.size, 1
-        setting = replace(
-            group.setting, frequency=MOTION_LINES, decay=MOTION_DECAY, motion=np.full(shape, FIRST_MOTION)
-        )
-        around = self.surroundings(values, setting)
-        pulse = half_sine(around.pole) * setting.peak_force[:, None]
-        for _ in range(REPETITIONS):
-            at = replace(around, joints=self.joints(values, setting, around.pole, setups))
-            moved = group.rig.answer(at, offsets).joint_motion[..., 0] * pulse[..., None, None]
-            setting = replace(setting, motion=equivalent_amplitude(moved, mounting))
-        return replace(group.setting, motion=setting.motion)
+        return State(self, scores, gains, setups, tuple(answers), stiffness)
 
     def change(self, setting: Setting, moved: Values, place: int, at: BeamBench, setups: Real) -> Changes:
         """Derivatives in one parameter of the fields of the bench that it changes.
@@ -291,14 +252,12 @@ class Group:
         setting: of all of them.
         numbers: indices of the sets.
         rows: of each set among those of the rig.
-        set_of_state: (states,) index of the set in which each state of the joints was measured.
     """
 
     rig: BeamRig
     setting: Setting
     numbers: tuple[int, ...]
     rows: tuple[slice, ...]
-    set_of_state: Indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,7 +270,6 @@ class State:
         gains: (sets,) relative to one.
         setups: (sets, joints) relative to one.
         answers: responses of the beam rig to each group of hammer sets.
-        settings: of these, with the motion of the joints where effects follow it; derivatives hold it fixed.
         stiffness: (points,) the tester's reading, N/m.
     """
 
@@ -320,7 +278,6 @@ class State:
     gains: Real
     setups: Real
     answers: tuple[Answer, ...]
-    settings: tuple[Setting, ...]
     stiffness: Complex
 
     def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
@@ -338,11 +295,13 @@ class State:
         own = simulation.baseline.measurement.tolerances.impact_position
         scatter = simulation.baseline.scales.setup_scatter
         accelerances, by_shared, by_blow, by_setup = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(4))
-        for group, answer, setting in zip(simulation.groups, self.answers, self.settings, strict=True):
-            setups = 1 + self.setups[group.set_of_state]
-            changes: list[Changes] = [simulation.change(setting, moved[n], n, answer.bench, setups) for n in wanted]
+        for group, answer in zip(simulation.groups, self.answers, strict=True):
+            setups = 1 + self.setups[list(group.numbers)]
+            changes: list[Changes] = [
+                simulation.change(group.setting, moved[n], n, answer.bench, setups) for n in wanted
+            ]
             if len(wanted):
-                changes += self._by_setups(setting, answer.bench, setups)
+                changes += self._by_setups(group.setting, answer.bench, setups)
             columns = answer.derivatives(changes)
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]

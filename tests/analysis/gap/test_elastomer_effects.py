@@ -13,6 +13,7 @@ from analysis.gap.effects.joint_amplitude import (
     MIDDLE,
     AmplitudeCurve,
     AmplitudeDependence,
+    AmplitudeTable,
     CoulombFriction,
     CubicStiffness,
     SaturatingStiffness,
@@ -51,14 +52,13 @@ def in_tester(
     x, f, done = (
         np.array(each, dtype=float) for each in np.broadcast_arrays(*np.atleast_1d(amplitude, frequency, fraction))
     )
-    return Loading(True, f, x, None, done, np.full(x.size, angled))
+    return Loading(True, f, x, np.ones((1, 1)), done, np.full(x.size, angled))
 
 
-def struck(motion: Real | None = None, frequency: Real | float = 50.0) -> Loading:
-    """Under the beam; `motion` (3,) m in shear, in compression and as a whole."""
+def struck(level: float = 1.0, frequency: Real | float = 50.0) -> Loading:
+    """Under the beam."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    moving = None if motion is None else np.asarray(motion)[None, :, None, None]
-    return Loading(False, f, np.full(f.size, np.nan), moving, np.zeros(f.size), np.zeros(f.size, bool))
+    return Loading(False, f, np.full(f.size, np.nan), np.array([[level]]), np.zeros(f.size), np.zeros(f.size, bool))
 
 
 def own(effect: Effect, **other: float) -> Given:
@@ -114,15 +114,14 @@ def test_cylinders_at_45_degrees_feel_components_of_their_deformation() -> None:
         assert np.allclose(angled, straight, rtol=1e-12)
 
 
-def test_joints_that_move_more_are_softer_each_axis_by_its_own_motion() -> None:
-    for component in (False, True):
-        effect = AmplitudeDependence(component)
-        moving = np.array([4e-6, 12e-6, np.hypot(4e-6, 12e-6)])
-        gentle, hard = (ratios(effect, own(effect, shear_share=1.0), struck(share * moving))[0] for share in (1.0, 4.0))
-        assert np.all(hard < gentle)
-        assert (gentle[0, 0] > 1.01 * gentle[1, 0]) == component  # shear moves less than compression here
-        tested, _ = ratios(effect, own(effect, shear_share=1.0), in_tester(moving[1] if component else moving[2]))
-        assert gentle[1, 0] == pytest.approx(tested[1, 0])
+def test_harder_blows_soften_and_high_frequencies_move_less() -> None:
+    effect = AmplitudeDependence()
+    given = own(effect, fall=1.0)
+    soft, hard = (ratios(effect, given, struck(level, np.array([20.0, 500.0])))[0][1] for level in (4.0, 1.0))
+    assert np.all(soft < hard)
+    assert hard[1] > hard[0]
+    even, _ = ratios(effect, own(effect, fall=0.0), struck(1.0, np.array([20.0, 500.0])))
+    assert even[1, 0] == pytest.approx(even[1, 1])
 
 
 def test_a_curve_goes_through_its_knots_and_keeps_the_baseline_in_the_middle() -> None:
@@ -142,12 +141,37 @@ def test_a_curve_ends_where_its_knots_do() -> None:
     assert loss[1] == pytest.approx(np.exp(0.2))
 
 
+def test_the_table_has_factors_for_each_amplitude_configuration_and_level(empty: Measurement) -> None:
+    (table,) = AmplitudeTable.variants(empty)
+    assert table.amplitudes == (5e-6, 50e-6)
+    assert table.levels == (1.0, 4.0)
+    names = [each.name for each in table.parameters]
+    own_of = dict.fromkeys(names, 0.0)
+    given = own_of | {"storage_straight_0.01mm": 0.2, "loss_sheared_0.01mm": -0.1, "storage_angled_0.1mm": 0.3}
+    storage, loss = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6])))
+    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0], [0.2, 0, 0], [0.2, 0, 0]]))
+    assert np.log(loss) == pytest.approx(np.array([[-0.1, 0, 0], [0, 0, 0], [0, 0, 0]]))
+    storage, _ = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6]), angled=True))
+    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0.3]] * 3))
+
+
+def test_the_table_leans_under_blows_and_tells_levels_apart(empty: Measurement) -> None:
+    (table,) = AmplitudeTable.variants(empty)
+    zero = {each.name: 0.0 for each in table.parameters}
+    given = zero | {"storage_shear_400N": -0.2, "storage_compression_100N": 0.1, "lean": 0.05}
+    for level, shear, compression in ((1.0, 0.0, 0.1), (4.0, -0.2, 0.0)):
+        storage, loss = ratios(table, given, struck(level, np.array([200.0, 400.0])))
+        assert np.log(storage[:, 0]) == pytest.approx([shear, compression, compression])
+        assert np.log(storage[:, 1] / storage[:, 0]) == pytest.approx(0.05 * np.log(2.0))
+        assert loss == pytest.approx(np.ones((3, 2)))
+
+
 def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:
     effect = CubicStiffness()
     storage, loss = ratios(effect, own(effect, beta=1e8), in_tester(np.array([5e-6, 50e-6])))
     assert np.allclose(storage, 1 + 1e8 * np.square([5e-6, 50e-6]), rtol=1e-12)
     assert np.allclose(loss, 1.0)
-    under_blows, _ = ratios(effect, own(effect, beta=1e8, motion=2.0), struck(np.full(3, 2e-5)))
+    under_blows, _ = ratios(effect, own(effect, beta=1e8, x_100=1e-5, fall=0.0), struck(4.0))
     assert np.allclose(under_blows, 1 + 1e8 * (4e-5) ** 2)
 
 
@@ -226,8 +250,7 @@ def test_stiffness_keeps_the_baseline_at_the_reference(effect: FrequencyDependen
 
 def test_frequency_acts_in_both_rigs_alike() -> None:
     for effect in CAUSAL:
-        loadings = in_tester(frequency=180.0), struck(frequency=180.0)
-        direct, inverse = (ratios(effect, own(effect), at) for at in loadings)
+        direct, inverse = (ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(1.0, 180.0)))
         assert np.array_equal(direct, inverse)
 
 

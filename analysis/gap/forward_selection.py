@@ -18,6 +18,8 @@ FITTED = {1: 6, 2: 4}
 """Further effects that are fitted on top of a model with so many; on larger ones two."""
 WORTH_FITTING = 0.1
 """Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
+HELPS = 0.85
+"""Share of what is left before it that each effect leaves at most, in the mean, for further ones to be tried."""
 LED = 2
 """Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
 
@@ -79,8 +81,13 @@ class ForwardSelection:
                 self.visited += self.search.fitted(best, own, 1, laws=MOST_LAWS_FITTED, known=self.visited)
 
     def _leaders(self, size: int) -> list[Model]:
-        """The best models with so many effects, if the most probable explanation so far is one; the best first."""
-        if len(weigh(self.none, self.visited, self.calibration)[0].model.effects) != size:
+        """The best models with so many effects, if the most probable explanation so far is one, and helps.
+
+        Effects that explain next to nothing have others only pile up: the cause is then in no catalogue.
+        """
+        top = weigh(self.none, self.visited, self.calibration)[0].model
+        hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
+        if len(top.effects) != size or hopeless:
             return []
         return best_by_id([each for each in self.visited if len(each.effects) == size])
 

@@ -286,7 +286,11 @@ def drive_process(settings: Settings, given: Path) -> Iterator[Popen[bytes]]:
 @contextmanager
 def service_process(config: Path, database: str, output: Path) -> Iterator[tuple[Popen[str], str]]:
     """`jointlab serve` in a process of its own, and its address."""
-    environment = os.environ | {"JOINTLAB_DATABASE_URL": database, "JOINTLAB_CONFIG": str(config)}
+    environment = os.environ | {
+        "JOINTLAB_DATABASE_URL": database,
+        "JOINTLAB_CONFIG": str(config),
+        "JOINTLAB_WAVEFORM_FOLDER": str(config.with_name("jointlab-waveforms")),
+    }
     with output.open("w") as errors:
         service = Popen(
             [sys.executable, "-u", "-m", "api.cli", "serve", "--port", "0"],

@@ -44,10 +44,12 @@ class TrackRecord:
     Attributes:
         cases: how many there were; 0 where there never was a trial.
         verdicts: of each.
+        versions: of the software that answered.
     """
 
     cases: int = 0
     verdicts: tuple[Verdict, ...] = ()
+    versions: tuple[str, ...] = ()
 
     def similar(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
         """How often verdicts like this one were right; None where there are none to compare with.
@@ -61,6 +63,7 @@ class TrackRecord:
         as_sure = [each for each in self.verdicts if abs(each.probability - probability) <= LIKE]
         return {
             "cases": self.cases,
+            "versions": list(self.versions),
             "strength": strength,
             "named": len(alike),
             "right": sum(each.right for each in alike),
@@ -105,4 +108,4 @@ def shipped_record() -> TrackRecord:
 def record_from(document: Mapping[str, Any]) -> TrackRecord:
     """A record as it is kept in `FILE`."""
     verdicts = [Verdict(**(each | {"effects": tuple(each["effects"])})) for each in document["verdicts"]]
-    return TrackRecord(document["cases"], tuple(verdicts))
+    return TrackRecord(document["cases"], tuple(verdicts), tuple(document.get("versions", ())))

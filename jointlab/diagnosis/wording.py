@@ -133,7 +133,8 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
     trial = document["trial"]
     if trial is None:
         return f"{claim}; this catalogue has no published trial yet"
-    whole = f"of its own sealed trial of {trial['cases']} cases"
+    by = ", ".join(trial.get("versions") or ["an unknown version"])
+    whole = f"of a sealed trial of {trial['cases']} cases by {by}"
     confidence = trial["confidence"]
     claims = (
         f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"

@@ -93,6 +93,7 @@ RECORD = TrackRecord(
         verdict("joint_mass", 0.9, True),
         verdict("", 0.99, True, "faint", "none"),
     ),
+    ("version 7",),
 )
 
 
@@ -100,6 +101,7 @@ def test_beside_a_verdict_stands_how_often_the_like_was_right(document: Make) ->
     trial = document(RECORD)["trial"]
     assert trial == {
         "cases": 40,
+        "versions": ["version 7"],
         "strength": "strong",
         "named": 2,
         "right": 1,

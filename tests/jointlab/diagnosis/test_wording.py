@@ -39,7 +39,7 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
     assert wording.probability_sentence(document()) == "probability 93 %; this catalogue has no published trial yet"
     like = Verdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
     said = wording.probability_sentence(document(TrackRecord(7, (like,))))
-    assert "trial of 7 cases, this verdict at a strong gap was right 1 of 1 times" in said
+    assert "trial of 7 cases by an unknown version, this verdict at a strong gap was right 1 of 1 times" in said
     other = Verdict("explained", ("joint_mass",), "strong", 0.5, True)
     assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
 

@@ -216,7 +216,7 @@ def test_raw_rows_are_never_changed_or_deleted(catalogue: Catalogue, filled: int
 def test_every_row_says_when_and_by_which_version_it_was_written(catalogue: Catalogue, filled: int) -> None:
     with catalogue.reading() as session:
         for table in Base.metadata.sorted_tables:
-            if table.name in ("run_instruments", "analysis_runs", "analysis_parents"):
+            if table.name in ("run_instruments", "analysis_runs", "analysis_parents", "audit_head"):
                 continue
             rows = session.execute(select(table.c.created_at, table.c.software_version)).all()
             assert rows, table.name

@@ -10,7 +10,7 @@ from analysis.dof import Dof
 from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
-from rig.stop_latch import StopLatch
+from rig.stop_latch import LINE_LOST, StopLatch
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError
 
@@ -35,6 +35,7 @@ class RunControl:
         self._may_run = threading.Event()
         self._may_run.set()
         self._stopped = False
+        self._why: str | None = None
         self._count = 0
         self._tester: Tester | None = None
         self._withdrawn = set[tuple[int, Dof, int]]()
@@ -65,13 +66,14 @@ class RunControl:
                 self._tester.release()
             self._may_run.set()
 
-    def stop(self) -> None:
-        """End the run, paused or not; it raises `RunStoppedError`.
+    def stop(self, why: str | None = None) -> None:
+        """End the run, paused or not; it raises `RunStoppedError`. `why` is given where no person asks for it.
 
         Raises RigError where the tester did not confirm that the actuator is at rest; the run ends all the same.
         """
         with self._requests:
-            self._stopped = True
+            if not self._stopped:
+                self._stopped, self._why = True, why
             try:
                 self._interrupt()
             finally:
@@ -84,6 +86,14 @@ class RunControl:
     def withdrawn(self, set_number: int, point: Dof) -> int:
         """Number of accepted blows at a point of a set that were withdrawn while the run is carried out."""
         return sum((number, struck) == (set_number, point) for number, struck, _ in self._withdrawn)
+
+    @property
+    def stopped_without_a_person(self) -> str | None:
+        """Why the run was stopped where no person asked for it; None where one did, or it was not stopped."""
+        stop = self._latch.in_force
+        if stop is not None:
+            return f"STOP by {stop.who}: {stop.why}" if stop.why == LINE_LOST else None
+        return self._why
 
     def is_paused(self) -> bool:
         """Whether the run is to wait until it is resumed or stopped."""

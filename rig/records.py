@@ -116,12 +116,17 @@ class SinePointRecord:
 
 @dataclass(frozen=True)
 class EndRecord:
-    """The run has ended; a run that was stopped or failed has a reason."""
+    """The run has ended; a run that was stopped or failed has a reason.
+
+    Attributes:
+        by_itself: whether it ended before its time, and no person asked for that.
+    """
 
     at: datetime
     who: str
     state: RunState
     reason: str | None
+    by_itself: bool = False
     kind: Literal["end"] = "end"
 
 

@@ -87,12 +87,13 @@ def carry_out(
         for step, number in steps:
             work.do(step, number)
     except (KeyboardInterrupt, RunStoppedError):
-        _end(order, records, RunState.STOPPED, "stopped by hand")
+        why = control.stopped_without_a_person
+        _end(order, records, RunState.STOPPED, why or "stopped by hand", by_itself=why is not None)
         raise
     except Exception as error:
         if not isinstance(error, EXPECTED):
             log.exception("run %s ended with an unexpected error", order.run_id)
-        _end(order, records, RunState.FAILED, failure_reason(error, EXPECTED))
+        _end(order, records, RunState.FAILED, failure_reason(error, EXPECTED), by_itself=True)
         raise
     _end(order, records, RunState.FINISHED)
 
@@ -174,9 +175,11 @@ def _begin(
     return BeginRecord(datetime.now(UTC), order.who, (), (), ", ".join(reasons))
 
 
-def _end(order: RunOrder, records: RunRecords, state: RunState, reason: str | None = None) -> None:
+def _end(
+    order: RunOrder, records: RunRecords, state: RunState, reason: str | None = None, *, by_itself: bool = False
+) -> None:
     try:
-        records.write(EndRecord(datetime.now(UTC), who_is_here(), state, reason))
+        records.write(EndRecord(datetime.now(UTC), who_is_here(), state, reason, by_itself))
     except StoreError as error:
         # the reason for the end matters more than that it cannot be stored
         message = f"run {order.run_id} ended as {state} ({reason}), which could not be stored: {error}"

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 from rig.errors import RequestError, RigError, RunStoppedError
 
+LINE_LOST = "its line is lost"
+"""Why a STOP is set that nobody has pressed: a lost line of a STOP button is taken for a press."""
 LONGEST_TEXT = 200  # characters kept of who and why: callers may send anything, a latch has constant memory
 
 

@@ -24,6 +24,18 @@ class JobState(StrEnum):
     CANCELLED = "cancelled"
 
 
+class AlarmKind(StrEnum):
+    """Cause of an alarm."""
+
+    RUN_ENDED = "run_ended"
+    RUN_CUT_OFF = "run_cut_off"
+    TESTER_SILENT = "tester_silent"
+    DATABASE_AWAY = "database_away"
+    JOB_FAILED = "job_failed"
+    AUDIT_DAMAGED = "audit_damaged"
+    TEST = "test"
+
+
 OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
 """States of a job that will not change any more."""
 

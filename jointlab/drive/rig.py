@@ -143,14 +143,14 @@ class DrivenRig:
         """
         self._active_run(run_id).control.resume(lease)
 
-    def end(self, run_id: int) -> None:
-        """End the run; returns with the actuator at rest.
+    def end(self, run_id: int, why: str | None = None) -> None:
+        """End the run; returns with the actuator at rest. `why` is given where no person asks for it.
 
         Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
         """
         active = self._active_run(run_id)
         self._observe(RunStopping(run_id))
-        self._end(active)
+        self._end(active, why)
 
     def answer(self, run_id: int, prompt: int, lease: int) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
@@ -215,7 +215,7 @@ class DrivenRig:
         if active is not None and thread is not None:
             log.warning("run %s is ended: %s", active.run_id, why)
             try:
-                self.end(active.run_id)
+                self.end(active.run_id, why)
             finally:
                 thread.join()
 
@@ -245,9 +245,9 @@ class DrivenRig:
             with self._idle_monitor.suspended(), self._instruments.tester() as tester:
                 tester.halt()
 
-    def _end(self, active: _Active) -> None:
+    def _end(self, active: _Active, why: str | None = None) -> None:
         try:
-            active.control.stop()
+            active.control.stop(why)
         finally:
             active.operator.release()
 
@@ -265,7 +265,7 @@ class DrivenRig:
                 carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped
-            ended, reason = RunState.STOPPED, str(stopped)
+            ended, reason = RunState.STOPPED, active.control.stopped_without_a_person or str(stopped)
         except Exception as error:
             active.error = error
             ended, reason = RunState.FAILED, failure_reason(error, EXPECTED)

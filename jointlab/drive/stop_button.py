@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import serial
 
+from rig.stop_latch import LINE_LOST
+
 RETRY = 1.0  # s between two attempts to open a lost line
 READ_TIMEOUT = 0.2  # s
 BOUNCES = 1000  # bytes, more than a button sends in that time
@@ -44,5 +46,5 @@ class StopButton:
                             line.read(BOUNCES)  # of one press
             except (serial.SerialException, OSError) as error:
                 log.warning("STOP button at %s: %s", self._url, error)
-                self._press(f"button at {self._url}", "its line is lost")
+                self._press(f"button at {self._url}", LINE_LOST)
                 self._closed.wait(RETRY)

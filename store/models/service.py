@@ -1,4 +1,4 @@
-"""Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses, spools."""
+"""Tables of the service: keys, audit log, requests, sequences, limits, jobs, diagnoses, spools, alarms."""
 
 from datetime import datetime
 from typing import Any
@@ -133,3 +133,37 @@ class SpoolRow(Recorded, Base):
 
     name: Mapped[str] = mapped_column(unique=True)
     last_stored: Mapped[int]
+
+
+class AlarmRow(Recorded, Base):
+    """Something that somebody has to be told of, until a person acknowledges it; a cause raises one alarm."""
+
+    __tablename__ = "alarms"
+    __table_args__ = (Index(None, "rig", "acknowledged_at", "id"),)
+
+    uid: Mapped[str] = mapped_column(unique=True)
+    cause: Mapped[str] = mapped_column(unique=True)
+    kind: Mapped[str]
+    rig: Mapped[str]
+    run_id: Mapped[int | None] = mapped_column(ForeignKey("runs.id"))
+    text: Mapped[str]
+    happened_at: Mapped[datetime]
+    acknowledged_at: Mapped[datetime | None]
+    acknowledged_by: Mapped[str | None]
+    note: Mapped[str | None]
+
+
+class AlarmDeliveryRow(Recorded, Base):
+    """A message to one channel about an alarm: exactly what is sent, and what came of the last attempt."""
+
+    __tablename__ = "alarm_deliveries"
+    __table_args__ = (UniqueConstraint("alarm_id", "channel"),)
+
+    alarm_id: Mapped[int] = mapped_column(ForeignKey("alarms.id"))
+    channel: Mapped[str]
+    body: Mapped[str]
+    attempts: Mapped[int]
+    tried_at: Mapped[datetime | None]
+    next_at: Mapped[datetime]
+    result: Mapped[str | None]
+    delivered_at: Mapped[datetime | None]

@@ -15,6 +15,7 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from store.alarms import NewAlarm, add_alarm, claim_delivery
 from store.analyses import add_analysis
 from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
@@ -39,7 +40,7 @@ from store.runs import finish_run, start_run
 from store.sequence_documents import save_sequence
 from store.sine_records import SineRecord, add_sine_record
 from store.spools import advance_spool
-from store.states import AnalysisKind, RunState, Scope
+from store.states import AlarmKind, AnalysisKind, RunState, Scope
 from store.waveform import Waveform, WaveformChannel
 from tests.fault_proxy import FaultProxy
 from tests.postgresql_server import NotInstalledError, Server, running_server
@@ -374,3 +375,5 @@ def _add_requests(session: Session) -> None:
     advance_spool(session, "20260304-0123456789ab-01234567", 0, 5)
     save_rig_limits(session, "rig", {"force": 2e3}, "bench")
     add_job(session, "identify", {"run": 1}, "bench")
+    add_alarm(session, NewAlarm(AlarmKind.RUN_ENDED, "rig", "run 1 has failed", "run 1 ended", 1))
+    claim_delivery(session, "rig", "webhook", STARTED, timedelta(seconds=20), lambda alarm: alarm.text)

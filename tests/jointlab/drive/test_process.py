@@ -131,6 +131,7 @@ def test_a_run_is_ended_when_nobody_steers_any_more_where_that_is_configured(
         until(lambda: is_at_rest(laboratory) and laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF)
         with linked(drive_settings, heard) as link:
             until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+            assert heard.now.state.reason == "no program steers the rig any more"
 
 
 def test_stop_works_while_the_protocol_is_flooded(

@@ -24,9 +24,9 @@ from jointlab.errors import ConflictError
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import DriveLink
 from rig.errors import RunStoppedError
-from rig.records import RunOrder
+from rig.records import EndRecord, RunOrder
 from rig.registers import State
-from rig.stop_latch import LeaseLostError, StopNotResetError
+from rig.stop_latch import LINE_LOST, LeaseLostError, StopNotResetError
 from rig.tester_limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
@@ -176,3 +176,29 @@ def test_a_program_that_does_not_read_delays_nobody(drive: Drive, link: DriveLin
     assert time.monotonic() - began < 5.0
     for each in silent:
         each.close()
+
+
+@pytest.mark.parametrize("why", [LINE_LOST, "STOP was pressed"])
+def test_the_end_of_a_run_says_whether_a_person_asked_for_it(
+    drive: Drive, link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, kept: Kept, why: str
+) -> None:
+    begin(link, heard, order, link.take_lease("test"))
+    drive.rig.halter.press("button at COM3", why)
+    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    end = kept.records[-1]
+    assert isinstance(end, EndRecord)
+    is_lost = why == LINE_LOST
+    assert (end.by_itself, end.reason) == (
+        is_lost,
+        "STOP by button at COM3: its line is lost" if is_lost else "stopped by hand",
+    )
+
+
+def test_a_run_that_a_program_ends_is_no_run_that_a_person_ended(
+    drive: Drive, link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, kept: Kept
+) -> None:
+    begin(link, heard, order, link.take_lease("test"))
+    drive.rig.end_safely("the computer goes down")
+    end = kept.records[-1]
+    assert isinstance(end, EndRecord)
+    assert (end.state, end.by_itself, end.reason) == (RunState.STOPPED, True, "the computer goes down")

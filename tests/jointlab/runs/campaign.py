@@ -13,6 +13,7 @@ from rig.records import BeginRecord, BlowRecord, EndRecord, Record, RunOrder, Si
 from rig.sequence import sequence_from
 from rig.spool import spooling, spools
 from rig.tester_limits import TesterLimits
+from store.alarms import list_alarms
 from store.blows import Blow, list_blows
 from store.catalogue import Catalogue
 from store.instrument import Instrument
@@ -59,7 +60,12 @@ def records(chance: random.Random, count: int) -> list[Entry]:
         else:
             record = SinePointRecord(number, "I", "shear", 0.1, 0.098, 5.0 * number, float(number), at, 23.5)
         found.append((record, waves[-1]))
-    ends = ((RunState.FINISHED, None), (RunState.STOPPED, "stopped by hand"), (RunState.FAILED, "the tester tripped"))
+    ends: tuple[tuple[RunState, str | None, bool], ...] = (
+        (RunState.FINISHED, None, False),
+        (RunState.STOPPED, "stopped by hand", False),
+        (RunState.STOPPED, "no program steers the rig any more", True),
+        (RunState.FAILED, "the tester tripped", True),
+    )
     found.append((EndRecord(STARTED + timedelta(hours=1), "ann@rig", *chance.choice(ends)), None))
     return found
 
@@ -82,11 +88,13 @@ def check_stored(catalogue: Catalogue, spool: Spooled) -> None:
     with catalogue.reading() as session:
         run, blows = get_run(session, number), list_blows(session, number)
         sines = list_sine_records(session, number)
+        alarms = list_alarms(session)
         states = session.scalars(select(RunEventRow.state).filter_by(run_id=number).order_by(RunEventRow.id)).all()
     (begin, _), *measured, (end, _) = spool.written
     assert isinstance(begin, BeginRecord)
     assert isinstance(end, EndRecord)
     assert (run.started_at, run.finished_at, run.state, run.reason) == (begin.at, end.at, end.state, end.reason)
+    assert [(alarm.run_id, alarm.happened_at) for alarm in alarms] == [(number, end.at)] * end.by_itself
     assert states == [RunState.CREATED, RunState.RUNNING, end.state]
     waves = dict[WaveformReference, Waveform]()
     found_blows, found_sines = iter(blows), iter(sines)

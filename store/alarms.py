@@ -194,7 +194,7 @@ def note_delivery(session: Session, delivery_id: int, result: str, *, delivered:
     session.flush()
 
 
-def _due(rig: str, channel: str, now: datetime) -> Select[tuple[AlarmRow]]:
+def _due(rig: str, channel: str, now: datetime) -> Select[AlarmRow]:
     """The alarm to tell the channel of first. A time further ahead than any pause is of a clock that was set back."""
     table = AlarmDeliveryRow
     own = and_(table.alarm_id == AlarmRow.id, table.channel == channel)

@@ -24,7 +24,7 @@ COMMANDS = {
     "run": ("sequences", "Run a sequence on the instruments and store it."),
     "resume": ("sequences", "Go on with a run that was stopped or failed."),
     "drive": ("drive", "Be the process that drives the rig, and listens for STOP."),
-    "stop": ("drive", "STOP: bring the actuator to rest at once."),
+    "stop": ("drive", "Stop the machine: bring the actuator to rest at once."),
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
     "export": ("exchange", "Write a run as a bundle."),

@@ -28,7 +28,7 @@ def drive() -> None:
 def stop(
     state: Annotated[bool, typer.Option("--state", help="Say what the machine does, and stop nothing.")] = False,
 ) -> None:
-    """STOP: bring the actuator to rest at once. Nothing moves until who drives resets it.
+    """Stop the machine: bring the actuator to rest at once. Nothing moves until who drives resets it.
 
     It asks the drive process itself and needs neither service, key nor database.
     """

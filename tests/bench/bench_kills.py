@@ -8,7 +8,6 @@ for has to be in the catalogue, once.
 """
 
 import os
-import re
 import signal
 import tempfile
 import time
@@ -20,7 +19,6 @@ from subprocess import Popen
 import numpy as np
 
 from jointlab.client import Client, Driver, ProblemError
-from jointlab.drive.process import HOLDER
 from rig.registers import State
 from rig.tester_monitor import poll_tester
 from simlab.laboratory import LaboratoryProcess
@@ -31,6 +29,7 @@ from store.sine_records import list_sine_records
 from store.states import RunState
 from tests.api.conftest import configuration, paper
 from tests.bench.bench_stop import service_process, wait
+from tests.drive_holder import drive_process
 from tests.postgresql_server import NotInstalledError, Server, running_server
 
 KILLS = int(os.environ.get("KILLS", "40"))
@@ -60,15 +59,10 @@ class Bench:
     def _serve(self) -> tuple[Popen[str], str]:
         return self._held.enter_context(service_process(self.config, self.url, self.folder / "service.log"))
 
-    def drive_process(self) -> int:
-        found = re.search(r"process (\d+)", (self.folder / "drive" / HOLDER).read_text(encoding="utf-8"))
-        assert found is not None
-        return int(found[1])
-
     def kill(self, what: str) -> None:
         """Kill a process of this kind while the actuator moves, and see to it that the others are there again."""
         if what == "drive process":
-            os.kill(self.drive_process(), signal.SIGKILL)
+            os.kill(drive_process(self.folder), signal.SIGKILL)
             self.rests.append(self._rest())
         elif what == "service":
             self.service.kill()
@@ -84,7 +78,7 @@ class Bench:
         elif what == "workers":
             children = Path(f"/proc/{self.service.pid}/task/{self.service.pid}/children").read_text().split()
             for child in map(int, children):
-                if child != self.drive_process():
+                if child != drive_process(self.folder):
                     with suppress(ProcessLookupError):
                         os.kill(child, signal.SIGKILL)
 
@@ -97,7 +91,7 @@ class Bench:
 
     def close(self) -> None:
         with suppress(ProcessLookupError):
-            os.kill(self.drive_process(), signal.SIGTERM)
+            os.kill(drive_process(self.folder), signal.SIGTERM)
         self._held.close()
 
 

@@ -54,7 +54,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         )
     else:
         rows = [_row(run, frame.services.rig_state) for run in shown]
-        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "started", ""), rows))
+        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "reason", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
         address = f"/page/runs?text={words}&state={state}&kind={kind}&article={article}&before={found[-1].id}"
         show(table("Older runs", ("",), [(Link("show older runs", address),)]))
@@ -74,7 +74,8 @@ def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
         run.title,
         Link(run.article, f"/page/runs?article={run.article}"),
         run.kind,
-        run_state(run, rig) + (f": {run.reason}" if run.reason else ""),
+        run_state(run, rig),
+        run.reason or "",
         moment(run.started_at),
         way_on,
     )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from analysis.dof import Dof
@@ -54,6 +54,8 @@ def test_slopes_are_those_of_a_high_order_difference(
     masses = {2: mass, 5: mass / 2}
     _, slopes = free_frequencies(beam, mesh, BENDING, theory, masses)
     step = 2e-3
+    around = frequencies_of(beam, theory, masses, (*BENDING, BENDING[-1] + 1))
+    assume(np.all(np.diff(np.log(around)) > 10 * step))  # modes whose order the steps change have no slope here
     for column, name in enumerate(PARAMETERS):
         up2, up, down, down2 = (
             np.log(frequencies_of(replace(beam, **{name: getattr(beam, name) * np.exp(k * step)}), theory, masses))

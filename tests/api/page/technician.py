@@ -20,6 +20,7 @@ from jointlab.client import Client
 from store.catalogue import Catalogue
 from store.keys import add_key
 from store.states import Scope
+from tests.drive_holder import end_drive_process
 from tests.waiting import until
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -118,6 +119,7 @@ def serving(folder: Path, database: str = "") -> Iterator[Service]:
         yield service
     finally:
         service.stop()
+        end_drive_process(folder)
 
 
 @dataclass

@@ -1,7 +1,6 @@
 """kill -9 in the middle of a run: of the service, which the run outlives, and of the drive process."""
 
 import os
-import re
 import signal
 import sqlite3
 import time
@@ -13,13 +12,13 @@ from typing import Any
 import pytest
 
 from jointlab.client import Client, Driver, ProblemError
-from jointlab.drive.process import HOLDER
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.check import check
 from store.states import RunState
 from tests.api.commands.test_service import serving_process
 from tests.api.conftest import configuration, paper
+from tests.drive_holder import drive_process
 from tests.waiting import until
 
 POINTS = 12
@@ -68,13 +67,6 @@ def measure_until_killed(lab: Client, laboratory: LaboratoryProcess, run: int, k
         while lab.rig().sines < 3:
             time.sleep(0.02)
         kill()
-
-
-def drive_process(folder: Path) -> int:
-    """Number of the process that drives the rig."""
-    found = re.search(r"process (\d+)", (folder / "drive" / HOLDER).read_text(encoding="utf-8"))
-    assert found is not None
-    return int(found[1])
 
 
 def undamaged(folder: Path) -> bool:

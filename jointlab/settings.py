@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, IPvAnyAddress, ValidationErro
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
+from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
 
@@ -99,6 +100,7 @@ class Settings(BaseSettings):
 
     service: ServiceSettings = Field(default=ServiceSettings(), description="how the service meets its network")
     drive: DriveSettings = Field(default=DriveSettings(), description="the drive process, table [drive]")
+    alarms: AlarmSettings = Field(default=AlarmSettings(), description="whom to tell of what, table [alarms]")
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
 

@@ -200,6 +200,14 @@ def get_run(session: Session, run_id: int) -> Run:
     return _run(_row(session, run_id))
 
 
+def latest_of_rig(session: Session, rig: str) -> tuple[Run, int] | None:
+    """The run of a rig that was begun, ended or resumed last, and the number of entries in its history."""
+    query = select(RunRow).join(RunEventRow, RunEventRow.run_id == RunRow.id)
+    query = query.where(RunRow.rig == rig, RunEventRow.state != RunState.CREATED)
+    row = session.scalars(query.order_by(RunEventRow.id.desc()).limit(1)).one_or_none()
+    return None if row is None else (_run(row), len(list_run_events(session, row.id)))
+
+
 def run_in_short(session: Session, run_id: int) -> RunRow:
     """Article and waveform file of a run, or NotFoundError; not its setup, which may be long.
 

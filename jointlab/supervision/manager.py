@@ -138,6 +138,11 @@ class RunManager:
         return None if self._automatic else replace(prompt, waits=True)
 
     @property
+    def not_stored(self) -> str | None:
+        """Why records of runs wait in their spools; None where they do not."""
+        return self._ingester.problem
+
+    @property
     def instruments(self) -> Instruments:
         """The rig's instruments, with the limits in force."""
         return self._instruments
@@ -329,6 +334,10 @@ class RunManager:
         """
         reply = self._ask(Acknowledge(lease=self._present(lease)), REST_TIMEOUT)
         return INTERLOCKS.validate_python(reply.value)
+
+    def check_drive(self, timeout: float) -> None:
+        """Ask the drive process for a sign of life. Raises NoDriveError where there is none within `timeout` s."""
+        self._link.ask(Ask(), timeout)
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until no run is carried out and all is stored; whether that came about within `timeout` s."""

@@ -1,0 +1,107 @@
+"""Delivery of the messages of one channel, from stored rows, in a thread that nothing waits for."""
+
+import logging
+import threading
+import time
+from datetime import UTC, datetime, timedelta
+
+from jointlab.alarms.channel import Channel, NotDeliveredError
+from jointlab.alarms.unstored import UnstoredAlarms
+from store.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
+from store.catalogue import Catalogue
+from store.errors import StoreError
+
+POLL = 1.0  # s between two looks for messages
+FIRST_PAUSE = 5.0  # s before the second attempt; each further one waits twice as long, up to LONGEST_PAUSE
+PATIENCE = 5.0  # s that an alarm may wait for the database, before it is told without it
+log = logging.getLogger(__name__)
+
+
+def pause_after(attempts: int) -> timedelta:
+    """The time until the next attempt, after so many."""
+    return min(timedelta(seconds=FIRST_PAUSE * 2 ** min(attempts - 1, 20)), LONGEST_PAUSE)
+
+
+class Deliverer:
+    """Sends what is to be sent through one channel, until it is closed.
+
+    Args:
+        catalogue: with the alarms.
+        rig: of the alarms.
+        channel: sends.
+        deadline: s that an attempt may take.
+        unstored: alarms that the database does not have.
+    """
+
+    def __init__(
+        self, catalogue: Catalogue, rig: str, channel: Channel, deadline: float, unstored: UnstoredAlarms
+    ) -> None:
+        self._catalogue = catalogue
+        self._rig = rig
+        self._channel = channel
+        self._lasts = timedelta(seconds=2 * deadline)
+        self._unstored = unstored
+        self._tried = dict[str, tuple[int, float]]()  # of the unstored: attempts, and when the next one is due
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"alarms by {channel.name}", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread after an attempt that is under way; what is not delivered is stored."""
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                is_sent = self._send_stored()
+            except StoreError as error:
+                log.warning("alarms are told without the database: %s", error)
+                is_sent = False
+            except Exception:  # whatever it is: later alarms have to be told
+                log.exception("telling of an alarm ended with an unexpected error")
+                is_sent = False
+            for alarm in self._unstored.unsent(self._channel.name, PATIENCE):
+                self._send_unstored(alarm)
+            if not is_sent:
+                self._closed.wait(POLL)
+
+    def _send_stored(self) -> bool:
+        """Send the next message that is due; whether there was one. Raises StoreError."""
+        name, now = self._channel.name, datetime.now(UTC)
+        with self._catalogue.reading() as session:  # most often nothing is to be written
+            if not is_delivery_due(session, self._rig, name, now):
+                return False
+        with self._catalogue.writing() as session:
+            found = claim_delivery(session, self._rig, name, now, self._lasts, self._channel.compose)
+        if found is None:
+            return False
+        alarm, message = found
+        result, delivered = self._attempt(alarm, message.body, message.attempts)
+        next_at = datetime.now(UTC) + pause_after(message.attempts)
+        self._catalogue.write(
+            lambda session: note_delivery(session, message.id, result, delivered=delivered, next_at=next_at)
+        )
+        return True
+
+    def _send_unstored(self, alarm: NewAlarm) -> None:
+        attempts, due = self._tried.get(alarm.uid, (0, 0.0))
+        if time.monotonic() < due:
+            return
+        attempts, body = attempts + 1, self._channel.compose(alarm)
+        result, delivered = self._attempt(alarm, body, attempts)
+        self._tried[alarm.uid] = attempts, time.monotonic() + pause_after(attempts).total_seconds()
+        if delivered:
+            self._unstored.note(
+                alarm.cause, Sent(self._channel.name, body, attempts, result, delivered_at=datetime.now(UTC))
+            )
+
+    def _attempt(self, alarm: NewAlarm, body: str, attempts: int) -> tuple[str, bool]:
+        name = self._channel.name
+        try:
+            result = self._channel.send(alarm.uid, body)
+        except NotDeliveredError as error:
+            log.warning("alarm %s was not delivered by %s, attempt %s: %s", alarm.uid, name, attempts, error)
+            return str(error), False
+        log.info("alarm %s was delivered by %s: %s", alarm.uid, name, result)
+        return result, True

@@ -1,0 +1,67 @@
+"""The relay: a lamp or horn on a serial port that is on while an alarm stands."""
+
+import logging
+import threading
+from collections.abc import Callable
+
+import serial
+
+from jointlab.alarms.settings import RelaySettings
+
+RETRY = 5.0  # s between two attempts to open the port
+REPEAT = 5.0  # s after which the state is set again, for a relay that has lost it
+LOOK = 0.2  # s between two looks for alarms
+WRITE_TIMEOUT = 2.0  # s
+log = logging.getLogger(__name__)
+
+
+class Relay:
+    """Keeps the relay as it has to be, in a thread of its own until it is closed; it stays as it is then.
+
+    Args:
+        settings: of the relay.
+        is_on: whether an alarm stands; must not block.
+    """
+
+    def __init__(self, settings: RelaySettings, is_on: Callable[[], bool]) -> None:
+        self._settings = settings
+        self._is_on = is_on
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Switch no more."""
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                line = serial.serial_for_url(self._settings.url, do_not_open=True, write_timeout=WRITE_TIMEOUT)
+                self._set_line(line, self._is_on())  # first: opening sets the outputs
+                line.open()
+                with line:
+                    self._keep(line)
+            except (serial.SerialException, OSError, ValueError) as error:
+                log.warning("the relay at %s cannot be switched: %s", self._settings.url, error)
+                self._closed.wait(RETRY)
+
+    def _keep(self, line: serial.SerialBase) -> None:
+        while not self._closed.is_set():
+            is_on = self._is_on()
+            self._set_line(line, is_on)
+            if sent := bytes.fromhex(self._settings.on if is_on else self._settings.off):
+                line.write(sent)
+            waited = 0.0
+            while waited < REPEAT and self._is_on() is is_on and not self._closed.wait(LOOK):
+                waited += LOOK
+
+    def _set_line(self, line: serial.SerialBase, is_on: bool) -> None:
+        match self._settings.line:
+            case "rts":
+                line.rts = is_on
+            case "dtr":
+                line.dtr = is_on
+            case None:
+                pass

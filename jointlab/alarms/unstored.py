@@ -1,0 +1,97 @@
+"""Alarms that the database does not have yet: kept in a file, told without it, and stored when it is back."""
+
+import logging
+import os
+import threading
+import time
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from store.alarms import NewAlarm, Sent, add_alarm
+from store.catalogue import Catalogue
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Unstored:
+    """An alarm, and the messages about it that were delivered."""
+
+    alarm: NewAlarm
+    sent: tuple[Sent, ...] = ()
+
+
+_form = TypeAdapter(list[Unstored])
+
+
+class UnstoredAlarms:
+    """The alarms in the file `path`, also of a program that was killed. Any thread may call it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._lock = threading.Lock()
+        self._kept = dict[str, Unstored]()
+        self._since = dict[str, float]()
+        try:
+            for each in _form.validate_json(path.read_bytes()):
+                self._kept[each.alarm.cause] = each
+        except FileNotFoundError:
+            pass
+        except (OSError, ValidationError) as error:
+            log.error("alarms that were kept in %s cannot be read: %s", path, error)
+
+    @property
+    def alarms(self) -> list[NewAlarm]:
+        """All of them, oldest first."""
+        with self._lock:
+            return [each.alarm for each in self._kept.values()]
+
+    def add(self, alarm: NewAlarm) -> None:
+        """Keep an alarm; one of the same cause stays as it is."""
+        with self._lock:
+            if alarm.cause not in self._kept:
+                self._kept[alarm.cause], self._since[alarm.cause] = Unstored(alarm), time.monotonic()
+                self._write()
+
+    def unsent(self, channel: str, waited: float) -> list[NewAlarm]:
+        """Those that the channel was not told of, and that could not be stored for `waited` s."""
+        before = time.monotonic() - waited
+        with self._lock:
+            return [
+                each.alarm
+                for cause, each in self._kept.items()
+                if self._since.get(cause, before) <= before and all(sent.channel != channel for sent in each.sent)
+            ]
+
+    def note(self, cause: str, sent: Sent) -> None:
+        """Note that a message was delivered, where the alarm is not stored by now."""
+        with self._lock:
+            if (kept := self._kept.get(cause)) is not None:
+                self._kept[cause] = replace(kept, sent=(*kept.sent, sent))
+                self._write()
+
+    def store(self, catalogue: Catalogue) -> None:
+        """Store all of them. Raises StoreError where that cannot be done now; nothing is lost."""
+        with self._lock:
+            waiting = list(self._kept.items())
+        for cause, each in waiting:
+            catalogue.write(partial(add_alarm, new=each.alarm, sent=each.sent))
+            with self._lock:
+                del self._kept[cause]
+                self._write()
+
+    def _write(self) -> None:
+        """Replace the file; what cannot be written is in memory all the same."""
+        new = self._path.with_suffix(".new")
+        try:
+            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with new.open("wb") as file:
+                file.write(_form.dump_json(list(self._kept.values())))
+                file.flush()
+                os.fsync(file.fileno())
+            new.replace(self._path)
+        except OSError as error:
+            log.error("alarms cannot be kept in %s: %s", self._path, error)

@@ -1,0 +1,188 @@
+"""The watch: raises the alarms that are not stored with what causes them, and knows which ones stand.
+
+The end of a run is stored with its alarm (`jointlab/runs/rows.py`). What is looked for here has left no record of its
+own: a run without a process, a drive process or database that does not answer, and jobs.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from pathlib import Path
+
+from jointlab.alarms.cut_off import cut_off_run
+from jointlab.alarms.settings import AlarmSettings
+from jointlab.alarms.unstored import UnstoredAlarms
+from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.phase import Phase
+from jointlab.supervision.manager import RunManager
+from store.alarms import Alarm, NewAlarm, add_alarm, list_alarms
+from store.catalogue import Catalogue
+from store.errors import StoreError
+from store.jobs import list_jobs
+from store.states import AlarmKind, JobState
+
+POLL = 1.0  # s between two looks
+SIGN_OF_LIFE = 3.0  # s that the drive process may take to answer
+DRIVE_SILENT = 15.0  # s without an answer, after which that is an alarm
+OLD = timedelta(days=1)
+"""Jobs that failed before that are no alarm any more."""
+log = logging.getLogger(__name__)
+
+
+class Since:
+    """For how long something has been so without a break."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._began: float | None = None
+        self.at = datetime.now(UTC)
+        """When it began, UTC."""
+
+    def lasts(self, is_so: bool) -> float:
+        """Seconds for which it has been so by now; 0 where it is not."""
+        if not is_so:
+            self._began = None
+            return 0.0
+        if self._began is None:
+            self._began, self.at = self._clock(), datetime.now(UTC)
+        return self._clock() - self._began
+
+
+class AlarmWatch:
+    """Watches one rig and its database from a thread of its own, until it is closed.
+
+    Args:
+        catalogue: of the runs.
+        rig: its name.
+        runs: steers the rig; None where this program drives none.
+        settings: which alarms there are.
+        unstored: alarms that the database does not have.
+        spool_folders: where spools of runs of the rig are.
+    """
+
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        rig: str,
+        runs: RunManager | None,
+        settings: AlarmSettings,
+        unstored: UnstoredAlarms,
+        spool_folders: Iterable[Path],
+    ) -> None:
+        self._catalogue = catalogue
+        self._rig = rig
+        self._runs = runs
+        self._settings = settings
+        self._unstored = unstored
+        self._folders = tuple(spool_folders)
+        self._stored = tuple[Alarm, ...]()
+        self._problem: str | None = None
+        self._away, self._silent = Since(), Since()
+        self._was_at_work = False
+        self._looked = threading.Condition()
+        self._asked = self._done = 0
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="alarms", daemon=True)
+        self._thread.start()
+
+    @property
+    def standing(self) -> tuple[NewAlarm, ...]:
+        """The alarms that nobody has acknowledged, as the last look has found them; newest first."""
+        known = {alarm.cause for alarm in self._stored}
+        return (*(each for each in reversed(self._unstored.alarms) if each.cause not in known), *self._stored)
+
+    def look(self, timeout: float = 5.0) -> None:
+        """Look at once, because an alarm was raised or acknowledged; returns when that is done, `timeout` s at most."""
+        with self._looked:
+            self._asked = asked = self._asked + 1
+            self._looked.notify_all()
+            self._looked.wait_for(lambda: self._done >= asked or self._closed, timeout)
+
+    def close(self) -> None:
+        """Watch no more."""
+        with self._looked:
+            self._closed = True
+            self._looked.notify_all()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closed:
+            asked = self._asked
+            try:
+                self._look()
+            except Exception:  # whatever it is: what comes after it has to be told
+                log.exception("looking for alarms ended with an unexpected error")
+            with self._looked:
+                self._done = asked
+                self._looked.notify_all()
+                if self._asked == asked and not self._closed:
+                    self._looked.wait(POLL)
+
+    def _look(self) -> None:
+        try:
+            self._unstored.store(self._catalogue)
+            self._raise_stored()
+            with self._catalogue.reading() as session:
+                self._stored = tuple(list_alarms(session, rig=self._rig, standing=True))
+            self._problem = None
+        except StoreError as error:
+            self._problem = str(error)
+        self._watch_database()
+        self._watch_drive()
+
+    def _raise_stored(self) -> None:
+        found = [] if self._runs is None else [cut_off_run(self._catalogue, self._rig, self._folders)]
+        if self._settings.failed_jobs:
+            found += self._failed_jobs()
+        for alarm in found:
+            if alarm is not None:
+                self._catalogue.write(partial(add_alarm, new=alarm))
+
+    def _failed_jobs(self) -> list[NewAlarm | None]:
+        oldest = datetime.now(UTC) - OLD
+        with self._catalogue.reading() as session:
+            failed = list_jobs(session, state=JobState.FAILED, limit=20)
+        return [
+            NewAlarm(
+                AlarmKind.JOB_FAILED, self._rig, f"job {job.id} ({job.kind}), asked for by {job.asked_by}: {job.error}",
+                f"job {job.id} failed", happened_at=job.finished_at,
+            )
+            for job in failed if job.finished_at is not None and job.finished_at > oldest
+        ]  # fmt: skip
+
+    def _watch_database(self) -> None:
+        """Raise an alarm where what a run records cannot be stored for too long."""
+        runs = self._runs
+        if runs is None:
+            return
+        problem = self._problem or runs.not_stored
+        lasts = self._away.lasts(problem is not None)
+        is_at_work = runs.state.phase is not Phase.IDLE or runs.not_stored is not None
+        self._was_at_work = problem is not None and (self._was_at_work or is_at_work)
+        if lasts >= self._settings.database_away and self._was_at_work:
+            at = self._away.at
+            text = f"what is measured on {self._rig} cannot be stored since {at:%H:%M:%S} UTC: {problem}"
+            self._unstored.add(
+                NewAlarm(AlarmKind.DATABASE_AWAY, self._rig, text, f"database away since {at.isoformat()}")
+            )
+
+    def _watch_drive(self) -> None:
+        """Raise an alarm where the drive process gives no sign of life while a run is carried out."""
+        runs = self._runs
+        if runs is None or runs.state.phase is Phase.IDLE:
+            self._silent.lasts(False)
+            return
+        try:
+            runs.check_drive(SIGN_OF_LIFE)
+            self._silent.lasts(False)
+        except NoDriveError as error:
+            if self._silent.lasts(True) >= DRIVE_SILENT:
+                at = self._silent.at
+                run = f"run {runs.state.run_id}"
+                text = f"the drive process of {self._rig} does not answer while {run} is carried out: {error}"
+                self._unstored.add(
+                    NewAlarm(AlarmKind.DRIVE_SILENT, self._rig, text, f"drive silent since {at.isoformat()}")
+                )

@@ -1,0 +1,176 @@
+"""What is watched: a run that lost its process, a database that is away while a run goes on, a frozen drive process."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from jointlab.alarms import watch
+from jointlab.alarms.settings import AlarmSettings
+from jointlab.alarms.unstored import UnstoredAlarms
+from jointlab.alarms.watch import AlarmWatch
+from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
+from jointlab.runs.ingest import Ingester
+from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
+from jointlab.supervision.manager import RunManager
+from rig.records import BeginRecord, RunOrder
+from rig.sequence import sequence_from
+from rig.spool import spooling
+from rig.tester_limits import TesterLimits
+from store.alarms import NewAlarm, acknowledge_alarm, list_alarms
+from store.catalogue import Catalogue
+from store.jobs import add_job, fail_job, take_job
+from store.states import AlarmKind
+from tests.fault_proxy import FaultProxy, Impairment, Way
+from tests.jointlab.runs.campaign import STARTED
+from tests.rig.conftest import DOCUMENT
+from tests.waiting import until
+
+
+@dataclass
+class Rig:
+    """What the watch knows of a rig."""
+
+    state: RigState = field(default_factory=RigState)
+    not_stored: str | None = None
+    silent: bool = False
+
+    def check_drive(self, timeout: float) -> None:
+        if self.silent:
+            raise NoDriveError(f"no answer within {timeout} s")
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Of the spools."""
+    return tmp_path / "spools"
+
+
+Watch = Callable[..., AlarmWatch]
+
+
+@pytest.fixture
+def watching(tmp_path: Path, rig: Rig, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watch]:
+    """Start watches, which are closed in the end."""
+    monkeypatch.setattr(watch, "POLL", 0.02)
+    with ExitStack() as stack:
+
+        def start(catalogue: Catalogue, **settings: object) -> AlarmWatch:
+            unstored = UnstoredAlarms(tmp_path / "alarms.json")
+            given = AlarmSettings.model_validate(settings)
+            started = AlarmWatch(catalogue, "rig", cast(RunManager, rig), given, unstored, [folder])
+            stack.callback(started.close)
+            return started
+
+        yield start
+
+
+@contextmanager
+def carried_out(catalogue: Catalogue, folder: Path, order: RunOrder) -> Iterator[None]:
+    """A process that has begun with the run, and is killed in the end."""
+    with spooling(folder, order) as spool:
+        spool.write(BeginRecord(STARTED, "ann@rig", (), (), "it goes on" if order.begun_with else None))
+        with Ingester(catalogue, folder) as ingester:
+            assert ingester.settle()
+        yield
+    with Ingester(catalogue, folder) as ingester:
+        assert ingester.settle()
+
+
+def kinds(found: AlarmWatch) -> list[AlarmKind]:
+    found.look()
+    return [alarm.kind for alarm in found.standing]
+
+
+def test_a_run_whose_process_died_is_an_alarm_each_time_also_of_a_service_that_comes_later(
+    catalogue: Catalogue, folder: Path, watching: Watch
+) -> None:
+    run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test", rig="rig")
+    plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, "test", rig="rig")  # for later
+    first = watching(catalogue)
+    with carried_out(catalogue, folder, order_to_begin(run, rig="rig")):
+        assert kinds(first) == []
+    assert kinds(first) == [AlarmKind.RUN_CUT_OFF]
+    (alarm,) = first.standing
+    assert (alarm.run_id, alarm.text) == (
+        run.id, f"run {run.id} ({run.title}) on rig was cut off: nothing carries it out any more",
+    )  # fmt: skip
+    assert kinds(watching(catalogue)) == [AlarmKind.RUN_CUT_OFF]
+    with catalogue.writing() as session:
+        acknowledge_alarm(session, list_alarms(session)[0].id, "ann")
+    assert kinds(first) == []
+    with carried_out(catalogue, folder, order_to_resume(catalogue, run.id, TesterLimits(), rig="rig")):
+        assert kinds(first) == []
+    assert kinds(first) == [AlarmKind.RUN_CUT_OFF]
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])
+def test_a_database_that_is_away_while_a_run_goes_on_is_an_alarm_that_needs_no_database(
+    distant_url: str, proxy: FaultProxy, tmp_path: Path, rig: Rig, watching: Watch
+) -> None:
+    with Catalogue.open(distant_url, tmp_path / "waveforms") as catalogue:
+        found = watching(catalogue, database_away=1)
+        assert kinds(found) == []
+        proxy.impair(Impairment(reset=Way.BOTH))
+        time.sleep(1.5)  # longer than it may be away
+        assert kinds(found) == []  # while nothing is measured
+        rig.state = RigState(Phase.RUNNING, 7)
+        until(lambda: [alarm.kind for alarm in found.standing] == [AlarmKind.DATABASE_AWAY])
+        kept = UnstoredAlarms(tmp_path / "alarms.json").alarms  # what a service finds that is started by now
+        assert kept == list(found.standing)
+        proxy.mend()
+        until(lambda: stored(catalogue) == kept)
+        assert kinds(found) == [AlarmKind.DATABASE_AWAY]  # one, and it stands until somebody has seen it
+        assert UnstoredAlarms(tmp_path / "alarms.json").alarms == []
+
+
+def stored(catalogue: Catalogue) -> list[NewAlarm]:
+    with catalogue.reading() as session:
+        alarms = list_alarms(session)
+    return [NewAlarm(**{name: getattr(each, name) for name in NewAlarm.__dataclass_fields__}) for each in alarms]
+
+
+def test_records_that_cannot_be_stored_are_an_alarm_also_when_the_run_has_ended_meanwhile(
+    catalogue: Catalogue, rig: Rig, watching: Watch
+) -> None:
+    found = watching(catalogue, database_away=1)
+    rig.not_stored = "the waveforms cannot be written"
+    until(lambda: bool(found.standing))
+    assert "the waveforms cannot be written" in found.standing[0].text
+
+
+def test_a_drive_process_that_gives_no_sign_of_life_during_a_run_is_an_alarm(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "DRIVE_SILENT", 0.1)
+    found = watching(catalogue)
+    rig.silent = True
+    assert kinds(found) == []  # nothing is carried out
+    rig.state = RigState(Phase.RUNNING, 7)
+    until(lambda: kinds(found) == [AlarmKind.DRIVE_SILENT])
+    assert "run 7" in found.standing[0].text
+    until(lambda: len(stored(catalogue)) == 1)
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_a_failed_job_is_an_alarm_where_that_is_asked_for(catalogue: Catalogue, watching: Watch, asked: bool) -> None:
+    with catalogue.writing() as session:
+        add_job(session, "identify", {"run": 1}, "ann")
+        taken = take_job(session, ["identify"])
+        assert taken is not None
+        fail_job(session, taken[0].id, taken[1], "no blow counts")
+    found = watching(catalogue, failed_jobs=asked)
+    assert kinds(found) == [AlarmKind.JOB_FAILED] * asked
+    assert kinds(found) == [AlarmKind.JOB_FAILED] * asked
+    assert all("asked for by ann: no blow counts" in alarm.text for alarm in found.standing)

@@ -110,7 +110,7 @@ def mail_server(tls: ssl.SSLContext | None = None) -> Iterator[Post]:
                 verb, _, rest = line.decode("ascii").strip().partition(" ")
                 if verb.upper() == "QUIT":
                     return
-                self._commands().get(verb.upper(), lambda _: self._say("500 what"))(rest)
+                self._commands().get(verb.upper(), self._ask)(rest)
 
         def _commands(self) -> dict[str, Callable[[str], None]]:
             return {
@@ -160,6 +160,9 @@ def mail_server(tls: ssl.SSLContext | None = None) -> Iterator[Post]:
             post.messages.append(b"".join(lines).decode("ascii"))
             post.encrypted.append(self._encrypted)
             self._say("250 taken")
+
+        def _ask(self, _: str) -> None:
+            self._say("500 what")
 
         def _say(self, line: str) -> None:
             self.wfile.write(line.encode("ascii") + b"\r\n")

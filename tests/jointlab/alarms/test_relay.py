@@ -66,7 +66,7 @@ def test_an_output_of_the_port_is_set_before_the_port_is_opened_so_that_no_horn_
             self.is_open = False
 
     port = Port()
-    monkeypatch.setattr(relay.serial, "serial_for_url", lambda *_, **__: port)
+    monkeypatch.setattr("serial.serial_for_url", lambda *_, **__: port)
     with closing(Relay(RelaySettings(url="COM7", line="rts"), lambda: bool(standing))):
         until(lambda: seen == [(True, False)])
         standing.append("an alarm")

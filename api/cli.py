@@ -36,6 +36,7 @@ COMMANDS = {
     "serve": ("service", "Serve runs, results and the rig over REST, with the page."),
     "worker": ("worker", "Do jobs of the service for a dask scheduler."),
     "key": ("keys", "Make, list and revoke keys of the service."),
+    "alarms": ("alarms", "List, acknowledge and test alarms."),
     "store": ("store", "Check, back up and restore what is stored."),
     "config": ("configuration", "Show the configuration in force."),
 }

@@ -16,6 +16,7 @@ from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
 from api.service.server import make_server, raise_descriptor_limit, tls_of
+from jointlab.alarms.alarms import Alarms, channels_of
 from jointlab.errors import JointlabError
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
@@ -53,8 +54,10 @@ def serve(
     if (tls_certificate is None) != (tls_key is None):
         raise JointlabError("--tls-certificate and --tls-key belong together; give both")
     tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)
+    given = load_settings()
+    channels = channels_of(given.alarms)
     with (
-        _laboratory(load_settings(), simulated, seed, speed) as (settings, automatic_operator),
+        _laboratory(given, simulated, seed, speed) as (settings, automatic_operator),
         open_catalogue(settings) as catalogue,
         _listening(host, port) as listener,
         _driving(catalogue, settings, automatic_operator) as runs,
@@ -65,7 +68,8 @@ def serve(
         lasts = timedelta(hours=settings.service.session_hours)
         limits = JobLimits(settings.service.open_jobs, settings.service.export_days)
         queue = JobQueue(catalogue, _executor(settings), limits)
-        services = Services(catalogue, runs, loopback, queue, session_lasts=lasts)
+        alarms = Alarms(catalogue, settings, runs, channels)
+        services = Services(catalogue, runs, loopback, queue, alarms, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
@@ -93,7 +97,7 @@ def _laboratory(
         yield settings, None
         return
     with simulated_laboratory(seed, speed) as laboratory:
-        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers")
+        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers", "alarms")
         others = {name: getattr(settings, name) for name in kept}
         # of its own, so that no simulated rig meets a real one
         folder = settings.drive.folder or state_folder() / f"simulated-{urlsplit(laboratory.addresses.tester).port}"

@@ -1,14 +1,17 @@
 """`jointlab store`: check, back up and restore the catalogue and its waveforms."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from api.commands.terminal import open_catalogue, out, progress_bar
+from jointlab.alarms.new import damaged_audit_log
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
+from store.alarms import add_alarm
 from store.audit import check_head, read_chain
 from store.backup import back_up
 from store.backup import restore as restore_backup
@@ -32,10 +35,20 @@ def check() -> None:
 @store.command()
 def audit(
     head: Annotated[str | None, typer.Option(help="The hash that this command printed earlier.")] = None,
+    alarm: Annotated[
+        bool, typer.Option("--alarm", help="Raise an alarm where it is damaged, as of a command that runs by itself.")
+    ] = False,
 ) -> None:
     """Verify the chain of the audit log, and print the hash of its last entry, to be kept elsewhere."""
-    with open_catalogue() as catalogue, catalogue.reading(long=True) as session:
-        log = read_chain(session)
+    settings = load_settings()
+    with open_catalogue(settings) as catalogue:
+        with catalogue.reading(long=True) as session:
+            log = read_chain(session)
+        faults = list(log.faults)
+        if head is not None and head not in log.hashes:
+            faults.append(f"no entry has the hash {head}")
+        if alarm and faults:
+            catalogue.write(partial(add_alarm, new=damaged_audit_log(settings.rig, faults)))
     later = f" ({log.later} of before there was a chain)" if log.later else ""
     out.print(f"{log.entries} entries{later}, hash of the last one: {log.head or 'none'}")
     if head is not None:

@@ -15,7 +15,7 @@ from api.service.context import Services
 from api.service.headers import SecurityHeaders
 from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
-from api.service.resources import administration, jobs, laboratory, records, results, rig, runs, sequences
+from api.service.resources import administration, alarms, jobs, laboratory, records, results, rig, runs, sequences
 from jointlab.drive.phase import Phase
 from store.version import release
 
@@ -39,6 +39,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     jobs.trials,
     jobs.exports,
     jobs.jobs,
+    alarms.router,
     administration.keys,
     administration.audit,
 )
@@ -61,6 +62,8 @@ def create_app(services: Services) -> FastAPI:
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
         to_thread.current_default_thread_limiter().total_tokens = THREADS
         yield
+        if services.alarms is not None:
+            services.alarms.close()
         if services.runs is not None:
             services.runs.close()
         if services.jobs is not None:

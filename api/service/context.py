@@ -13,6 +13,7 @@ from fastapi import Depends, Request
 
 from api.service.downloads import DownloadPlaces
 from api.service.monotonic_clock import MonotonicClock
+from jointlab.alarms.alarms import Alarms
 from jointlab.audit import RefusalLog
 from jointlab.burst_log import BurstLog
 from jointlab.drive.state import RigState
@@ -31,6 +32,7 @@ class Services:
         runs: drives the rig; None where this service only reads.
         loopback: whether the service can be reached from this computer alone.
         jobs: queue of long computations; None where this service has none.
+        alarms: tells people of what has happened; None where this service does not.
         now: the time by which keys end.
         has_keys: threading.Event = field(default_factory=threading.Event)
     session_lasts: time after which a log-in to the page ends.
@@ -43,6 +45,7 @@ class Services:
     runs: RunManager | None = None
     loopback: bool = True
     jobs: JobQueue | None = None
+    alarms: Alarms | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     has_keys: threading.Event = field(default_factory=threading.Event)
     session_lasts: timedelta = timedelta(hours=12)

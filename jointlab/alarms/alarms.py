@@ -1,5 +1,6 @@
 """The alarms of one service, put together: the watch, the delivery by each channel, and the relay."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from jointlab.alarms.channel import Channel
@@ -42,14 +43,14 @@ class Alarms:
         catalogue: of the runs.
         settings: with the rig, and whom to tell.
         runs: steers the rig; None where this service drives none.
-
-    Raises:
-        SettingsError: a secret is missing in the environment.
+        channels: by which people are told.
     """
 
-    def __init__(self, catalogue: Catalogue, settings: Settings, runs: RunManager | None) -> None:
+    def __init__(
+        self, catalogue: Catalogue, settings: Settings, runs: RunManager | None, channels: Iterable[Channel]
+    ) -> None:
         given, rig, folder = settings.alarms, settings.rig, drive_folder(settings)
-        channels, unstored = channels_of(given), UnstoredAlarms(folder / KEPT)
+        unstored = UnstoredAlarms(folder / KEPT)
         self.rig = rig
         self._watch = AlarmWatch(catalogue, rig, runs, given, unstored, _spools(catalogue, folder))
         self._deliverers = [Deliverer(catalogue, rig, each, given.deadline, unstored) for each in channels]

@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
+from jointlab.documents.alarms import AlarmDocument
 from jointlab.documents.jobs import JobDocument
 from jointlab.documents.laboratory import (
     CalibrationDocument,
@@ -110,6 +111,20 @@ class Client:
     def events(self, last_event_id: str | None = None) -> AbstractContextManager[Iterator[RigEvent]]:
         """Events of the rig from now on, or after the event with this id."""
         return self._connection.events("/rig/events", last_event_id)
+
+    # Alarms
+
+    def alarms(self, standing: bool | None = None) -> Iterator[AlarmDocument]:
+        """Alarms, newest first: all, or those that nobody has acknowledged (`standing`), or the others."""
+        return self._connection.pages(AlarmDocument, "/alarms", standing=standing)
+
+    def acknowledge_alarm(self, alarm: int, note: str | None = None) -> AlarmDocument:
+        """Say that somebody has seen an alarm; needs the scope control:rig."""
+        return self._connection.post(AlarmDocument, f"/alarms/{alarm}/acknowledge", {"note": note})
+
+    def test_alarms(self) -> AlarmDocument:
+        """Raise an alarm that is a test; needs the scope admin."""
+        return self._connection.post(AlarmDocument, "/alarms/test")
 
     # The laboratory
 

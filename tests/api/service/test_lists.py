@@ -29,6 +29,7 @@ LISTS = {
     "/instruments": 4,
     "/instruments/1/calibrations": 1,
     "/specimens": 2,
+    "/alarms": 1,
 }
 """How many items each of these lists has, in the catalogue that `filled` makes."""
 

@@ -1,0 +1,20 @@
+"""Alarms that programs raise when they are asked to."""
+
+from collections.abc import Sequence
+from hashlib import sha256
+from uuid import uuid4
+
+from store.alarms import NewAlarm
+from store.states import AlarmKind
+
+
+def new_test(rig: str, who: str) -> NewAlarm:
+    """An alarm with which somebody tries whether alarms arrive."""
+    return NewAlarm(AlarmKind.TEST, rig, f"this is a test, asked for by {who}; nothing has happened", f"test {uuid4()}")
+
+
+def damaged_audit_log(rig: str, faults: Sequence[str]) -> NewAlarm:
+    """The alarm about faults of the audit log; the same faults raise it once."""
+    found = "\n".join(faults)
+    text = f"the audit log has {len(faults)} faults, the first: {faults[0]}"
+    return NewAlarm(AlarmKind.AUDIT_DAMAGED, rig, text, f"audit log {sha256(found.encode()).hexdigest()}")

@@ -1,6 +1,6 @@
 """The frame of every view: state of the rig, STOP, links to the other views, and a place for messages."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from html import escape
@@ -19,6 +19,7 @@ from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.errors import EXPECTED
 from rig.tester_status import interlock_text
+from store.alarms import NewAlarm
 from store.states import Scope
 
 VIEWS = {
@@ -30,6 +31,7 @@ VIEWS = {
     "Results": "/page/results",
     "Gap": "/page/gap",
     "Laboratory": "/page/laboratory",
+    "Alarms": "/page/alarms",
 }
 POLL_INTERVAL = 0.25
 """Seconds between two checks for events of the rig."""
@@ -64,6 +66,18 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
     return PHASES[state.phase]
 
 
+def banner(standing: Sequence[NewAlarm]) -> str:
+    """What every view says of the alarms that nobody has acknowledged, newest first."""
+    if not standing:
+        return ""
+    count = "An alarm stands" if len(standing) == 1 else f"{len(standing)} alarms stand"
+    text = escape(standing[0].text)
+    address = VIEWS["Alarms"]
+    return (
+        f'<div class="notice trouble" id="alarms-standing"><b>{count}:</b> {text}. <a href="{address}">See it</a></div>'
+    )
+
+
 @dataclass(eq=False)
 class Frame:
     """The frame of one page in one tab; a view adds its own elements.
@@ -93,8 +107,10 @@ class Frame:
         show(f"<h1>{escape(self.title)}</h1>")
         self._trouble = show("").props('role="alert"')
         self._stopped = show("").props('role="status"')
+        self._alarms = show("").props('role="status"')
         self._reset_stop = button("I have looked: reset STOP", self._let_go)
         self._show_stop()
+        self._show_alarms()
         self._take_over = button("Drive from here", self.actions.take_over)
         self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
@@ -151,6 +167,13 @@ class Frame:
         self._stopped.set_content(notice if why else "")
         self._reset_stop.set_visibility(stop is not None)
 
+    def _show_alarms(self) -> None:
+        """Show that alarms stand, and the newest of them."""
+        self._alarms.set_content(banner(self._standing()))
+
+    def _standing(self) -> tuple[NewAlarm, ...]:
+        return () if self.services.alarms is None else self.services.alarms.standing
+
     async def _let_go(self) -> None:
         """Reset the STOP that is shown."""
         stop = None if self.services.runs is None else self.services.runs.stopped_by
@@ -161,12 +184,15 @@ class Frame:
     async def _poll(self) -> None:
         """Refresh the view where something has happened at the rig since the last time."""
         runs = self.services.runs
-        now: tuple[object, ...] = () if runs is None else (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
+        now: tuple[object, ...] = tuple(alarm.uid for alarm in self._standing())
+        if runs is not None:
+            now += (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
         if now == self._seen and not self._is_database_silent:
             return
         self._seen = now
         self._top.set_content(self._state())
         self._show_stop()
+        self._show_alarms()
         for refresh in self.refreshes:
             await refresh()
 

@@ -27,6 +27,7 @@ BUILDERS: Mapping[str, Build] = {
     "Results": views.results.build,
     "Gap": views.gap.build,
     "Laboratory": views.laboratory.build,
+    "Alarms": views.alarms.build,
 }
 """The function that builds each of `VIEWS`."""
 

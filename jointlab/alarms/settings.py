@@ -21,7 +21,10 @@ class WebhookSettings(BaseModel):
     @field_validator("url")
     @classmethod
     def _has_a_host(cls, url: SecretStr) -> SecretStr:
-        found = urlsplit(url.get_secret_value())
+        text = url.get_secret_value()
+        if not text.isascii() or not text.isprintable() or " " in text:
+            raise ValueError("an address has ASCII characters without spaces; write others as %XX")
+        found = urlsplit(text)
         if found.scheme not in ("http", "https") or not found.hostname or found.username is not None:
             raise ValueError("give an http or https address without a user")
         found.port  # noqa: B018 - raises ValueError where it is no number

@@ -42,12 +42,12 @@ class UnstoredAlarms:
             pass
         except (OSError, ValidationError) as error:
             log.error("alarms that were kept in %s cannot be read: %s", path, error)
+        self._alarms = tuple(each.alarm for each in self._kept.values())
 
     @property
-    def alarms(self) -> list[NewAlarm]:
-        """All of them, oldest first."""
-        with self._lock:
-            return [each.alarm for each in self._kept.values()]
+    def alarms(self) -> tuple[NewAlarm, ...]:
+        """All of them, oldest first. It waits for no other thread."""
+        return self._alarms
 
     def add(self, alarm: NewAlarm) -> None:
         """Keep an alarm; one of the same cause stays as it is."""
@@ -85,6 +85,7 @@ class UnstoredAlarms:
 
     def _write(self) -> None:
         """Replace the file; what cannot be written is in memory all the same."""
+        self._alarms = tuple(each.alarm for each in self._kept.values())
         new = self._path.with_suffix(".new")
         try:
             self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

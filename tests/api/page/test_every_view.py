@@ -27,6 +27,7 @@ VIEWS = (
     "/page/laboratory",
     "/page/laboratory?part=Keys",
     "/page/laboratory?part=Audit+log",
+    "/page/alarms",
 )
 ALL_DRAWN = "() => [...document.querySelectorAll('.nicegui-echart')].every(chart => chart.querySelector('canvas, svg'))"
 

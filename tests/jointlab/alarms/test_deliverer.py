@@ -165,7 +165,7 @@ def test_an_alarm_that_cannot_be_stored_is_told_all_the_same_and_once(
     (sent,) = deliveries(catalogue)
     assert (sent.attempts, sent.body.encode(), sent.result) == (2, receiver.bodies[-1], "200 OK")
     assert sent.delivered_at is not None
-    assert UnstoredAlarms(tmp_path / "drive" / "alarms.json").alarms == []
+    assert UnstoredAlarms(tmp_path / "drive" / "alarms.json").alarms == ()
 
 
 def test_pauses_grow_up_to_the_longest(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from daq.channels import Channel
 from daq.errors import ChannelError
 from rig.detectors import check_tighter
+from rig.errors import RigError
 from rig.events import Observer, ignore_event
 from rig.instruments import Instruments
 from rig.registers import MAP_VERSION, name_of
@@ -45,6 +46,11 @@ def check_instruments(
                 check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
             tester.stop()  # it is at rest already; this shows that it obeys
             status = tester.status()
+            if tester.disobeyed is not None:
+                raise RigError(
+                    f"the tester does not obey ({tester.disobeyed}), so that its emergency stop was pulled; repair it, "
+                    "then reset"
+                ) from tester.disobeyed
             if status.stopped_by:
                 held = interlock_text(status.stopped_by)
                 why = f"{instruments.tester_url} is stopped by {held}; remove the cause, then reset"

@@ -110,6 +110,7 @@ class Tester:
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
         self._failure: Exception | None = None
+        self._disobeyed: RigError | None = None
         self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
         self._watch = StatusWatch()
         self._watching = threading.Lock()
@@ -205,6 +206,11 @@ class Tester:
     def failure(self) -> Exception | None:
         """Why the tester was given up; None where it was not."""
         return self._failure
+
+    @property
+    def disobeyed(self) -> RigError | None:
+        """Why the emergency stop was pulled here; None where it was not."""
+        return self._disobeyed
 
     def emergency_stop(self) -> None:
         """Trip the emergency stop, whatever the instrument is doing."""
@@ -376,6 +382,7 @@ class Tester:
 
     def _pull_emergency_stop(self, why: RigError) -> None:
         log.warning("the tester did not stop as asked (%s); pulling the emergency stop", why)
+        self._disobeyed = why
         try:
             self._wire.emergency_stop(COIL_TIME)
             self._wait_for_rest(time.monotonic(), lambda reading: Interlock.EMERGENCY_STOP in reading.status.interlocks)

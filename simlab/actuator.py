@@ -193,6 +193,19 @@ class Actuator:
         """Whether the mean is still on its way to the preset."""
         return self.mean(time) != self._last.mean_to
 
+    def rests_since(self, within: float) -> float | None:
+        """Bench time at which its commands leave it at rest, to `within` m peak to peak; None: it cycles."""
+        since = None
+        for segment in reversed(self._segments):
+            if segment.amplitude_to > 0.0:
+                break
+            fade = segment.time_constant * math.log(max(2 * segment.amplitude_from / within, 1.0))
+            moves = max(fade, abs(segment.mean_to - segment.mean_from) / segment.ramp_velocity)
+            since = segment.start + moves
+            if moves > 0.0:
+                break
+        return since
+
     def force(self, time: float) -> tuple[float, float]:
         """Mean and peak-to-peak force at bench `time`, N, without noise."""
         segment, times = self._at(time), np.array([time])

@@ -26,6 +26,10 @@ class Clock:
         """Seconds on the wall that `duration` seconds of bench time take."""
         return duration / self.speed
 
+    def monotonic(self, bench_time: float) -> float:
+        """The time of `time.monotonic` at a bench time; every process of this computer has the same."""
+        return self._zero + bench_time / self.speed
+
     def sleep(self, duration: float) -> None:
         """Sleep for `duration` seconds of bench time; not at all where it is negative."""
         self.sleep_until(self.now() + duration)

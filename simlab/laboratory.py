@@ -18,6 +18,7 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.operator_server import OperatorClient, OperatorServer
 from simlab.ordinary import BenchConditions
+from simlab.tester_device import REST_WITHIN
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
 
@@ -95,8 +96,15 @@ class Laboratory:
             bench.open_seal,
         )
         return {method.__name__: method for method in offered} | {
-            "dwells": lambda: [asdict(dwell) for dwell in self.tester.actuator.log]
+            "dwells": lambda: [asdict(dwell) for dwell in self.tester.actuator.log],
+            "motion": self._motion,
         }
+
+    def _motion(self) -> dict[str, float | None]:
+        """When the actuator comes to rest by its physics (`time.monotonic`; None: it cycles), and `longest_unheard`."""
+        rest = self.tester.actuator.rests_since(REST_WITHIN)
+        since = None if rest is None else self.bench.clock.monotonic(rest)
+        return {"rests_since": since, "longest_unheard": self.tester.device.longest_unheard}
 
     def stop(self) -> None:
         """Stop every instrument."""

@@ -73,6 +73,7 @@ class TesterDevice:
 
     Attributes:
         applied: every command applied so far, for tests that count.
+        longest_unheard: s on the wall that the actuator has moved after a heartbeat without another one, at most.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class TesterDevice:
         wall: Callable[[], float] = time.monotonic,
     ) -> None:
         self.applied: list[CommandCode] = []
+        self.longest_unheard = 0.0
         self._actuator = actuator
         self._now = now
         self._limits = limits or DeviceLimits()
@@ -183,10 +185,18 @@ class TesterDevice:
         """Turn the mushroom button back; the interlock stays until it is reset."""
         self._button = False
 
+    def is_moving(self) -> bool:
+        """Whether the actuator cycles or ramps, by its physics."""
+        rest = self._actuator.rests_since(REST_WITHIN)
+        return rest is None or rest > self._now()
+
     def tick(self) -> None:
         """Look at the detectors and the watchdog; the controller does this all the time."""
         with self._lock:
-            if self._hydraulics and self._wall() - self._heard > self._limits.watchdog_time:
+            unheard = self._wall() - self._heard
+            if self.is_moving():
+                self.longest_unheard = max(self.longest_unheard, unheard)
+            if self._hydraulics and unheard > self._limits.watchdog_time:
                 self._trip(Interlock.WATCHDOG)
             firing = self._detected(self._now())
             began, self._firing = firing & ~self._firing, firing

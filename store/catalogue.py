@@ -24,6 +24,8 @@ from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.waveforms import WaveformFolder
 
 ResultT = TypeVar("ResultT")
+Place = tuple[str, Path, TimeLimits]
+"""Address of a database, its folder of waveforms, and how long a call may take."""
 log = logging.getLogger(__name__)
 
 
@@ -71,9 +73,9 @@ class Catalogue:
         return self._engine.url.render_as_string(hide_password=True)
 
     @property
-    def url(self) -> str:
-        """The database's address with its password, to open the catalogue in another process."""
-        return self._engine.url.render_as_string(hide_password=False)
+    def place(self) -> Place:
+        """Arguments of `open` for another process, with the password of the database."""
+        return self._engine.url.render_as_string(hide_password=False), self.waveforms.folder, self._limits
 
     @property
     def limits(self) -> TimeLimits:

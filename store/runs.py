@@ -234,6 +234,13 @@ def list_runs(
     return [_run(row) for row in session.scalars(newest_first(query, RunRow.id, before, limit))]
 
 
+def list_provisional_runs(session: Session, rig: str) -> list[Run]:
+    """The provisional runs of `rig` that did not begin."""
+    has_history = select(RunEventRow.id).where(RunEventRow.run_id == RunRow.id).exists()
+    query = select(RunRow).where(*equal(RunRow, state=RunState.CREATED, rig=rig), ~has_history)
+    return [_run(row) for row in session.scalars(query)]
+
+
 def count_runs(
     session: Session, *, kind: str | None = None, state: RunState | None = None, article: str | None = None
 ) -> int:

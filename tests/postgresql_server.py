@@ -43,8 +43,10 @@ class Server:
 
 
 @contextmanager
-def running_server() -> Iterator[Server]:
+def running_server(*, durable: bool = False) -> Iterator[Server]:
     """Start a server without synchronisation, and stop and remove it at the end.
+
+    A `durable` one loses no commit where its processes are killed; other ones may.
 
     It refuses to run as root, so root hands it to an ordinary user.
 
@@ -72,7 +74,8 @@ def running_server() -> Iterator[Server]:
         )
         assert done.returncode == 0, done.stdout + done.stderr
 
-    options = f"-k {folder} -c listen_addresses= -c fsync=off -c synchronous_commit=off -c full_page_writes=off"
+    commit = "on" if durable else "off"
+    options = f"-k {folder} -c listen_addresses= -c fsync=off -c synchronous_commit={commit} -c full_page_writes=off"
     try:
         run(initdb, "-D", str(folder / "data"), "-A", "trust", "-U", "postgres", "-E", "UTF8", "--no-sync")
         run(pg_ctl, "-D", str(folder / "data"), "-w", "-l", str(folder / "log"), "-o", options, "start")

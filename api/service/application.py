@@ -17,6 +17,7 @@ from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
 from api.service.resources import administration, alarms, jobs, laboratory, records, results, rig, runs, sequences
 from jointlab.drive.phase import Phase
+from store.probe import DatabaseProbe
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (
@@ -59,9 +60,10 @@ def create_app(services: Services) -> FastAPI:
     """The application on `services`; when it is shut down, the actuator is brought to rest."""
 
     @asynccontextmanager
-    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         to_thread.current_default_thread_limiter().total_tokens = THREADS
-        yield
+        with DatabaseProbe(services.catalogue) as app.state.probe:
+            yield
         if services.alarms is not None:
             services.alarms.close()
         if services.runs is not None:

@@ -1,7 +1,7 @@
 """Documents on the laboratory: its service, instruments, channels and specimens."""
 
 from datetime import date, datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -10,9 +10,10 @@ from store.quantity import quantity
 
 
 class Health(BaseModel):
-    """Whether the service can do its work, and which version it is."""
+    """Whether the service can do its work, and which version it is; `impairments` says what it cannot do, and why."""
 
-    status: str
+    status: Literal["ok", "impaired"]
+    impairments: tuple[str, ...] = ()
     version: str
     drives_a_rig: bool
 

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from jointlab.errors import JointlabError
 from jointlab.jobs.work import carry_out
+from store.catalogue import Place
 
 GRACE = 5.0  # s that a process has to end when it is told to
 
@@ -27,7 +28,7 @@ class Executor(Protocol):
     def has_room(self, beyond: int = 0) -> bool:
         """Whether it can begin another job, with so many places more than it has."""
 
-    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+    def begin(self, place: Place, job_id: int, token: str) -> None:
         """Begin a job that was taken with `token`."""
 
     def lost(self) -> list[Lost]:
@@ -56,9 +57,9 @@ class ProcessExecutor:
         """Whether another process may begin."""
         return len(self._processes) < self._workers + beyond
 
-    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+    def begin(self, place: Place, job_id: int, token: str) -> None:
         """Begin a job in a process of its own."""
-        arguments = (url, waveform_folder, job_id, token)
+        arguments = (place, job_id, token)
         process = self._context.Process(target=carry_out, args=arguments, name=f"job {job_id}", daemon=True)
         process.start()
         self._processes[job_id] = (process, token)
@@ -113,9 +114,9 @@ class DaskExecutor:
         """Whether there is a worker without a job; beyond its workers, dask keeps jobs until one is free."""
         return len(self._futures) < int(sum(self._client.nthreads().values())) + beyond
 
-    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+    def begin(self, place: Place, job_id: int, token: str) -> None:
         """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""
-        future = self._client.submit(carry_out, url, waveform_folder, job_id, token, key=f"job-{token}", pure=False)
+        future = self._client.submit(carry_out, place, job_id, token, key=f"job-{token}", pure=False)
         self._futures[job_id] = (future, token)
 
     def lost(self) -> list[Lost]:

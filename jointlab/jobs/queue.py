@@ -128,7 +128,7 @@ class JobQueue:
                 return
             job, token = taken
             try:
-                self._executor.begin(self._catalogue.url, str(self._catalogue.waveforms.folder), job.id, token)
+                self._executor.begin(self._catalogue.place, job.id, token)
             except Exception as error:
                 self._lose([Lost(job.id, token, f"no worker could begin it: {error}")])
                 raise

@@ -4,7 +4,6 @@ import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Self
 
 from threadpoolctl import threadpool_limits
@@ -12,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from jointlab.errors import EXPECTED
 from jointlab.jobs.kinds import kind_named
 from rig.errors import failure_reason
-from store.catalogue import Catalogue
+from store.catalogue import Catalogue, Place
 from store.errors import StoreError
 from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease
 from store.progress import Advance
@@ -71,19 +70,18 @@ class Heartbeat:
             self._ended.wait(BEAT)
 
 
-def carry_out(url: str, waveform_folder: str, job_id: int, token: str) -> None:
+def carry_out(place: Place, job_id: int, token: str) -> None:
     """Carry out a job that was taken with `token`, and store its result.
 
     Args:
-        url: of the database.
-        waveform_folder: of the waveform files.
+        place: of the catalogue.
         job_id: its number.
         token: that it was taken with.
 
     Raises:
         StoreError: the result cannot be stored; the job will be queued again.
     """
-    with threadpool_limits(1), Catalogue.open(url, Path(waveform_folder)) as catalogue:
+    with threadpool_limits(1), Catalogue.open(*place) as catalogue:
         with catalogue.reading() as session:
             job = get_job(session, job_id)
         try:

@@ -4,7 +4,6 @@ A run that was stopped, failed or lost its process can be resumed with the rest 
 measurement is in the store, and the store tells the rest.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
 from jointlab.runs.ingest import Ingester, discard_if_not_begun
@@ -24,8 +23,6 @@ from store.runs import Run, get_run
 
 PATIENCE = 10.0  # s that the end of a run, or a resumption, waits for the database
 BEGUN = 5.0  # s that the beginning of a run waits for it
-CarryOut = Callable[[Instruments, Catalogue, Operator, Observer, RunControl], object]
-"""`run_sequence` or `resume_run`, when it is known which run to carry out."""
 
 
 def spool_folder(catalogue: Catalogue) -> Path:

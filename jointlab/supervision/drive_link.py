@@ -80,6 +80,7 @@ class DriveLink:
         self._starts = starts
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = threading.Event()
+        self._wake = threading.Event()  # where the process seems lost, or the link is closed
         self._lock = threading.Lock()
         self._session = self._open_session(START_TIMEOUT)
         self._following: _Line | None = None
@@ -119,6 +120,7 @@ class DriveLink:
     def close(self) -> None:
         """End the link, and a process that it has started, where no run is carried out."""
         self._closed.set()
+        self._wake.set()
         if self._process is not None:
             with suppress(RigError, OSError):  # a run is carried out, or it is dead
                 self.ask(Quit())
@@ -178,7 +180,7 @@ class DriveLink:
         return f"see {self.folder / LOG}"
 
     def _follow(self) -> None:
-        epoch, after = None, 0
+        epoch, after, answered = None, 0, False
         while not self._closed.is_set():
             try:
                 with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
@@ -190,15 +192,23 @@ class DriveLink:
                         if news.epoch != epoch:
                             epoch, after = news.epoch, 0
                         after = news.entries[-1].number if news.entries else after
+                        answered = True
                         self._heard(news)
             except (NoDriveError, ValueError) as error:
                 if not self._closed.is_set():
                     self._lost(str(error))
+                    if answered:  # the first time only; then `_keep` asks at its own interval
+                        answered = False
+                        self._wake.set()
                     self._closed.wait(RETRY)
 
     def _keep(self) -> None:
         """Keep the session, and open a new one where it is lost."""
-        while not self._closed.wait(PING_INTERVAL):
+        while not self._closed.is_set():
+            self._wake.wait(PING_INTERVAL)
+            if self._closed.is_set():
+                return
+            self._wake.clear()
             try:
                 with self._lock:
                     self._session[0].ask(Ask())

@@ -57,7 +57,8 @@ from rig.stop_latch import Stop
 from rig.tester_limits import TesterLimits
 from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
-from store.runs import discard_run, get_run, list_runs
+from store.errors import StoreError
+from store.runs import discard_run, get_run, list_provisional_runs
 from store.states import RunState
 
 REPEATED = "the point is measured again"
@@ -113,6 +114,10 @@ class RunManager:
         self._heard = threading.Condition()
         self._link = DriveLink(settings, name, self._hear, self._lose, self._find, starts=starts)
         self._find(self._link.welcome)
+        try:
+            self._discard_abandoned()
+        except (StoreError, RigError) as error:
+            log.warning("runs that were stored and did not begin stay: %s", error)
 
     @property
     def state(self) -> RigState:
@@ -128,6 +133,11 @@ class RunManager:
     def drive(self) -> Welcome:
         """Where the drive process listens for STOP."""
         return self._link.welcome
+
+    @property
+    def records_wait(self) -> str | None:
+        """Why what was measured cannot be stored at present; None where it can."""
+        return self._ingester.problem
 
     @property
     def prompt(self) -> Prompt | None:
@@ -178,7 +188,7 @@ class RunManager:
             )
         except Exception:
             with self._catalogue.writing() as session:
-                if any(each.id == run.id for each in list_runs(session, state=RunState.CREATED)):
+                if any(each.id == run.id for each in list_provisional_runs(session, self._instruments.rig)):
                     discard_run(session, run.id)
             raise
         return run.id
@@ -358,6 +368,24 @@ class RunManager:
             self._ingester.settle(STORE_TIMEOUT)
             self._ingester.close()
             self.journal.close()
+
+    def _discard_abandoned(self) -> None:
+        """Remove the runs that were stored to be begun at once, by a program that was killed before that.
+
+        They are read first: where nobody drives after that, nobody is about to begin one of them.
+        """
+        rig = self._instruments.rig
+        with self._catalogue.reading() as session:
+            found = {run.id for run in list_provisional_runs(session, rig)}
+        if not found or not self._ingester.settle(STORE_TIMEOUT):
+            return
+        now = SNAPSHOT.validate_python(self._link.ask(Ask()).value)
+        if now.holder is not None or now.state.phase is not Phase.IDLE:
+            return
+        with self._catalogue.writing() as session:
+            for run in list_provisional_runs(session, rig):
+                if run.id in found:
+                    discard_run(session, run.id)
 
     def _present(self, lease: int | None) -> int:
         return self.lease.number if lease is None else lease

@@ -1,14 +1,18 @@
 """STOP from the press to the confirmed rest, while a sweep cycles in real time, under all that can go wrong around it.
 
-Everything is a process of its own: simulated instruments, drive process, service. Each press asks the STOP listener
-over its socket, as the page's button does; then STOP is reset and the sweep goes on as a new run. The instrument's own
-ramp, its exponential stop from the amplitude that it cycled with to the amplitude that it calls rest, is taken off.
+Everything is a process of its own: simulated instruments, drive process, service, and who disturbs. Each press asks the
+STOP listener over its socket, as the page's button does; then STOP is reset and the sweep begins again. The time to
+rest is that of the instrument's own record; the time to the answer is longer, as rest is confirmed before. The
+instrument's ramp, its exponential stop from the amplitude that it cycled with to the amplitude that it calls rest, is
+taken off both.
 
 `PRESSES` in the environment is the number of presses in all, 160 by default; a full run has 2,000.
 """
 
 import math
+import multiprocessing
 import os
+import re
 import resource
 import signal
 import socket
@@ -47,10 +51,23 @@ PRESSES = int(os.environ.get("PRESSES", "160"))
 TOGETHER = 300
 HALF_OPEN = 2000
 ANSWER = 10.0  # s
-SWEEP = {
+START = 300.0  # s, of one who disturbs
+LEFT_FREE = 2 * 10**9  # bytes
+PAGE = 4096  # bytes
+BATCH = 20  # presses between the beginning and the end of a condition
+STEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [1e3 * AMPLITUDE_PP],
-    "frequencies": {"first": 20, "last": 200, "step": 0.25},
+    "frequencies": {"first": 20, "last": 200, "step": 0.25}, "preset_mm": 0.0,
 }  # fmt: skip
+SWEEP = sequence_from(paper() | {"steps": [STEP]}).with_seed()
+
+
+@dataclass
+class Times:
+    """Times in s from a press: of all presses to their answers, of each first one to the rest of the actuator."""
+
+    answers: list[float] = field(default_factory=list)
+    rests: list[float] = field(default_factory=list)
 
 
 @dataclass
@@ -58,7 +75,8 @@ class Bench:
     """The processes around one press.
 
     Attributes:
-        presses: makes one press, or many at once; the time of each in s, and what each was answered.
+        news: the latest from the drive process.
+        pressed: time of each press since the last one was counted, s of `time.monotonic`.
     """
 
     link: DriveLink
@@ -69,40 +87,48 @@ class Bench:
     database: Server | None
     port: int
     news: list[News] = field(default_factory=list)
+    pressed: list[float] = field(default_factory=list)
 
     @property
     def now(self) -> Snapshot:
         return self.news[-1].snapshot if self.news else Snapshot()
 
+    def motion(self) -> dict[str, float | None]:
+        found: dict[str, float | None] = self.laboratory.operator.do("motion")
+        return found
+
     def cycle(self, number: int) -> None:
-        """Begin a run, and see it measure."""
+        """Begin a run, and see the actuator cycle."""
         lease = self.link.take_lease("bench")
         if self.now.stop is not None:
             self.link.ask(ResetStop(epoch=self.now.stop.epoch, lease=lease))
-        sequence = sequence_from(paper() | {"steps": [SWEEP]}).with_seed()
-        order = RunOrder(number, f"bench-{number}", sequence, "bench")
+        order = RunOrder(number, f"bench-{number}", SWEEP, "bench")
         self.link.ask(Begin(order=order, limits=TesterLimits(), lease=lease), 60.0)
         wait(lambda: self.now.prompt is not None and self.now.state.run_id == number)
         assert self.now.prompt is not None
         self.laboratory.operator.do("mount", specimen="I", configuration="shear")
         self.link.ask(AnswerPrompt(run_id=number, prompt=self.now.prompt.number, lease=lease))
-        wait(lambda: self.now.state.sines > 0)
+        wait(lambda: self.motion()["rests_since"] is None)
 
     def press(self) -> float:
         """One press: s until the answer says that the actuator is at rest; infinity where it does not."""
-        began = time.perf_counter()
+        began = time.monotonic()
+        self.pressed.append(began)
         try:
             with closing(socket.create_connection(("127.0.0.1", self.port), ANSWER)) as connection:
                 connection.sendall(b"POST /stop HTTP/1.1\r\nHost: rig\r\n\r\n")
                 answer = b"".join(iter(lambda: connection.recv(4096), b""))
         except OSError:
             return math.inf
-        return time.perf_counter() - began if b'"at_rest": true' in answer else math.inf
+        return time.monotonic() - began if b'"at_rest": true' in answer else math.inf
 
-    def rests(self) -> None:
-        """Wait until the run has ended, and the presses are told."""
+    def rest(self) -> float:
+        """Wait until the run has ended; s from the first press to the rest of the actuator, by its own physics."""
         wait(lambda: self.now.state.phase is Phase.IDLE and self.now.stop is not None)
-        time.sleep(0.3)
+        since = self.motion()["rests_since"]
+        began = min(self.pressed)
+        self.pressed.clear()
+        return math.inf if since is None else since - began
 
 
 def wait(holds: Callable[[], bool]) -> None:
@@ -114,26 +140,29 @@ def wait(holds: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
+Press = Callable[[], list[float]]
+
+
 @contextmanager
-def one_by_one(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def one_by_one(bench: Bench) -> Iterator[Press]:
     """Nothing else happens."""
     yield lambda: [bench.press()]
 
 
 @contextmanager
-def silent_database(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def silent_database(bench: Bench) -> Iterator[Press]:
     """The database accepts and answers nothing, and the page is asked for."""
     assert bench.database is not None
     bench.database.send(signal.SIGSTOP)
     try:
-        with flooding(bench, "/page/measure", 4):
+        with elsewhere(ask, f"{bench.address}/page/measure", 4):
             yield lambda: [bench.press()]
     finally:
         bench.database.send(signal.SIGCONT)
 
 
 @contextmanager
-def full_disk(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def full_disk(bench: Bench) -> Iterator[Press]:
     """The disk of the spool is filled a moment before the press."""
     filler = bench.folder / "filler"
 
@@ -141,101 +170,56 @@ def full_disk(bench: Bench) -> Iterator[Callable[[], list[float]]]:
         with open(filler, "wb", buffering=0) as file, suppress(OSError):
             while True:
                 file.write(bytes(2**20))
-        return [bench.press()]
+        took = bench.press()
+        filler.unlink()
+        return [took]
 
-    try:
-        yield press
-    finally:
-        filler.unlink(missing_ok=True)
+    yield press
 
 
 @contextmanager
-def large_bodies(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def large_bodies(bench: Bench) -> Iterator[Press]:
     """Bodies of 500 MB are sent to the listener and to the service without an end."""
-    over = threading.Event()
-
-    def send(port: int, path: str) -> None:
-        head = f"POST {path} HTTP/1.1\r\nHost: rig\r\nContent-Length: 500000000\r\n\r\n".encode()
-        while not over.is_set():
-            with suppress(OSError), closing(socket.create_connection(("127.0.0.1", port), ANSWER)) as connection:
-                connection.sendall(head)
-                for _ in range(500):
-                    connection.sendall(bytes(10**6))
-
     service = int(bench.address.rsplit(":", 1)[1])
-    senders = [threading.Thread(target=send, args=at) for at in ((bench.port, "/state"), (service, "/api/runs"))]
-    for each in senders:
-        each.start()
-    try:
+    with elsewhere(send_bodies, bench.port, "/state"), elsewhere(send_bodies, service, "/api/runs"):
         yield lambda: [bench.press()]
-    finally:
-        over.set()
-        for each in senders:
-            each.join()
 
 
 @contextmanager
-def half_open(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def half_open(bench: Bench) -> Iterator[Press]:
     """2,000 connections stay half open at the listener, and are opened again as it drops them."""
-    over, opened = threading.Event(), list[socket.socket]()
-
-    def open_all() -> None:
-        while not over.is_set():
-            while len(opened) < HALF_OPEN and not over.is_set():
-                with suppress(OSError):
-                    opened.append(socket.create_connection(("127.0.0.1", bench.port), ANSWER))
-                    opened[-1].sendall(b"POST /st")
-            while opened:
-                opened.pop().close()
-
-    opening = threading.Thread(target=open_all)
-    opening.start()
-    try:
+    with elsewhere(open_half, bench.port):
         yield lambda: [bench.press()]
-    finally:
-        over.set()
-        opening.join()
-        for each in opened:
-            each.close()
 
 
 @contextmanager
-def all_at_once(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def all_at_once(bench: Bench) -> Iterator[Press]:
     """300 presses at once."""
     with ThreadPoolExecutor(TOGETHER) as pressing:
         yield lambda: list(pressing.map(lambda _: bench.press(), range(TOGETHER)))
 
 
 @contextmanager
-def flooding(bench: Bench, path: str, clients: int) -> Iterator[None]:
-    over = threading.Event()
-
-    def ask() -> None:
-        with httpx.Client(timeout=2.0) as client:
-            while not over.is_set():
-                with suppress(httpx.HTTPError):
-                    client.get(f"{bench.address}{path}")
-
-    asking = [threading.Thread(target=ask) for _ in range(clients)]
-    for each in asking:
-        each.start()
-    try:
-        yield
-    finally:
-        over.set()
-        for each in asking:
-            each.join()
-
-
-@contextmanager
-def page_flooded(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def page_flooded(bench: Bench) -> Iterator[Press]:
     """The page is asked for by 16 clients without a pause."""
-    with flooding(bench, "/page/measure", 16):
+    with elsewhere(ask, f"{bench.address}/page/measure", 16):
         yield lambda: [bench.press()]
 
 
 @contextmanager
-def service_frozen(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def memory_pressure(bench: Bench) -> Iterator[Press]:
+    """Another program takes all memory but 2 GB, and half of the swap, and writes to every page of it again and again.
+
+    Where there is no swap, files in memory are dropped, programs among them, and read again; nothing is swapped out.
+    """
+    known = dict(re.findall(r"(\w+):\s+(\d+) kB", Path("/proc/meminfo").read_text()))
+    size = 1024 * (int(known["MemAvailable"]) + int(known["SwapFree"]) // 2) - LEFT_FREE
+    with elsewhere(touch, max(size, 0)):
+        yield lambda: [bench.press()]
+
+
+@contextmanager
+def service_frozen(bench: Bench) -> Iterator[Press]:
     """The service is frozen."""
     bench.service.send_signal(signal.SIGSTOP)
     try:
@@ -245,16 +229,81 @@ def service_frozen(bench: Bench) -> Iterator[Callable[[], list[float]]]:
 
 
 @contextmanager
-def service_killed(bench: Bench) -> Iterator[Callable[[], list[float]]]:
+def service_killed(bench: Bench) -> Iterator[Press]:
     """The service is killed; it is the last condition."""
     bench.service.kill()
     yield lambda: [bench.press()]
 
 
 CONDITIONS = (
-    one_by_one, silent_database, full_disk, large_bodies, half_open, all_at_once, page_flooded, service_frozen,
-    service_killed,
+    one_by_one, silent_database, full_disk, large_bodies, half_open, all_at_once, page_flooded, memory_pressure,
+    service_frozen, service_killed,
 )  # fmt: skip
+
+
+@contextmanager
+def elsewhere(work: Callable[..., None], *arguments: object) -> Iterator[None]:
+    """Let a process of its own do `work`, so that it does not delay the presses here; it says when it is under way."""
+    spawning = multiprocessing.get_context("spawn")
+    under_way = spawning.Event()
+    process = spawning.Process(target=work, args=(*arguments, under_way.set), daemon=True)
+    process.start()
+    try:
+        assert under_way.wait(START), f"{work.__name__} did not begin"
+        yield
+    finally:
+        process.kill()
+        process.join()
+
+
+def ask(url: str, clients: int, under_way: Callable[[], None]) -> None:
+    """Ask for a page without an end."""
+
+    def one() -> None:
+        with httpx.Client(timeout=2.0) as client:
+            while True:
+                with suppress(httpx.HTTPError):
+                    client.get(url)
+                under_way()
+
+    for _ in range(clients):
+        threading.Thread(target=one).start()
+
+
+def send_bodies(port: int, path: str, under_way: Callable[[], None]) -> None:
+    """Send bodies of 500 MB without an end."""
+    head = f"POST {path} HTTP/1.1\r\nHost: rig\r\nContent-Length: 500000000\r\n\r\n".encode()
+    while True:
+        with suppress(OSError), closing(socket.create_connection(("127.0.0.1", port), ANSWER)) as connection:
+            connection.sendall(head)
+            under_way()
+            for _ in range(500):
+                connection.sendall(bytes(10**6))
+
+
+def open_half(port: int, under_way: Callable[[], None]) -> None:
+    """Open 2,000 connections that do not ask to the end, and again, without an end."""
+    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
+    opened = list[socket.socket]()
+    while True:
+        while len(opened) < HALF_OPEN:
+            with suppress(OSError):
+                opened.append(socket.create_connection(("127.0.0.1", port), ANSWER))
+                opened[-1].sendall(b"POST /st")
+        under_way()
+        while opened:
+            opened.pop().close()
+
+
+def touch(size: int, under_way: Callable[[], None]) -> None:
+    """Write to every page of so many bytes without an end; the first that is ended where memory runs out."""
+    Path("/proc/self/oom_score_adj").write_text("1000")
+    pages = np.zeros(size, np.uint8)[::PAGE]
+    pages += 1
+    os.nice(19)
+    while True:
+        under_way()
+        pages += 1
 
 
 @contextmanager
@@ -337,32 +386,36 @@ def benched() -> Iterator[Bench]:
 
 def main() -> None:
     """Press STOP under each condition; print quantiles in ms and how many presses were lost."""
-    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
-    chance, number, everything = np.random.default_rng(4), 0, list[float]()
+    chance, number, everything = np.random.default_rng(4), 0, Times()
     with benched() as bench:
         conditions = [each for each in CONDITIONS if bench.database is not None or each is not silent_database]
         print(f"the instrument's own ramp, {1e3 * RAMP:.0f} ms, is taken off", flush=True)
         for condition in conditions:
-            took, wanted = list[float](), math.ceil(PRESSES / len(conditions))
-            while len(took) < wanted:
-                number += 1
-                bench.cycle(number)
+            times, began = Times(), time.monotonic()
+            while len(times.answers) < math.ceil(PRESSES / len(conditions)):
                 with condition(bench) as press:
-                    time.sleep(float(chance.uniform(0.2, 1.0)))
-                    took += press()
-                bench.rests()
-                bench.news[:] = bench.news[-1:]
-            everything += took
-            show(condition.__name__.replace("_", " "), np.array(took))
-        show("all", np.array(everything))
+                    for _ in range(min(BATCH, math.ceil(PRESSES / len(conditions)) - len(times.answers))):
+                        number += 1
+                        bench.cycle(number)
+                        time.sleep(float(chance.uniform(0.1, 0.6)))
+                        times.answers += press()
+                        times.rests.append(bench.rest())
+                        bench.news[:] = bench.news[-1:]
+                        if condition is all_at_once:
+                            break
+            everything.answers += times.answers
+            everything.rests += times.rests
+            took = (time.monotonic() - began) / len(times.rests)
+            show(f"{condition.__name__.replace('_', ' ')} ({took:.1f} s each)", times)
+        show("all", everything)
 
 
-def show(what: str, took: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
+def show(what: str, times: Times) -> None:
     """Print one line."""
-    known = 1e3 * (took[np.isfinite(took)] - RAMP)
-    median, most, worst = np.percentile(known, [50, 99, 100]) if known.size else (math.nan,) * 3
-    print(
-        f"{what:<20} {took.size:5d} presses, {took.size - known.size} lost   median {median:7.1f} ms   "
-        f"99 % {most:7.1f} ms   worst {worst:7.1f} ms",
-        flush=True,
-    )
+    lost = sum(map(math.isinf, times.answers))
+    print(f"{what:<30} {len(times.answers):5d} presses, {lost} lost", end="", flush=True)
+    for name, each in (("at rest", times.rests), ("answered", times.answers)):
+        known = [1e3 * (one - RAMP) for one in each if math.isfinite(one)]
+        median, most, worst = np.percentile(known, [50, 99, 100]) if known else (math.nan,) * 3
+        print(f"   {name}: median {median:6.1f}  99 % {most:6.1f}  worst {worst:6.1f} ms", end="", flush=True)
+    print(flush=True)

@@ -111,6 +111,26 @@ def test_hold_stops_a_ramp_where_it_is() -> None:
     assert actuator.mean(9.0) == pytest.approx(2.5e-4)
 
 
+def test_it_knows_when_its_command_leaves_it_at_rest() -> None:
+    rubber, actuator = cycling(1e-4, 40.0)
+    assert actuator.rests_since(1e-7) is None
+    rubber.time += 5.0
+    held = rubber.time
+    actuator.hold()
+    faded = actuator.rests_since(1e-7)
+    assert faded is not None
+    assert held < faded < held + 0.1
+    assert actuator.amplitude_pp(faded) == pytest.approx(1e-7)
+    rubber.time += 5.0
+    actuator.hold()  # once more, at rest
+    assert actuator.rests_since(1e-7) == faded
+    actuator.move(1e-4)
+    travelled = actuator.rests_since(1e-7)
+    assert travelled is not None
+    assert actuator.is_ramping(travelled - 1e-6)
+    assert not actuator.is_ramping(travelled + 1e-6)
+
+
 def test_hold_brings_a_cycling_actuator_to_rest_at_its_mean() -> None:
     _, actuator = cycling(1e-4, 100.0)
     actuator.hold()

@@ -265,6 +265,10 @@ def test_the_watchdog_stops_the_actuator_in_wall_time_when_beats_stay_away(
     assert status["state"] == State.TRIPPED
     assert status["interlocks"] == Interlock.WATCHDOG
     assert server.actuator.amplitude_pp(bench.clock.now() + 1.0) < 1e-7
+    rest = server.actuator.rests_since(1e-7)
+    assert rest is not None
+    moved_on = bench.clock.monotonic(rest) - last_beat
+    assert WATCHDOG_TIME - 0.1 < server.device.longest_unheard < moved_on + 0.1  # the last look was before the rest
 
 
 def test_a_beat_that_does_not_count_on_is_no_beat(wire: Wire) -> None:

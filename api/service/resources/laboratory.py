@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 
 from api.service.access import Reader, ReaderContext
 from api.service.context import Context, Rig
@@ -21,9 +21,11 @@ from jointlab.documents.laboratory import (
     SpecimenDocument,
 )
 from rig.instruments import stored_channel
+from store.errors import StoreError
 from store.instrument import StoredChannel
 from store.instruments import add_calibration, get_instrument, list_calibrations, list_channels, list_known_instruments
-from store.runs import get_run, list_runs
+from store.probe import DatabaseProbe
+from store.runs import get_run
 from store.specimens import get_specimen, list_specimens
 from store.states import Scope
 from store.version import software_version
@@ -36,11 +38,24 @@ InstrumentNumber = Annotated[int, number_of("instrument")]
 
 
 @health.get("", name="health", responses=problems(needs_key=False))
-def get_health(context: Context) -> Health:
-    """Say whether the database answers."""
-    with context.catalogue.reading() as session:
-        list_runs(session, limit=1)
-    return Health(status="ok", version=software_version(), drives_a_rig=context.runs is not None)
+async def get_health(request: Request, context: Context) -> Health:
+    """Say what does not work, without waiting for it; a database that does not answer is a 503.
+
+    It is a coroutine, because threads may wait for the database.
+    """
+    probe: DatabaseProbe = request.app.state.probe
+    database, found = probe.state, list[str]()
+    if database.answers is False:
+        raise StoreError(f"the database does not answer: {database.why}")
+    if context.runs is not None:
+        if (silent := context.runs.state.tester_silent) is not None:
+            found.append(f"the rig does not answer: {silent}")
+        if (waiting := context.runs.records_wait) is not None:
+            found.append(f"records of the rig wait to be stored: {waiting}")
+    return Health(
+        status="impaired" if found else "ok", impairments=tuple(found), version=software_version(),
+        drives_a_rig=context.runs is not None,
+    )  # fmt: skip
 
 
 @instruments.get(

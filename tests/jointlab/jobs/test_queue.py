@@ -2,9 +2,13 @@
 
 import os
 import signal
+import sqlite3
+import time
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from datetime import timedelta
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,9 +19,12 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.kinds import KINDS, exports_folder
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from jointlab.jobs.queue import JobQueue
-from store.catalogue import Catalogue
-from store.jobs import take_job
+from jointlab.jobs.work import carry_out
+from store.catalogue import Catalogue, Place
+from store.errors import StoreError
+from store.jobs import add_job, take_job
 from store.states import JobState
+from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from tests.jointlab.jobs.conftest import Wait
 from tests.waiting import until
 
@@ -75,11 +82,11 @@ class Faltering(ProcessExecutor):
 
     faltered = False
 
-    def begin(self, url: str, waveform_folder: str, job_id: int, token: str) -> None:
+    def begin(self, place: Place, job_id: int, token: str) -> None:
         if not self.faltered:
             self.faltered = True
             raise OSError("no more processes")
-        super().begin(url, waveform_folder, job_id, token)
+        super().begin(place, job_id, token)
 
 
 def test_a_worker_that_cannot_be_begun_costs_an_attempt_and_not_the_queue(catalogue: Catalogue, wait_for: Wait) -> None:
@@ -89,6 +96,19 @@ def test_a_worker_that_cannot_be_begun_costs_an_attempt_and_not_the_queue(catalo
     finally:
         queue.close()
     assert (done.state, done.attempts) == (JobState.DONE, 2)
+
+
+def test_a_worker_waits_for_a_locked_database_as_long_as_the_settings_say(measured: int, tmp_path: Path) -> None:
+    limits = TimeLimits(lock=0.05)
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}", limits=limits) as catalogue:
+        with catalogue.writing() as session:
+            job = add_job(session, "export", {"run": measured, "form": "hdf5"}, "test")
+        with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+            other.execute("BEGIN IMMEDIATE")
+            began = time.monotonic()
+            with pytest.raises(StoreError, match="lock"):
+                carry_out(catalogue.place, job.id, "token")
+            assert time.monotonic() - began < DEFAULT_LIMITS.lock / 2
 
 
 def test_a_worker_that_hangs_makes_room_for_another(

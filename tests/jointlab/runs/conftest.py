@@ -1,6 +1,7 @@
 """An empty catalogue on both databases, and a whole simulated laboratory with a small sequence."""
 
 from tests.rig.conftest import (
+    channel_table,
     document,
     instruments,
     person,
@@ -21,6 +22,7 @@ from tests.store.conftest import (
 
 __all__ = [
     "catalogue",
+    "channel_table",
     "database_kind",
     "database_url",
     "distant_url",

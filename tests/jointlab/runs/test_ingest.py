@@ -20,7 +20,7 @@ from rig.spool import RECORDS, spooling, spools
 from rig.tester_limits import TesterLimits
 from store.audit import list_audit_entries
 from store.blows import list_blows, withdraw_blow
-from store.catalogue import Catalogue
+from store.catalogue import Catalogue, Place
 from store.runs import list_runs
 from store.time_limits import TimeLimits
 from store.waveforms import WaveformFolder
@@ -72,7 +72,7 @@ def test_every_record_is_stored_once_though_the_ingest_is_killed_at_every_statem
     statement = kills = 0
     while spools(folder):
         statement = statement + 1 if seed == 0 else chance.randrange(1, 40)
-        with Catalogue.open(catalogue.url, catalogue.waveforms.folder) as opened, killed_at(statement):
+        with Catalogue.open(*catalogue.place) as opened, killed_at(statement):
             SpoolIngest(opened, run.path).advance()
             kills -= 1
         kills += 1
@@ -109,9 +109,9 @@ _children = multiprocessing.get_context("forkserver")
 _children.set_forkserver_preload([__name__])
 
 
-def ingest_slowly(url: str, waveforms: Path, path: Path) -> None:
+def ingest_slowly(place: Place, path: Path) -> None:
     ingest.BATCH = 1
-    with Catalogue.open(url, waveforms) as catalogue:
+    with Catalogue.open(*place) as catalogue:
         SpoolIngest(catalogue, path).advance()
 
 
@@ -121,7 +121,7 @@ def test_every_record_is_stored_once_though_processes_are_killed_while_they_stor
     chance = random.Random(5)
     run, kills = spooled(catalogue, folder, chance, 60), 0
     while spools(folder):
-        arguments = (catalogue.url, catalogue.waveforms.folder, run.path)
+        arguments = (catalogue.place, run.path)
         child = _children.Process(target=ingest_slowly, args=arguments)
         child.start()
         if kills < 6:

@@ -1,0 +1,53 @@
+"""The health route says what does not work, and waits for nothing."""
+
+import random
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import httpx
+
+from jointlab.drive.process import SPOOLS
+from jointlab.settings import Settings, drive_folder
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.jointlab.runs.campaign import spooled
+from tests.waiting import until
+
+
+def impairments(client: httpx.Client) -> str:
+    answer = client.get("/api/health")
+    assert (answer.status_code, answer.json()["status"] == "ok") == (200, not answer.json()["impairments"])
+    return " ".join(answer.json()["impairments"])
+
+
+def test_a_whole_laboratory_is_in_order(rig_client: httpx.Client) -> None:
+    assert impairments(rig_client) == ""
+
+
+def test_a_database_that_does_not_answer_is_a_503_with_the_reason(client: httpx.Client, tmp_path: Path) -> None:
+    assert impairments(client) == ""
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as connection:
+        connection.execute("ALTER TABLE alembic_version RENAME TO mislaid")
+    until(lambda: client.get("/api/health").status_code == 503)
+    assert "alembic_version" in client.get("/api/health").json()["detail"]
+
+
+def test_a_rig_that_does_not_answer_is_named(rig_client: httpx.Client, laboratory: Laboratory) -> None:
+    laboratory.tester.faults.set("silent")
+    until(lambda: "the rig does not answer: tcp://127.0.0.1" in impairments(rig_client))
+    laboratory.tester.faults.clear()
+    until(lambda: impairments(rig_client) == "")
+
+
+def test_records_that_cannot_be_stored_are_named(
+    impatient: None, rig_client: httpx.Client, catalogue: Catalogue, rig_settings: Settings, tmp_path: Path
+) -> None:
+    run = spooled(catalogue, tmp_path / "elsewhere", random.Random(1), 1)
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        folder = drive_folder(rig_settings) / SPOOLS
+        folder.mkdir()
+        run.path.rename(folder / run.path.name)
+        until(lambda: "records of the rig wait to be stored" in impairments(rig_client))
+    until(lambda: impairments(rig_client) == "")

@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 
 from rig.errors import RigError
 from rig.fair_lock import FairLock
-from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
+from rig.modbus import HURRY, Around, ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.registers import (
     COMMAND,
     DETECTORS,
@@ -77,12 +77,11 @@ class _Allowance:
         """When the next attempt has to be over, s of `time.monotonic`."""
         return min(self._end, time.monotonic() + self._timeout) if self.urgent else self._end
 
-    def is_over(self) -> bool:
-        """Count a failed attempt; whether it was the last."""
+    def is_over(self, pause: float = 0.0) -> bool:
+        """Count a failed attempt; whether it was the last, as another one after `pause` s would lack time to succeed."""
         self._left -= 1
-        if self.urgent:
-            return time.monotonic() >= self._end
-        return self._left <= 0 or time.monotonic() + self._timeout > self._end
+        needed = pause + (HURRY if self.urgent else self._timeout)
+        return (self._left <= 0 and not self.urgent) or time.monotonic() + needed > self._end
 
 
 class TesterWire:
@@ -264,7 +263,7 @@ class TesterWire:
                 if allowance.is_over():
                     raise
             except TesterRefusedError as error:
-                if error.refusal not in WORTH_REPEATING or allowance.is_over():
+                if error.refusal not in WORTH_REPEATING or allowance.is_over(BUSY_PAUSE):
                     raise
                 time.sleep(BUSY_PAUSE)
 

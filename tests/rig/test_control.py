@@ -20,7 +20,7 @@ from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
 from rig.sequence import HammerStep
 from rig.sweep_plan import SweepPlan
-from rig.tester_status import MotionHaltedError
+from rig.tester_status import MotionHaltedError, TesterRefusedError
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
@@ -161,6 +161,7 @@ def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
             server.faults.set("refuse")
             driver.halt()
             assert driver.status().interlocks is Interlock.EMERGENCY_STOP
+            assert isinstance(driver.disobeyed, TesterRefusedError)  # and not the silence of a last hurried attempt
             assert server.actuator.steady_pp() == 0.0
             server.faults.clear()
     finally:

@@ -78,7 +78,7 @@ class _Allowance:
         return min(self._end, time.monotonic() + self._timeout) if self.urgent else self._end
 
     def is_over(self, pause: float = 0.0) -> bool:
-        """Count a failed attempt; whether it was the last, as another one after `pause` s would lack time to succeed."""
+        """Count a failed attempt; whether it was the last: another one, after `pause` s, would have too little time."""
         self._left -= 1
         needed = pause + (HURRY if self.urgent else self._timeout)
         return (self._left <= 0 and not self.urgent) or time.monotonic() + needed > self._end

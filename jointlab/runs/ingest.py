@@ -66,8 +66,8 @@ class SpoolIngest:
             log.error("%s; what is before that is stored, and the spool is set aside", error)
             set_aside(self._path)
             return
-        except StoreError:
-            self._reader, self._last = SpoolReader(self._path), 0  # what was stored of it, the database tells
+        except BaseException:  # whatever it is, more was read than stored; what is stored, the database tells
+            self._reader, self._last = SpoolReader(self._path), 0
             raise
         if not is_growing:
             self._finish()
@@ -87,6 +87,8 @@ class SpoolIngest:
             new = [each for each in batch if each.number > before]
             if not new:
                 return
+            if new[0].number != before + 1:
+                raise StoreError(f"{self._path}: record {new[0].number} would be stored after record {before}")
             if _run_of(session, order) is None:
                 raise ForeignSpoolError(f"{self._path} is of run {order.run_id} in another database; it stays there")
             after = last_waveform(session, order.run_id)
@@ -207,7 +209,7 @@ class Ingester:
                     self._changed.wait(pause)
 
     def _look(self) -> None:
-        """Store what is new in every spool; StoreError where that cannot be done now with one of them."""
+        """Store what is new in every spool; raises the first error where that cannot be done now with one of them."""
         present = {path: self._ingests.get(path) for path in spools(self.folder) if path not in self._foreign}
         self._ingests = {path: known or SpoolIngest(self._catalogue, path) for path, known in present.items()}
         problems = list[Exception]()
@@ -217,7 +219,7 @@ class Ingester:
             except ForeignSpoolError as error:
                 log.warning("%s", error)
                 self._foreign.add(path)
-            except StoreError as error:
+            except Exception as error:  # noqa: BLE001 - it is told below, and other spools are stored meanwhile
                 problems.append(error)
         if problems:
             raise problems[0]

@@ -340,7 +340,7 @@ def service_process(config: Path, database: str, output: Path) -> Iterator[tuple
         "JOINTLAB_CONFIG": str(config),
         "JOINTLAB_WAVEFORM_FOLDER": str(config.with_name("jointlab-waveforms")),
     }
-    with output.open("w") as errors:
+    with output.open("a") as errors:
         service = Popen(
             [sys.executable, "-u", "-m", "api.cli", "serve", "--port", "0"],
             env=environment, stdout=subprocess.PIPE, stderr=errors, text=True,

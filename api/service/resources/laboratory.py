@@ -39,10 +39,8 @@ InstrumentNumber = Annotated[int, number_of("instrument")]
 
 @health.get("", name="health", responses=problems(needs_key=False))
 async def get_health(request: Request, context: Context) -> Health:
-    """Say what does not work, without waiting for it; a database that does not answer is a 503.
-
-    It is a coroutine, because threads may wait for the database.
-    """
+    """Say what does not work, without waiting for it; a database that does not answer is a 503."""
+    # a coroutine, because all threads may wait for the database
     probe: DatabaseProbe = request.app.state.probe
     database, found = probe.state, list[str]()
     if database.answers is False:

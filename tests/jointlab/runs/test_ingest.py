@@ -80,6 +80,28 @@ def test_every_record_is_stored_once_though_the_ingest_is_killed_at_every_statem
     check_stored(catalogue, run)
 
 
+def test_an_ingest_that_goes_on_after_an_unexpected_error_leaves_nothing_out(
+    catalogue: Catalogue, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, calls = WaveformFolder.append_once, list[int]()
+
+    def failing(waveforms: WaveformFolder, file: str, rows: list[tuple[str, bytes, int]], after: int) -> object:
+        calls.append(len(rows))
+        if len(calls) % 2:
+            raise OSError("unexpected")
+        return append(waveforms, file, rows, after)
+
+    monkeypatch.setattr(WaveformFolder, "append_once", failing)
+    monkeypatch.setattr(ingest, "BATCH", 3)
+    run = spooled(catalogue, folder, random.Random(2), 8)
+    one = SpoolIngest(catalogue, run.path)
+    while spools(folder):
+        with suppress(OSError):
+            one.advance()
+    assert len(calls) > 4
+    check_stored(catalogue, run)
+
+
 @pytest.mark.parametrize("fails", ["before", "after"])
 def test_waveforms_are_appended_once_though_every_second_append_is_the_last_thing_that_happens(
     catalogue: Catalogue, folder: Path, fails: str, monkeypatch: pytest.MonkeyPatch

@@ -174,11 +174,29 @@ class Answer:
         return np.asarray(found.reshape(-1, found.shape[-1])[self.rig.place])
 
     @cached_property
+    def _system(self) -> Complex:
+        """(states, lines, attached, attached) that the motion of the attached is solved from."""
+        attached, _ = self._attached
+        return np.asarray(np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness)
+
+    @cached_property
     def _motion(self) -> Complex:
         """(states, lines, attached, 3 + n) motion of the attached under unit forces at sensor and a state's blows."""
         attached, _ = self._attached
-        system = np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness
-        return np.asarray(np.linalg.solve(system, self._by_state(self._free(attached, self._ends), 3)))
+        return np.asarray(np.linalg.solve(self._system, self._by_state(self._free(attached, self._ends), 3)))
+
+    @cached_property
+    def joint_motion(self) -> Complex:
+        """(states, lines, joints, 3) motion of the joints under a unit force of a state's first blow."""
+        states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
+        return np.asarray(self._motion[:, :, : 3 * joints, 3].reshape(states, lines, joints, 3))
+
+    @cached_property
+    def joint_receptance(self) -> Complex:
+        """(states, lines, 3 joints, 3 joints) of the joints on the beam."""
+        joints = 3 * self.bench.joints.shape[2]
+        attached, _ = self._attached
+        return np.asarray(np.linalg.solve(self._system, self._free(attached, attached[:joints]))[:, :, :joints])
 
     @cached_property
     def _force(self) -> Complex:

@@ -12,8 +12,30 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Indices
 
-REFERENCE_FORCE = 100.0
-"""Peak force in N of a blow at level 1."""
+FIRST_MODES = 80.0
+"""Hz; below, a beam on joints moves as the blow drives it, and above less and less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """How far the cylinders of each joint move under blows: amplitudes in m, zero to peak.
+
+    Attributes:
+        own: (joints, 2, states, 1) in shear and in compression, under the blows of each state.
+        of_joint: (joints, 2, states, 1) the geometric mean of it over all blows of the set.
+        of_set: (states, 1) the geometric mean of that over joints and axes.
+        doubt: (joints, 2, states, 1) factor for what the definition of `own` does not know.
+    """
+
+    own: Real
+    of_joint: Real
+    of_set: Real
+    doubt: Real
+
+    def amplitude(self, factor: float, by_row: float, by_joint: float) -> Real:
+        """(joints, 2, states, 1) between one value for all joints and blows of a set and their own, by two shares."""
+        apart = (self.own / self.of_joint) ** by_row * (self.of_joint / self.of_set) ** by_joint
+        return np.asarray(factor * self.of_set * apart * self.doubt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +45,8 @@ class Loading:
     Attributes:
         tester: whether the cylinders are in the tester; otherwise they are under the beam.
         frequency: Hz.
-        amplitude: zero to peak in the tester, m; nan under the beam, where a law derives it from `level`.
-        level: (states, 1) peak force of the blows over 100 N; 1 in the tester.
+        amplitude: zero to peak in the tester, m; nan under the beam.
+        felt: motion under blows; None where no effect asks for it, and in the tester.
         fraction: how far the test had come in the order of measuring, 0 to 1; 0 under the beam.
         angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
@@ -32,13 +54,27 @@ class Loading:
     tester: bool
     frequency: Real
     amplitude: Real
-    level: Real
+    felt: Felt | None
     fraction: Real
     angled: NDArray[np.bool_]
 
-    def deformation(self, component: bool) -> Real:
-        """(n,) amplitude, m, of the whole deformation, or of its component along each axis of the cylinders."""
-        return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
+    def deformation(self, component: bool, factor: float, by_row: float, by_joint: float, fall: float) -> Real:
+        """Amplitude, m, of the whole deformation, or of its component along each axis of the cylinders.
+
+        Args:
+            component: whether each axis follows its own component.
+            factor, by_row, by_joint: as of `Felt.amplitude`.
+            fall: power of frequency with which it falls above `FIRST_MODES`.
+
+        Returns:
+            (n,) in the tester, (joints, 1 or 3, states, n) under the beam.
+        """
+        if self.tester:
+            return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
+        assert self.felt is not None, "effects that follow motion say so"
+        axes = self.felt.amplitude(factor, by_row, by_joint) * (1 + (self.frequency / FIRST_MODES) ** 2) ** (-fall / 2)
+        whole = np.hypot(axes[:, :1], axes[:, 1:])
+        return np.concatenate([axes, whole], axis=1) if component else whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +87,7 @@ class Setting:
         peak_force: (states,) of a blow in each state of the joints, N.
         state: (rows,) index of the state of the joints in which each row was measured.
         decay: of the exponential window that the records are stated to carry, 1/s.
+        felt: motion of the joints; None where no effect asks for it.
     """
 
     inputs: tuple[Dof, ...]
@@ -58,6 +95,7 @@ class Setting:
     peak_force: Real
     state: Indices
     decay: float = 0.0
+    felt: Felt | None = None
 
     @cached_property
     def loading(self) -> Loading:
@@ -67,7 +105,7 @@ class Setting:
             tester=False,
             frequency=self.frequency,
             amplitude=np.full(lines, np.nan),
-            level=self.peak_force[:, None] / REFERENCE_FORCE,
+            felt=self.felt,
             fraction=np.zeros(lines),
             angled=np.zeros(lines, dtype=bool),
         )

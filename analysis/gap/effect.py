@@ -60,8 +60,8 @@ class Effect:
     """Name of the law, where rival laws share an id."""
     form_is_known: ClassVar[bool] = False
     """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
-    interpolates: ClassVar[bool] = True
-    """Whether the law holds at amplitudes at which nothing was measured."""
+    follows_motion: ClassVar[bool] = False
+    """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
 
     own_parameters: ClassVar[tuple[Parameter, ...]] = ()
     """Parameters, where they are the same for every measurement."""

@@ -1,8 +1,8 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
-and the stiffness of its joints, and the offset of the blows of each row from their node. Accelerances have noise and
-smooth errors (`model_error`).
+and the stiffness of its joints, the offset of the blows of each row from their node, and where joints follow motion
+the doubt about it for each row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
+from analysis.gap.blow_motion import MOTION_DOUBT
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model_error import SmoothErrors, smooth_errors
 from analysis.gap.scales import Scales, log_prior
@@ -135,7 +136,7 @@ class Likelihood:
 
     @cached_property
     def first_blow(self) -> list[int]:
-        """Index of the first blow offset of each set among the unknowns, and the number of unknowns."""
+        """Index of the first blow offset of each set among the unknowns, and of the first doubt about motion."""
         counts = [len(each.inputs) for each in self.measurement.sets]
         first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
         return list(first + np.cumsum([0, *counts]))
@@ -159,9 +160,19 @@ class Likelihood:
         return log_prior(self.scales, self.measurement.tolerances) - spread / 2
 
     @property
+    def doubts(self) -> int:
+        """Doubts about the motion of the joints for each row: one for each joint and axis, or none."""
+        return 2 * len(self.measurement.drawing.joints) * self.simulation.follows_motion
+
+    def first_doubt(self, number: int, row: int = 0) -> int:
+        """Index of the first doubt of a row among the unknowns."""
+        rows = self.first_blow[number] - self.first_blow[0] + row
+        return self.first_blow[-1] + self.doubts * rows
+
+    @cached_property
     def unknowns(self) -> int:
         """Number of unknowns."""
-        return self.first_blow[-1]
+        return self.first_doubt(len(self.measurement.sets))
 
     @property
     def data(self) -> int:
@@ -184,7 +195,9 @@ class Likelihood:
         of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
         gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
         blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
-        state = self.simulation.state(scores[:shared], gains, stiffness, blows)
+        ends = pairwise([self.first_doubt(number) for number in range(len(blows) + 1)])
+        doubts = [MOTION_DOUBT * scores[slice(*each)].reshape(-1, max(self.doubts, 1)) for each in ends]
+        state = self.simulation.state(scores[:shared], gains, stiffness, blows, doubts)
         if last is not None:
             last.scores, last.state = scores, state
         return state
@@ -244,6 +257,8 @@ class Likelihood:
                 if dof.direction is Direction.Y:
                     columns.append(predicted.by_blow[number][row])
                     unknowns.append(self.first_blow[number] + row)
+                columns += [*predicted.by_doubt[number][:, row]]
+                unknowns += range(self.first_doubt(number, row), self.first_doubt(number, row + 1))
                 weighted = np.array(columns) * weight[row]
                 block = _block("inverse", number, row, unknowns, weighted, left[row])
                 if errors is not None:
@@ -272,19 +287,19 @@ class Likelihood:
         return _as_parts(np.concatenate(parts, axis=1)), _as_parts(np.concatenate(left))
 
     def own_columns(self, values: Real) -> Real:
-        """(own unknowns, data) whitened derivatives in those of each set-up, and in the blow offset of each row."""
+        """(own unknowns, data) whitened derivatives in those of each set-up and of each row."""
         predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
         tolerances, found, place = self.measurement.tolerances, np.zeros((self.unknowns - first, self.data)), 0
         for number, each in enumerate(self.measurement.sets):
             own = np.array(self.setups[number]) - first
             gain = 1 + values[first + own[0]] * tolerances.sensor_gain
             by_gain = tolerances.sensor_gain / gain * predicted.accelerances[number][None]
-            by_setup = np.concatenate([by_gain, predicted.by_setup[number], predicted.by_blow[number][None]])
-            columns = _as_parts(self._whitened(number, by_setup))
+            by_row = [predicted.by_blow[number][None], predicted.by_doubt[number]]
+            columns = _as_parts(self._whitened(number, np.concatenate([by_gain, predicted.by_setup[number], *by_row])))
             for row in range(len(each.inputs)):
                 at = slice(place, place + columns.shape[2])
-                found[own, at] = columns[:-1, row]
-                found[self.first_blow[number] - first + row, at] = columns[-1, row]
+                doubts = range(self.first_doubt(number, row) - first, self.first_doubt(number, row + 1) - first)
+                found[[*own, self.first_blow[number] - first + row, *doubts], at] = columns[:, row]
                 place = at.stop
         return found
 
@@ -382,6 +397,12 @@ def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
     return Fit(likelihood, scores, likelihood.at(scores).linearised(), converged=False)
 
 
+def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
+    """(unknowns,) of the first of them, or of more: those of rows that are missing are zero."""
+    rest = likelihood.unknowns - scores.size
+    return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
+
+
 def in_other_set_up(found: Fit, measurement: Measurement) -> tuple[Likelihood, Real]:
     """The likelihood of another measurement, and (unknowns,) scores: the shared ones of a fit, and zero for its own."""
     likelihood = Likelihood(found.likelihood.simulation.of(measurement))
@@ -402,14 +423,15 @@ def fit(
 
     Args:
         simulation: the model.
-        start: (unknowns,) scores.
+        start: (unknowns,) scores, with or without doubts about motion.
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each.
         hopeless: cost at the end of a stage above which the fit is given up.
     """
     found: Minimum | None = None
-    scores, last_state = start, LastState(start)
+    scores = as_unknowns(start, Likelihood(simulation))
+    last_state = LastState(scores)
     for stage in schedule:
         whole = stage.highest == np.inf
         seen = simulation if whole else _below(simulation, stage.highest)

@@ -131,8 +131,9 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
             gain, *joints = likelihood.setups[block.set_number]
             change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
             change = change + np.tensordot(step[joints], predicted.by_setup[block.set_number][:, block.row], axes=1)
-            for blow in block.unknowns[shared + 1 + len(joints) :]:
-                change = change + step[blow] * by_blow
+            own, by_doubt = block.unknowns[shared + 1 + len(joints) :], predicted.by_doubt[block.set_number]
+            of_row = [by_blow, *by_doubt[:, block.row]][-own.size :] if own.size else []
+            change = change + sum(step[place] * slope for place, slope in zip(own, of_row, strict=True))
             result[block.set_number] = accelerance + change, by_blow
         return result
 
@@ -147,7 +148,9 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     left = [number for number, rows in enumerate(keep) if np.any(rows)]
     rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
     known = [*range(len(simulation.shared)), *(place for number in left for place in likelihood.setups[number])]
-    start = np.concatenate([found.scores[known], found.scores[likelihood.first_blow[0] :][np.concatenate(keep)]])
+    first, end, rows = likelihood.first_blow[0], likelihood.first_blow[-1], np.concatenate(keep)
+    doubts = found.scores[end:].reshape(rows.size, -1)[rows].ravel()
+    start = np.concatenate([found.scores[known], found.scores[first:end][rows], doubts])
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]

@@ -116,23 +116,16 @@ class FurtherMeasurement:
         id: the experiment.
         rig: "inverse" or "direct".
         planned: gives the further measurement after a first one; None where it is impossible.
-        other_amplitude: whether its amplitudes are new, so that laws that only interpolate do not hold.
     """
 
     id: Experiment
     rig: str
     planned: Callable[[Measurement], Measurement | None]
-    other_amplitude: bool = False
 
     def separation(self, verdict: Model, rival: Model) -> float:
         """Standard deviations by which the rival cannot follow the data that the verdict expects."""
-        further, effects = (
-            self.planned(verdict.fit.likelihood.measurement.thinned(LINES)),
-            verdict.effects + rival.effects,
-        )
-        if further is None or (self.other_amplitude and not all(effect.interpolates for effect in effects)):
-            return 0.0
-        return separation(verdict, rival, further, self.rig)
+        further = self.planned(verdict.fit.likelihood.measurement.thinned(LINES))
+        return 0.0 if further is None else separation(verdict, rival, further, self.rig)
 
 
 def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> float:
@@ -227,7 +220,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
     Check(Experiment.STRIKE_KNOWN_MASS, ("sensor_gain", "channel_delay", "highpass_corner"), 0.05),
     Check(Experiment.BLANK_TEST, ("frame_compliance", "frame_resonance", "fixture_inertia"), 0.05),
     Check(Experiment.MASS_IN_TESTER, ("transducer_lag", "fixture_inertia"), 0.05),
-    FurtherMeasurement(Experiment.HALF_FORCE, "inverse", _at_half_the_force, other_amplitude=True),
+    FurtherMeasurement(Experiment.HALF_FORCE, "inverse", _at_half_the_force),
     FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, "inverse", _heavier_accelerometer),
     FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, "inverse", partial(_accelerometer_at, 0.0)),
     FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, "inverse", partial(_accelerometer_at, 0.5)),

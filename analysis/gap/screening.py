@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect
-from analysis.gap.fit import Fit, Likelihood, Stage, fit
+from analysis.gap.fit import Fit, Likelihood, Stage, as_unknowns, fit
 from analysis.gap.simulation import Simulation
 
 
@@ -99,7 +99,7 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
     own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
     for start in starts(candidate):
         with np.errstate(all="ignore"):
-            columns, left = whole.columns(inserted(step.scores, shared, start), own)
+            columns, left = whole.columns(as_unknowns(inserted(step.scores, shared, start), whole), own)
         if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
             tried.append((step.gain(columns, start, left), start))
     tried.sort(key=lambda each: -each[0])

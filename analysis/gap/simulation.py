@@ -8,7 +8,7 @@ differences give it to five digits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
@@ -18,10 +18,21 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import Answer, BeamRig, Changes
-from analysis.gap.bench import BeamBench, Loading, Setting, joint_matrices
+from analysis.gap.bench import BeamBench, Felt, Loading, Mounting, Setting, joint_matrices
+from analysis.gap.blow_motion import (
+    MOTION_DECAY,
+    MOTION_DOUBT,
+    MOTION_LINES,
+    Agreed,
+    BlowMotion,
+    agreed,
+    felt_of,
+    half_sine,
+    moved_alone,
+)
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
-from analysis.gap.measurement import Configuration, Measurement, TesterPoints
+from analysis.gap.measurement import Configuration, Indices, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales
 
@@ -47,6 +58,8 @@ class Prediction:
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
         by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
         by_setup: for each set, (joints, rows, lines) per score of the stiffness of each joint after its set-up.
+        by_doubt: for each set, (2 joints, rows, lines) per score of the doubt about each joint's motion under a row's
+            blows; empty where no effect follows it.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """
@@ -55,6 +68,7 @@ class Prediction:
     by_shared: tuple[Complex, ...]
     by_blow: tuple[Complex, ...]
     by_setup: tuple[Complex, ...]
+    by_doubt: tuple[Complex, ...]
     stiffness: Complex
     stiffness_by_shared: Complex
 
@@ -108,7 +122,9 @@ class Simulation:
         drawing, sets = self.baseline.measurement.drawing, [self.baseline.measurement.sets[n] for n in numbers]
         inputs = tuple(dof for each in sets for dof in each.inputs)
         ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
-        state = np.repeat(np.arange(len(sets)), np.diff(ends))
+        set_of_row = np.repeat(np.arange(len(sets)), np.diff(ends))
+        state = np.arange(len(inputs)) if self.follows_motion else set_of_row
+        set_of_state = set_of_row if self.follows_motion else np.arange(len(sets))
         rig = BeamRig(
             modes=self.modes,
             inputs=inputs,
@@ -118,9 +134,15 @@ class Simulation:
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
             state=state,
         )
-        first, force = sets[0], np.array([each.peak_force for each in sets])
+        first, force = sets[0], np.array([each.peak_force for each in sets])[set_of_state]
         setting = Setting(inputs, first.frequency, force, state, first.decay)
-        return Group(rig, setting, tuple(numbers), tuple(slice(*pair) for pair in pairwise(ends)))
+        rows = tuple(slice(*pair) for pair in pairwise(ends))
+        return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state])
+
+    @cached_property
+    def follows_motion(self) -> bool:
+        """Whether joints under the beam follow the motion that each row's own blows make."""
+        return any(effect.follows_motion for effect in self.effects)
 
     @cached_property
     def _names(self) -> tuple[tuple[str, ...], ...]:
@@ -145,12 +167,16 @@ class Simulation:
             found += [parts] * len(effect.parameters)
         return tuple(found)
 
-    def surroundings(self, values: Values, setting: Setting) -> BeamBench:
-        """The beam rig in one setting, without the stiffness of its joints."""
+    def mounting(self, values: Values) -> Mounting:
+        """How the cylinders hold the beam."""
         mounting = self.baseline.mounting(values.baseline)
         for effect, given in values.acting:
             mounting = effect.mounting(given, mounting)
-        bench = self.baseline.beam(values.baseline, setting, mounting)
+        return mounting
+
+    def surroundings(self, values: Values, setting: Setting) -> BeamBench:
+        """The beam rig in one setting, without the stiffness of its joints."""
+        bench = self.baseline.beam(values.baseline, setting, self.mounting(values))
         for effect, given in values.acting:
             bench = effect.beam(given, bench, setting)
         return bench
@@ -192,14 +218,14 @@ class Simulation:
             tester=True,
             frequency=points.frequency,
             amplitude=points.amplitude,
-            level=np.ones((1, 1)),
+            felt=None,
             fraction=points.fraction,
             angled=points.configuration == Configuration.ANGLED,
         )
 
     # --- readings of both rigs ---
 
-    def state(self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real]) -> State:
+    def state(self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], doubts: Sequence[Real]) -> State:
         """Both rigs at one point.
 
         Args:
@@ -207,16 +233,38 @@ class Simulation:
             gains: (sets,) of hammer and accelerometer together, relative to one.
             setups: (sets, joints) stiffness of each joint after each set-up, relative to one.
             blows: for each set, (rows,) offsets of the blows from their nodes, m.
+            doubts: for each set, (rows, 2 joints) logarithm of `Felt.doubt`; empty where no effect follows motion.
         """
-        answers, values = [], self.values(scores.tolist())
+        struck, values = list[Struck](), self.values(scores.tolist())
         for group in self.groups:
-            around = self.surroundings(values, group.setting)
-            own = 1 + setups[list(group.numbers)]
-            at = replace(around, joints=self.joints(values, group.setting, around.pole, own))
-            answers.append(group.rig.answer(at, np.concatenate([blows[number] for number in group.numbers])))
+            own = 1 + setups[group.set_of_state]
+            offsets, doubt = (np.concatenate([each[number] for number in group.numbers]) for each in (blows, doubts))
+            moving = self._moving(values, group, own, offsets, doubt) if self.follows_motion else None
+            setting = group.setting if moving is None else replace(group.setting, felt=moving.setting.felt)
+            around = self.surroundings(values, setting)
+            at = replace(around, joints=self.joints(values, setting, around.pole, own))
+            struck.append(Struck(group, setting, own, group.rig.answer(at, offsets), moving))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
-        return State(self, scores, gains, setups, tuple(answers), stiffness)
+        return State(self, scores, gains, tuple(struck), stiffness)
+
+    def _moving(self, values: Values, group: Group, setups: Real, offsets: Real, doubt: Real) -> Moving:
+        """The joints of a group in the motion that the blows of each row make."""
+        setting = replace(group.setting, frequency=MOTION_LINES, decay=MOTION_DECAY)
+        around, mounting = self.surroundings(values, setting), self.mounting(values)
+        pulse = half_sine(around.pole) * setting.peak_force[:, None]
+
+        def stiffness_at(felt: Felt) -> Complex:
+            return self.joints(values, replace(setting, felt=felt), around.pole, setups)
+
+        def motion_of(stiffness: Complex) -> BlowMotion:
+            answer = group.rig.answer(replace(around, joints=stiffness), offsets)
+            return BlowMotion(answer.joint_motion * pulse[..., None, None], answer.joint_receptance, mounting)
+
+        found = agreed(stiffness_at, motion_of, setting.peak_force, group.set_of_state, doubt)
+        return Moving(
+            replace(setting, felt=felt_of(found.logarithm, group.set_of_state, doubt)), around.pole, doubt, found
+        )
 
     def change(self, setting: Setting, moved: Values, place: int, at: BeamBench, setups: Real) -> Changes:
         """Derivatives in one parameter of the fields of the bench that it changes.
@@ -252,12 +300,97 @@ class Group:
         setting: of all of them.
         numbers: indices of the sets.
         rows: of each set among those of the rig.
+        set_of_state: (states,) index of the set in which each state of the joints was measured.
     """
 
     rig: BeamRig
     setting: Setting
     numbers: tuple[int, ...]
     rows: tuple[slice, ...]
+    set_of_state: Indices
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """Joints in motion under blows.
+
+    Attributes:
+        setting: at the lines at which motion is computed.
+        pole: of these lines.
+        doubt: (states, 2 joints) logarithm of the factor of doubt.
+        agreed: motion and stiffness.
+    """
+
+    setting: Setting
+    pole: Complex
+    doubt: Real
+    agreed: Agreed
+
+
+@dataclass(frozen=True, eq=False)
+class Struck:
+    """A group of hammer sets at one point.
+
+    Attributes:
+        group: of sets.
+        setting: of them, with the motion of the joints where effects follow it.
+        setups: (states, joints) stiffness of each joint in each state, relative to one.
+        answer: of the beam rig.
+        moving: the motion with its derivatives; None where no effect follows it.
+    """
+
+    group: Group
+    setting: Setting
+    setups: Real
+    answer: Answer
+    moving: Moving | None
+
+    def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values]) -> list[Changes]:
+        """Derivatives of the bench in some shared parameters; then, in every state at once, in the factor of each
+        joint's stiffness, and in the doubt about each joint's motion.
+
+        Args:
+            simulation: of the bench.
+            values: of its parameters.
+            moved: by index of a parameter, values one `STEP` further in it.
+        """
+        at, steps = self.answer.bench, STEP * np.eye(self.setups.shape[1])
+        every = [*((each, self.setups) for each in moved.values()), *((values, self.setups + step) for step in steps)]
+        settings = self._settings(simulation, every)
+        found = [
+            simulation.change(setting, each, place, at, setups)
+            for (each, setups), setting, place in zip(every, settings, moved, strict=False)
+        ]
+        again = [(setups, setting) for (_, setups), setting in zip(every, settings, strict=True)][len(moved) :]
+        again += [(self.setups, setting) for setting in self._doubting(simulation, values)]
+        for setups, setting in again:
+            found.append({"joints": (simulation.joints(values, setting, at.pole, setups) - at.joints) / STEP})
+        return found
+
+    def _settings(self, simulation: Simulation, every: Sequence[tuple[Values, Real]]) -> list[Setting]:
+        """The setting with the motion at each of other values and factors of the joints' stiffness, one `STEP` off."""
+        moving = self.moving
+        if moving is None:
+            return [self.setting] * len(every)
+        own, sets = moving.agreed, self.group.set_of_state
+        stiffness = [simulation.joints(values, moving.setting, moving.pole, setups) for values, setups in every]
+        slopes = own.change((np.array(stiffness) - own.stiffness) / STEP)
+        moved = [felt_of(own.logarithm + STEP * slope, sets, moving.doubt) for slope in slopes]
+        return [replace(self.setting, felt=felt) for felt in moved]
+
+    def _doubting(self, simulation: Simulation, values: Values) -> list[Setting]:
+        """The setting one `STEP` further in the doubt about each joint and axis, in each state by itself."""
+        moving = self.moving
+        if moving is None or moving.setting.felt is None:
+            return []
+        own, felt, found = moving.agreed, moving.setting.felt, list[Setting]()
+        for step in STEP * np.eye(own.logarithm.shape[1]):
+            doubt = moving.doubt + step
+            setting = replace(moving.setting, felt=moved_alone(felt, own.logarithm, doubt))
+            slope = (simulation.joints(values, setting, moving.pole, self.setups) - own.stiffness) / STEP
+            logarithm = own.logarithm + STEP * own.change_alone(slope[None])[0]
+            found.append(replace(self.setting, felt=moved_alone(felt, logarithm, doubt)))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,16 +401,14 @@ class State:
         simulation: of both.
         scores: (shared,).
         gains: (sets,) relative to one.
-        setups: (sets, joints) relative to one.
-        answers: responses of the beam rig to each group of hammer sets.
+        struck: the beam rig with each group of hammer sets.
         stiffness: (points,) the tester's reading, N/m.
     """
 
     simulation: Simulation
     scores: Real
     gains: Real
-    setups: Real
-    answers: tuple[Answer, ...]
+    struck: tuple[Struck, ...]
     stiffness: Complex
 
     def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
@@ -294,20 +425,20 @@ class State:
         moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
         own = simulation.baseline.measurement.tolerances.impact_position
         scatter = simulation.baseline.scales.setup_scatter
-        accelerances, by_shared, by_blow, by_setup = ([np.empty(0, dtype=complex)] * self.gains.size for _ in range(4))
-        for group, answer in zip(simulation.groups, self.answers, strict=True):
-            setups = 1 + self.setups[list(group.numbers)]
-            changes: list[Changes] = [
-                simulation.change(group.setting, moved[n], n, answer.bench, setups) for n in wanted
-            ]
-            if len(wanted):
-                changes += self._by_setups(group.setting, answer.bench, setups)
-            columns = answer.derivatives(changes)
+        accelerances, by_shared, by_blow, by_setup, by_doubt = (
+            [np.empty(0, dtype=complex)] * self.gains.size for _ in range(5)
+        )
+        values = simulation.values(self.scores.tolist())
+        for struck in self.struck:
+            group, answer = struck.group, struck.answer
+            columns = answer.derivatives(struck.changes(simulation, values, moved) if len(wanted) else [])
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]
                 by_shared[number] = gain * columns[: len(wanted), rows]
-                by_setup[number] = gain * scatter * columns[len(wanted) :, rows]
+                last = len(wanted) + struck.setups.shape[1]
+                by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
+                by_doubt[number] = gain * MOTION_DOUBT * columns[last:, rows]
                 if len(wanted):
                     by_blow[number] = gain * own * answer.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
@@ -316,15 +447,10 @@ class State:
             tuple(by_shared),
             tuple(by_blow),
             tuple(by_setup),
+            tuple(by_doubt),
             self.stiffness,
             np.array(by_score).reshape(len(wanted), self.stiffness.size),
         )
-
-    def _by_setups(self, setting: Setting, at: BeamBench, setups: Real) -> list[Changes]:
-        """Derivatives of the bench in the factor of each joint's stiffness, in every state at once."""
-        values, joints = self.simulation.values(self.scores.tolist()), self.simulation.joints
-        steps = STEP * np.eye(setups.shape[1])
-        return [{"joints": (joints(values, setting, at.pole, setups + step) - at.joints) / STEP} for step in steps]
 
     def _tester_slope(self, place: int, moved: Values) -> Complex:
         """(points,) derivative in one parameter."""

@@ -13,27 +13,25 @@ from analysis.gap.parameter import Parameter
 
 MIDDLE = 25e-6
 """m, zero to peak, at which stiffness and loss keep the values that the baseline gives them."""
-BLOW_AMPLITUDE = Parameter("x_100", "m", 3e-6, 1.0, positive=True)
-"""Zero to peak at a joint under blows of 100 N, at low frequency where a law lets it fall."""
-FALL = Parameter("fall", "1", 0.5, 0.8)
-"""Power of frequency with which that amplitude falls above the first modes."""
-FIRST_MODES = 80.0
-"""Hz; below, a beam on joints moves as the blow drives it, and above less and less."""
+MOTION = (
+    Parameter("motion", "1", 1.0, 0.7, positive=True),
+    Parameter("by_row", "1", 0.5, 0.5),
+    Parameter("by_joint", "1", 0.5, 0.5),
+    Parameter("fall", "1", 0.5, 0.8),
+)
+"""Which amplitude counts under blows. Its size over that of `analysis.gap.blow_motion`, which is known to a factor of
+two; the shares to which it is that of the blows of each row, and that of each joint and axis, where 0 is one value for
+all of a set and 1 its own; and the power of frequency with which it falls, where each mode follows its own motion."""
 KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
 """m, of a curve that is also zero at `MIDDLE`."""
 THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))
 """Takes heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over `MIDDLE`."""
-SAME = 1e-6
-"""Relative difference below which two levels, or two amplitudes, are the same."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
 
 
-def blow_amplitude(given: Given, loading: Loading, component: bool) -> Real:
-    """(n,) amplitude of the cylinders, m: as measured in the tester, or in proportion to the blows under the beam."""
-    if loading.tester:
-        return loading.deformation(component)
-    falling = (1 + (loading.frequency / FIRST_MODES) ** 2) ** (-given.get("fall", 0.0) / 2)
-    return np.asarray(given["x_100"] * loading.level * falling)
+def deformation(loading: Loading, given: Given, component: bool) -> Real:
+    """Amplitude of the cylinders, m, as `Loading.deformation` gives it for the parameters `MOTION`."""
+    return loading.deformation(component, *(given[each.name] for each in MOTION))
 
 
 @dataclass(frozen=True)
@@ -49,6 +47,7 @@ class AmplitudeDependence(Effect):
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    follows_motion = True
     law = "Kraus"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("k0_over_kinf", "1", 2.0, 0.35, positive=True),
@@ -56,8 +55,7 @@ class AmplitudeDependence(Effect):
         Parameter("m", "1", 0.55, 0.2, positive=True),
         Parameter("loss_peak", "1", 0.8, 0.6),
         Parameter("shear_share", "1", 0.9, 0.2),
-        BLOW_AMPLITUDE,
-        FALL,
+        *MOTION,
     )
     component: bool = False
 
@@ -66,7 +64,7 @@ class AmplitudeDependence(Effect):
         return cls(component=False), cls(component=True)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = blow_amplitude(given, loading, self.component)
+        amplitude = deformation(loading, given, self.component)
         storage, loss = self._law(given, amplitude)
         unit, unit_loss = self._law(given, np.array([MIDDLE]))
         return cylinders.scaled(storage / unit, loss / unit_loss)
@@ -81,13 +79,15 @@ class AmplitudeDependence(Effect):
 class AmplitudeCurve(AmplitudeDependence):
     """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of its own."""
 
+    id = "joint_amplitude"
+    title = "joints that follow how far they move"
     law = "smooth curve"
+    law_free = True
 
     own_parameters = (
         *(Parameter(f"{part}_{1e6 * x:g}um", "1", 0.0, 0.35) for part in ("storage", "loss") for x in KNOTS),
         *(Parameter(f"shear_share_of_{part}", "1", 0.9, 0.2) for part in ("storage", "loss")),
-        BLOW_AMPLITUDE,
-        FALL,
+        *MOTION,
     )
 
     def _law(self, given: Given, amplitude: Real) -> tuple[Real, Real]:
@@ -101,64 +101,6 @@ class AmplitudeCurve(AmplitudeDependence):
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 
-@dataclass(frozen=True)
-class AmplitudeTable(Effect):
-    """No law: a factor for each configuration and amplitude of the tester, and for each level of the hammer.
-
-    Under the beam, shear and compression have a factor each, which may follow a power of frequency.
-
-    Attributes:
-        amplitudes: of the tester, m, without the middle one, to which the others are compared.
-        levels: of the hammer, over 100 N.
-    """
-
-    id = "amplitude_dependence"
-    title = "stiffness and loss that follow amplitude"
-    mechanism = Mechanism.JOINT_AMPLITUDE
-    law = "table"
-    interpolates = False
-    amplitudes: tuple[float, ...] = ()
-    levels: tuple[float, ...] = ()
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        levels = sorted({each.peak_force for each in measurement.sets})
-        points = measurement.points
-        found = [] if points is None else sorted({float(x) for x in points.amplitude})
-        middle = len(found) // 2
-        amplitudes = [x for place, x in enumerate(found) if place != middle]
-        return (cls(tuple(amplitudes), tuple(level / 100.0 for level in levels[0 if found else 1 :])),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        tested = [f"{way}_{x * 2e3:g}mm" for x in self.amplitudes for way in ("straight", "sheared", "angled")]
-        struck = [f"{way}_{100 * level:g}N" for level in self.levels for way in ("shear", "compression")]
-        own = [Parameter(f"{part}_{name}", "1", 0.0, 0.35) for name in tested + struck for part in ("storage", "loss")]
-        return (*own, Parameter("lean", "1", 0.0, 0.1), Parameter("lean_of_loss", "1", 0.0, 0.1))
-
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        factors = [self._exponent(given, part, loading) for part in ("storage", "loss")]
-        return cylinders.scaled(np.exp(factors[0]), np.exp(factors[1]))
-
-    def _exponent(self, given: Given, part: str, loading: Loading) -> Real:
-        """(3, n) logarithm of a factor."""
-        found = np.zeros((3, 1, loading.frequency.size))
-        if loading.tester:
-            for x in self.amplitudes:
-                here = np.abs(loading.amplitude - x) < SAME * x
-                names = [f"{part}_{way}_{x * 2e3:g}mm" for way in ("straight", "sheared", "angled")]
-                straight, sheared, angled = (given[name] for name in names)
-                ways = np.array([sheared, straight, straight])[:, None, None]
-                found = found + here * np.where(loading.angled, angled, ways)
-            return found
-        for level in self.levels:
-            here = np.abs(loading.level - level) < SAME * level
-            shear, compression = (given[f"{part}_{way}_{100 * level:g}N"] for way in ("shear", "compression"))
-            found = found + here * np.array([shear, compression, compression])[:, None, None]
-        leaning = given["lean" if part == "storage" else "lean_of_loss"]
-        return found + leaning * np.log(loading.frequency / 200.0)
-
-
 class CubicStiffness(Effect):
     """Stiffness changes with the square of amplitude, without loss: k (1 + beta x^2).
 
@@ -168,11 +110,12 @@ class CubicStiffness(Effect):
     id = "cubic_stiffness"
     title = "cubic stiffness"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    follows_motion = True
     law = "square of amplitude"
-    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("beta", "1/m^2", 0.0, 1e8), BLOW_AMPLITUDE, FALL)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("beta", "1/m^2", 0.0, 1e8), *MOTION)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = blow_amplitude(given, loading, component=True)
+        amplitude = deformation(loading, given, True)
         return cylinders.scaled(1 + given["beta"] * amplitude**2, 1.0)
 
 
@@ -183,52 +126,53 @@ class SaturatingStiffness(CubicStiffness):
     own_parameters = (*CubicStiffness.own_parameters, Parameter("x_s", "m", 60e-6, 0.7, positive=True))
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        square = blow_amplitude(given, loading, component=True) ** 2
+        square = deformation(loading, given, True) ** 2
         return cylinders.scaled(1 + given["beta"] * square / (1 + square / given["x_s"] ** 2), 1.0)
 
 
 TRANSLATION = np.array([1.0, 1.0, 0.0])[:, None, None]
 
 
-class CoulombFriction(Effect):
-    """Dry friction beside each cylinder, in shear and in compression: 4 F_c / (pi x) on the loss, F_c of 0.1 to 5 N.
+FRICTION_FORCE = Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-1.2, 0.8))
+"""Of each slider: 0.1 to 5 N."""
 
-    The loss of a slider is limited to the stiffness of the spring beside it.
-    """
+
+class CoulombFriction(Effect):
+    """Dry friction beside each cylinder, in shear and in compression: 4 F_c / (pi x) on the loss."""
 
     id = "coulomb_friction"
     title = "dry friction"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    follows_motion = True
     law = "sliding"
-    own_parameters = (Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-2.5, -1.2, 0.8)), BLOW_AMPLITUDE, FALL)
+    own_parameters = (FRICTION_FORCE, *MOTION)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = blow_amplitude(given, loading, component=True)
-        rubbing = np.minimum(4 * given["F_c"] / (np.pi * amplitude), cylinders.storage)
+        rubbing = 4 * given["F_c"] / (np.pi * deformation(loading, given, True))
         return Cylinders(cylinders.storage, np.asarray(cylinders.loss + TRANSLATION * rubbing))
 
 
 class StickingFriction(Effect):
-    """A slider behind a spring, which sticks at small amplitudes (Jenkins' element by harmonic balance).
+    """A slider behind a spring, which sticks up to a displacement (Jenkins' element by harmonic balance).
 
-    A step from a stiff spring goes beyond what the tester shows: a search starts from a soft one too.
+    Faces in contact slip as a whole after about a micrometre (J. S. Courtney-Pratt, E. Eisner, Proc. R. Soc. A 238,
+    1957, 529-550).
     """
 
     id = "coulomb_friction"
     title = "dry friction"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    follows_motion = True
     law = "sticking and sliding"
     own_parameters = (
-        Parameter("F_c", "N", 1.5, 0.9, positive=True),
-        Parameter("stick", "1", 0.2, 0.6, positive=True, starts=(-3.0, -1.5, 0.0)),
-        BLOW_AMPLITUDE,
-        FALL,
+        FRICTION_FORCE,
+        Parameter("slip", "m", 1e-6, 1.2, positive=True, starts=(-1.0, 1.0)),
+        *MOTION,
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        stick = TRANSLATION * given["stick"] * cylinders.storage
-        slipping = blow_amplitude(given, loading, component=True) * np.maximum(stick, 1e-9)
-        ratio = np.minimum(given["F_c"] / slipping, 1.0)
+        stick = TRANSLATION * given["F_c"] / given["slip"]
+        ratio = np.minimum(given["slip"] / deformation(loading, given, True), 1.0)
         turn = np.arccos(1 - 2 * ratio)
         return Cylinders(
             np.asarray(cylinders.storage + stick / np.pi * (turn - np.sin(2 * turn) / 2)),

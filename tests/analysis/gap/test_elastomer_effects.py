@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
+from analysis.gap.blow_motion import felt_of
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
     KNOTS,
     MIDDLE,
     AmplitudeCurve,
     AmplitudeDependence,
-    AmplitudeTable,
     CoulombFriction,
     CubicStiffness,
     SaturatingStiffness,
@@ -52,13 +52,14 @@ def in_tester(
     x, f, done = (
         np.array(each, dtype=float) for each in np.broadcast_arrays(*np.atleast_1d(amplitude, frequency, fraction))
     )
-    return Loading(True, f, x, np.ones((1, 1)), done, np.full(x.size, angled))
+    return Loading(True, f, x, None, done, np.full(x.size, angled))
 
 
-def struck(level: float = 1.0, frequency: Real | float = 50.0) -> Loading:
-    """Under the beam."""
+def struck(motion: Real | None = None, frequency: Real | float = 50.0) -> Loading:
+    """Under the beam; `motion` (2,) m in shear and in compression."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    return Loading(False, f, np.full(f.size, np.nan), np.array([[level]]), np.zeros(f.size), np.zeros(f.size, bool))
+    felt = None if motion is None else felt_of(np.log(motion)[None], np.zeros(1, dtype=np.intp), np.zeros((1, 2)))
+    return Loading(False, f, np.full(f.size, np.nan), felt, np.zeros(f.size), np.zeros(f.size, bool))
 
 
 def own(effect: Effect, **other: float) -> Given:
@@ -114,14 +115,27 @@ def test_cylinders_at_45_degrees_feel_components_of_their_deformation() -> None:
         assert np.allclose(angled, straight, rtol=1e-12)
 
 
-def test_harder_blows_soften_and_high_frequencies_move_less() -> None:
-    effect = AmplitudeDependence()
-    given = own(effect, fall=1.0)
-    soft, hard = (ratios(effect, given, struck(level, np.array([20.0, 500.0])))[0][1] for level in (4.0, 1.0))
-    assert np.all(soft < hard)
-    assert hard[1] > hard[0]
-    even, _ = ratios(effect, own(effect, fall=0.0), struck(1.0, np.array([20.0, 500.0])))
-    assert even[1, 0] == pytest.approx(even[1, 1])
+EACH_ITS_OWN = {"by_row": 1.0, "by_joint": 1.0, "fall": 0.0}
+"""Every axis of every joint follows its own motion under each blow."""
+
+
+def test_joints_that_move_more_are_softer_each_axis_by_its_own_motion() -> None:
+    moving = np.array([4e-6, 12e-6])
+    for component in (False, True):
+        effect = AmplitudeDependence(component)
+        given = own(effect, shear_share=1.0, **EACH_ITS_OWN)
+        gentle, hard = (ratios(effect, given, struck(share * moving))[0] for share in (1.0, 4.0))
+        assert np.all(hard < gentle)
+        assert bool(gentle[0, 0] > 1.01 * gentle[1, 0]) is component
+        tested, _ = ratios(effect, given, in_tester(moving[1] if component else np.hypot(*moving)))
+        assert gentle[1, 0] == pytest.approx(tested[1, 0])
+
+
+def test_joints_may_move_less_at_high_frequencies() -> None:
+    effect, moving = AmplitudeDependence(), struck(np.array([4e-6, 12e-6]), np.array([20.0, 500.0]))
+    even, falling = (ratios(effect, own(effect, fall=fall), moving)[0][1] for fall in (0.0, 1.0))
+    assert even[0] == pytest.approx(even[1])
+    assert falling[1] > falling[0]
 
 
 def test_a_curve_goes_through_its_knots_and_keeps_the_baseline_in_the_middle() -> None:
@@ -141,38 +155,14 @@ def test_a_curve_ends_where_its_knots_do() -> None:
     assert loss[1] == pytest.approx(np.exp(0.2))
 
 
-def test_the_table_has_factors_for_each_amplitude_configuration_and_level(empty: Measurement) -> None:
-    (table,) = AmplitudeTable.variants(empty)
-    assert table.amplitudes == (5e-6, 50e-6)
-    assert table.levels == (1.0, 4.0)
-    names = [each.name for each in table.parameters]
-    own_of = dict.fromkeys(names, 0.0)
-    given = own_of | {"storage_straight_0.01mm": 0.2, "loss_sheared_0.01mm": -0.1, "storage_angled_0.1mm": 0.3}
-    storage, loss = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6])))
-    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0], [0.2, 0, 0], [0.2, 0, 0]]))
-    assert np.log(loss) == pytest.approx(np.array([[-0.1, 0, 0], [0, 0, 0], [0, 0, 0]]))
-    storage, _ = ratios(table, given, in_tester(np.array([5e-6, 25e-6, 50e-6]), angled=True))
-    assert np.log(storage) == pytest.approx(np.array([[0, 0, 0.3]] * 3))
-
-
-def test_the_table_leans_under_blows_and_tells_levels_apart(empty: Measurement) -> None:
-    (table,) = AmplitudeTable.variants(empty)
-    zero = {each.name: 0.0 for each in table.parameters}
-    given = zero | {"storage_shear_400N": -0.2, "storage_compression_100N": 0.1, "lean": 0.05}
-    for level, shear, compression in ((1.0, 0.0, 0.1), (4.0, -0.2, 0.0)):
-        storage, loss = ratios(table, given, struck(level, np.array([200.0, 400.0])))
-        assert np.log(storage[:, 0]) == pytest.approx([shear, compression, compression])
-        assert np.log(storage[:, 1] / storage[:, 0]) == pytest.approx(0.05 * np.log(2.0))
-        assert loss == pytest.approx(np.ones((3, 2)))
-
-
 def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:
     effect = CubicStiffness()
     storage, loss = ratios(effect, own(effect, beta=1e8), in_tester(np.array([5e-6, 50e-6])))
     assert np.allclose(storage, 1 + 1e8 * np.square([5e-6, 50e-6]), rtol=1e-12)
     assert np.allclose(loss, 1.0)
-    under_blows, _ = ratios(effect, own(effect, beta=1e8, x_100=1e-5, fall=0.0), struck(4.0))
-    assert np.allclose(under_blows, 1 + 1e8 * (4e-5) ** 2)
+    moving = struck(np.full(2, 2e-5))
+    under_blows, _ = ratios(effect, own(effect, beta=1e8, motion=2.0, **EACH_ITS_OWN), moving)
+    assert np.allclose(under_blows[:2], 1 + 1e8 * (4e-5) ** 2)
 
 
 def test_cubic_stiffness_may_level_off() -> None:
@@ -194,15 +184,13 @@ def test_friction_adds_its_loss_in_inverse_proportion_to_amplitude() -> None:
     assert np.allclose(added[0, :2], 4 * 1.0 / (np.pi * amplitude), rtol=1e-9)
     assert np.allclose(added[0, 2], 0.0)
     assert np.array_equal(found.storage, STORAGE)
-    held = effect.cylinders(own(effect, F_c=1e3), CYLINDERS, in_tester(5e-6))
-    assert np.allclose((held.loss - LOSS)[0, :2], STORAGE[0, :2])  # no more than the spring beside it
 
 
 def test_a_sticking_slider_is_a_spring_when_small_and_rubs_when_large() -> None:
     effect = StickingFriction()
-    given = own(effect, F_c=1.0, stick=0.2)
+    given = own(effect, F_c=1.0, slip=1e-6)
     small = effect.cylinders(given, CYLINDERS, in_tester(1e-9))
-    assert np.allclose(small.storage[0, :2, 0], 1.2 * STORAGE[0, :2, 0])
+    assert np.allclose((small.storage - STORAGE)[0, :2, 0], 1.0 / 1e-6)
     assert np.allclose(small.loss[0, :, 0], LOSS[0, :, 0])
     large = effect.cylinders(given, CYLINDERS, in_tester(1e-2))
     assert np.allclose(large.storage[0, :, 0], STORAGE[0, :, 0], rtol=1e-3)
@@ -250,7 +238,9 @@ def test_stiffness_keeps_the_baseline_at_the_reference(effect: FrequencyDependen
 
 def test_frequency_acts_in_both_rigs_alike() -> None:
     for effect in CAUSAL:
-        direct, inverse = (ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(1.0, 180.0)))
+        direct, inverse = (
+            ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(frequency=180.0))
+        )
         assert np.array_equal(direct, inverse)
 
 

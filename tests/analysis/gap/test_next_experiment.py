@@ -8,7 +8,6 @@ import pytest
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
-from analysis.gap.effects.joint_amplitude import AmplitudeTable
 from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, Likelihood, fit
@@ -101,11 +100,6 @@ def test_random_order_tells_drift_from_compliance_of_a_frame(made: Made) -> None
     )
     drift, frame = fitted(drifting, ConditioningDrift()), fitted(drifting, FrameCompliance())
     assert SHUFFLED.separation(drift, frame) > CONVINCING
-
-
-def test_a_table_says_nothing_of_levels_that_were_not_struck(made: Made, of_modulus: Model) -> None:
-    (table,) = AmplitudeTable.variants(made())
-    assert SOFTER.separation(fitted(made(), table), of_modulus) == 0.0
 
 
 def test_a_check_tells_sizes_that_only_one_explanation_has(of_mass: Model, of_modulus: Model) -> None:

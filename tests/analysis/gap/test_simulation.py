@@ -66,7 +66,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
             exact = analytic(likelihood, scores, place)
             error = np.linalg.norm(difference - exact)
-            # a slider loses no more than the spring beside it holds: there a difference goes over a kink
+            # a slider sticks or slides, with a kink between; motion is computed at lines of its own
             within = 1e-2 if effect.id == "coulomb_friction" else 5e-5 if effect.law_free else 1e-5
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 

@@ -187,9 +187,10 @@ class Answer:
 
     @cached_property
     def joint_motion(self) -> Complex:
-        """(states, lines, joints, 3) motion of the joints under a unit force of a state's first blow."""
-        states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
-        return np.asarray(self._motion[:, :, : 3 * joints, 3].reshape(states, lines, joints, 3))
+        """(rows, lines, joints, 3) motion of the joints under a unit force of each row's blows."""
+        joints = 3 * self.bench.joints.shape[2]
+        of_rows = self._by_row(np.moveaxis(self._motion[:, :, :joints, 3:], 2, 0))  # (3 joints, rows, lines)
+        return np.asarray(np.moveaxis(of_rows, 0, -1).reshape(*of_rows.shape[1:], -1, 3))
 
     @cached_property
     def joint_receptance(self) -> Complex:

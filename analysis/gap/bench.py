@@ -12,6 +12,8 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Indices
 
+TYPICAL_MOTION = 10e-6
+"""m, of joints under blows of 200 N."""
 FIRST_MODES = 80.0
 """Hz; below, a beam on joints moves as the blow drives it, and above less and less."""
 
@@ -32,10 +34,13 @@ class Felt:
     of_set: Real
     doubt: Real
 
-    def amplitude(self, factor: float, by_row: float, by_joint: float) -> Real:
-        """(joints, 2, states, 1) between one value for all joints and blows of a set and their own, by two shares."""
+    def amplitude(self, factor: float, by_force: float, by_row: float, by_joint: float) -> Real:
+        """(joints, 2, states, 1) between one value for all joints and blows of a set and their own, by two shares.
+
+        That of a set follows its motion by a power.
+        """
         apart = (self.own / self.of_joint) ** by_row * (self.of_joint / self.of_set) ** by_joint
-        return np.asarray(factor * self.of_set * apart * self.doubt)
+        return np.asarray(factor * TYPICAL_MOTION * (self.of_set / TYPICAL_MOTION) ** by_force * apart * self.doubt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +63,14 @@ class Loading:
     fraction: Real
     angled: NDArray[np.bool_]
 
-    def deformation(self, component: bool, factor: float, by_row: float, by_joint: float, fall: float) -> Real:
+    def deformation(
+        self, component: bool, factor: float, by_force: float, by_row: float, by_joint: float, fall: float
+    ) -> Real:
         """Amplitude, m, of the whole deformation, or of its component along each axis of the cylinders.
 
         Args:
             component: whether each axis follows its own component.
-            factor, by_row, by_joint: as of `Felt.amplitude`.
+            factor, by_force, by_row, by_joint: as of `Felt.amplitude`.
             fall: power of frequency with which it falls above `FIRST_MODES`.
 
         Returns:
@@ -72,7 +79,9 @@ class Loading:
         if self.tester:
             return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
         assert self.felt is not None, "effects that follow motion say so"
-        axes = self.felt.amplitude(factor, by_row, by_joint) * (1 + (self.frequency / FIRST_MODES) ** 2) ** (-fall / 2)
+        axes = self.felt.amplitude(factor, by_force, by_row, by_joint) * (1 + (self.frequency / FIRST_MODES) ** 2) ** (
+            -fall / 2
+        )
         whole = np.hypot(axes[:, :1], axes[:, 1:])
         return np.concatenate([axes, whole], axis=1) if component else whole
 

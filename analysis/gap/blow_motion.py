@@ -8,7 +8,7 @@ theorem it needs no more than the response at s + i w. Laws have parameters for 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,17 +19,18 @@ from analysis.gap.measurement import Indices
 
 MOTION_DECAY = 100.0
 """1/s; the mean is over the first 5 ms, in which the joints of a beam of a metre come near their peak."""
-MOTION_LINES = np.arange(10.0, 430.0, 20.0)
+MOTION_LINES = np.arange(15.0, 420.0, 30.0)
 """Hz. At s + i w no peak is narrower than s, and displacement falls with the square of frequency."""
 CONTACT = 1e-3
 """s, duration of a blow that excites a beam up to a kilohertz; a half sine of 1.5 ms excites nothing there."""
-MOTION_DOUBT = 0.15
-"""Standard deviation of the logarithm of an amplitude that counts, for each joint and axis of each row: the blows of a
-row differ in force by a tenth, and definitions of amplitude by as much from row to row."""
+POINT_DOUBT, ROW_DOUBT = 0.15, 0.05
+"""Standard deviations of the logarithm of an amplitude that counts, for each joint and axis. Definitions of amplitude
+differ by the first from one point that is struck to another, in all sets alike; by the second, from row to row, they
+differ with force, and so do blows. Motion and stiffness agree without these doubts."""
 FIRST_COMPLIANCE = 5e-8
 """m/N, amplitude over peak force from which the iteration starts."""
 REPETITIONS = 10
-SETTLED = 1e-8
+SETTLED = 1e-11
 """Change of the logarithm of amplitude at which the iteration ends."""
 LARGEST_STEP = 0.7
 """Of that logarithm."""
@@ -45,16 +46,18 @@ def half_sine(pole: Complex) -> Complex:
 
 @dataclass(frozen=True, eq=False)
 class BlowMotion:
-    """The motion of joints under the blows of each state, and how it changes with their stiffness.
+    """The motion of joints under the blows of each row, and its change with the stiffness that joints have in a set.
 
     Attributes:
-        moved: (states, lines, joints, 3) transform of their motion (x, y, rotation) at `MOTION_LINES`, m s.
-        receptance: (states, lines, 3 joints, 3 joints) of the joints on the beam, m/N.
+        moved: (rows, lines, joints, 3) transform of their motion (x, y, rotation) at `MOTION_LINES`, m s.
+        receptance: (sets, lines, 3 joints, 3 joints) of the joints on the beam, m/N.
+        set_of_row: (rows,) index of the set of each row.
         mounting: of the cylinders; both of a joint move alike.
     """
 
     moved: Complex
     receptance: Complex
+    set_of_row: Indices
     mounting: Mounting
 
     @cached_property
@@ -66,146 +69,131 @@ class BlowMotion:
 
     @cached_property
     def _along(self) -> Complex:
-        """(states, lines, joints, 2) motion along both axes."""
-        return np.asarray(np.einsum("jap,sljp->slja", self._axes, self.moved))
+        """(rows, lines, joints, 2) motion along both axes."""
+        return np.asarray(np.einsum("jap,rljp->rlja", self._axes, self.moved))
 
     @cached_property
     def _power(self) -> Real:
-        """(states, joints, 2) sum of squares."""
+        """(rows, joints, 2) sum of squares."""
         return np.asarray(np.sum(np.abs(self._along) ** 2, axis=1))
 
     @cached_property
     def logarithm(self) -> Real:
-        """(states, 2 joints) of the amplitude, m zero to peak, along both axes of each joint."""
+        """(rows, 2 joints) of the amplitude, m zero to peak, along both axes of each joint."""
         step = 2 * np.pi * (MOTION_LINES[1] - MOTION_LINES[0])
         return np.asarray(np.log(4 * MOTION_DECAY / np.pi * step * self._power) / 2).reshape(len(self.moved), -1)
 
     @cached_property
+    def average(self) -> Real:
+        """(sets, rows) that takes the mean over the rows of each set."""
+        members = np.arange(len(self.receptance))[:, None] == self.set_of_row
+        return np.asarray(members / np.sum(members, axis=1, keepdims=True))
+
+    @cached_property
     def _sensitivity(self) -> Complex:
-        """(states, lines, 2 joints, joints, 3, 3) derivative of `logarithm` in the joints' stiffness at each line."""
-        states, lines, joints = self.moved.shape[:3]
-        pulled = self.receptance.reshape(states, lines, joints, 3, joints, 3)
-        by_axis = np.einsum("jap,sljpkq->sljakq", self._axes, pulled)
+        """(rows, lines, 2 joints, joints, 3, 3) derivative of `logarithm` in the joints' stiffness at each line."""
+        rows, lines, joints = self.moved.shape[:3]
+        pulled = self.receptance.reshape(-1, lines, joints, 3, joints, 3)
+        by_axis = np.einsum("jap,sljpkq->sljakq", self._axes, pulled)[self.set_of_row]
         weighed = -(self._along.conj() / self._power[:, None])[..., None, None] * by_axis
         found = weighed[..., None] * self.moved[:, :, None, None, :, None, :]
-        return np.asarray(found.reshape(states, lines, 2 * joints, joints, 3, 3))
+        return np.asarray(found.reshape(rows, lines, 2 * joints, joints, 3, 3))
 
     @cached_property
     def _whole_sensitivity(self) -> Complex:
         return np.asarray(np.sum(self._sensitivity, axis=1))
 
     def change(self, stiffness: Complex) -> Real:
-        """(n, states, 2 joints) derivative of `logarithm` with one of the joints' stiffness.
+        """(n, rows, 2 joints) derivative of `logarithm` with one of the joints' stiffness.
 
         Args:
-            stiffness: (n, states, lines or 1, joints, 3, 3).
+            stiffness: (n, sets, lines or 1, joints, 3, 3).
         """
-        if stiffness.shape[2] == 1:
-            return np.real(np.einsum("sajpq,nsjpq->nsa", self._whole_sensitivity, stiffness[:, :, 0], optimize=True))
-        return np.real(np.einsum("slajpq,nsljpq->nsa", self._sensitivity, stiffness, optimize=True))
+        own = stiffness[:, self.set_of_row]
+        if own.shape[2] == 1:
+            return np.real(np.einsum("rajpq,nrjpq->nra", self._whole_sensitivity, own[:, :, 0], optimize=True))
+        return np.real(np.einsum("rlajpq,nrljpq->nra", self._sensitivity, own, optimize=True))
 
 
-def felt_of(logarithm: Real, set_of_state: Indices, doubt: Real) -> Felt:
-    """What joints feel, from (states, 2 joints) logarithms of their amplitudes and of the factor of doubt."""
-    mean = _average(set_of_state) @ logarithm
-    parts = (logarithm, mean, doubt)
-    own, of_joint, factor = (np.exp(each.T.reshape(-1, 2, len(set_of_state), 1)) for each in parts)
-    return Felt(own, of_joint, np.exp(np.mean(mean, axis=1, keepdims=True)), factor)
+def felt_of(logarithm: Real, average: Real, set_of_row: Indices) -> Felt:
+    """What joints feel under the blows of each row.
 
-
-def moved_alone(felt: Felt, logarithm: Real, doubt: Real) -> Felt:
-    """What joints feel where one state alone has other amplitudes and doubts, for each state in turn: means stay.
-
-    A mean is over ten rows or more.
+    Args:
+        logarithm: (rows, 2 joints) of the amplitudes.
+        average: (sets, rows) that takes the mean over the rows of each set.
+        set_of_row: (rows,) index of the set of each row.
     """
-    other = felt_of(logarithm, np.arange(len(logarithm)), doubt)
-    return replace(felt, own=other.own, doubt=other.doubt)
+    mean = (average @ logarithm)[set_of_row]
+    own = factors_of(logarithm)
+    return Felt(own, factors_of(mean), np.exp(np.mean(mean, axis=1, keepdims=True)), np.ones_like(own))
 
 
-def _average(set_of_state: Indices) -> Real:
-    """(states, states) that takes the mean over the states of each set."""
-    alike = set_of_state[:, None] == set_of_state
-    return np.asarray(alike / np.sum(alike, axis=1))
+def factors_of(logarithm: Real) -> Real:
+    """(joints, 2, rows, 1) factors of (rows, 2 joints) logarithms."""
+    return np.asarray(np.exp(logarithm.T.reshape(-1, 2, len(logarithm), 1)))
 
 
 @dataclass(frozen=True, eq=False)
 class Agreed:
-    """The motion at which stiffness that follows it, and motion that follows stiffness, agree.
+    """The motion at which the stiffness of a set follows its mean motion, and motion follows stiffness.
 
     Attributes:
-        logarithm: (states, 2 joints) of the amplitudes.
-        motion: there.
-        stiffness: (states, lines or 1, joints, 3, 3) of the joints there.
-        system: (states 2 joints, states 2 joints) the unit matrix less the derivative of that motion in itself.
+        motion: of each row.
+        stiffness: (sets, lines or 1, joints, 3, 3) of the joints there.
+        by_mean: (2 joints, sets, lines or 1, joints, 3, 3) derivative of it in the logarithm of each mean amplitude.
     """
 
-    logarithm: Real
     motion: BlowMotion
     stiffness: Complex
-    system: Real
+    by_mean: Complex
+
+    @cached_property
+    def system(self) -> Real:
+        """(sets, 2 joints, 2 joints) the unit matrix less the derivative of the mean motion in itself."""
+        by_own = self._mean(self.motion.change(self.by_mean))  # (2 joints, sets, 2 joints)
+        return np.asarray(np.eye(len(by_own)) - np.moveaxis(by_own, 0, -1))
+
+    def _mean(self, of_rows: Real) -> Real:
+        return np.asarray(np.einsum("sr,nra->nsa", self.motion.average, of_rows))
+
+    def felt(self, logarithm: Real) -> Felt:
+        """What joints feel for amplitudes of each row (rows, 2 joints), given by their logarithm."""
+        return felt_of(logarithm, self.motion.average, self.motion.set_of_row)
+
+    def mean_step(self, left: Real) -> Real:
+        """(n, sets, 2 joints) change of the means after (n, sets, 2 joints) of the motion alone."""
+        return np.asarray(np.linalg.solve(self.system, left[..., None])[..., 0])
 
     def change(self, stiffness: Complex) -> Real:
-        """(n, states, 2 joints) derivatives of `logarithm`, from those of the stiffness at the same motion."""
-        direct = self.motion.change(stiffness)
-        if not len(direct):
-            return direct
-        return np.asarray(np.linalg.solve(self.system, direct.reshape(len(direct), -1).T).T.reshape(direct.shape))
-
-    def change_alone(self, stiffness: Complex) -> Real:
-        """The same where the stiffness of one state changes and that of others does not, for each state in turn."""
-        direct = self.motion.change(stiffness)
-        states, size = self.logarithm.shape
-        own = np.einsum("rarb->rab", self.system.reshape(states, size, states, size))
-        return np.asarray(np.linalg.solve(own, direct[..., None])[..., 0])
+        """(n, rows, 2 joints) derivatives of the motion, from those of the stiffness at the same mean motion."""
+        mean = self.mean_step(self._mean(self.motion.change(stiffness)))
+        followed = np.einsum("nsa,asljpq->nsljpq", mean, self.by_mean)
+        return self.motion.change(stiffness + followed)
 
 
 def agreed(
-    stiffness_at: Callable[[Felt], Complex],
-    motion_of: Callable[[Complex], BlowMotion],
-    peak_force: Real,
-    set_of_state: Indices,
-    doubt: Real,
+    stiffness_at: Callable[[Felt], Complex], motion_of: Callable[[Complex], BlowMotion], peak_force: Real, joints: int
 ) -> Agreed:
     """Equivalent linearisation (T. K. Caughey, J. Acoust. Soc. Am. 35, 1963, 1706-1711), by Newton's method.
 
+    The motion of each row is that of a bench whose joints have the stiffness of the mean motion of the set.
+
     Args:
-        stiffness_at: of the joints (states, lines or 1, joints, 3, 3), from what they feel.
-        motion_of: the joints, from their stiffness.
-        peak_force: (states,) of the blows, N.
-        set_of_state: (states,) index of the set of each state.
-        doubt: (states, 2 joints) logarithm of the factor of doubt.
+        stiffness_at: of the joints (sets, lines or 1, joints, 3, 3), from what they feel in the mean of each set.
+        motion_of: the joints, from that stiffness.
+        peak_force: (sets,) of the blows, N.
+        joints: their number.
     """
-    logarithm = np.log(FIRST_COMPLIANCE * peak_force)[:, None] + np.zeros_like(doubt)
+    sets = np.arange(len(peak_force))
+    logarithm = np.tile(np.log(FIRST_COMPLIANCE * peak_force)[:, None], 2 * joints)
     for _ in range(REPETITIONS):
-        felt = felt_of(logarithm, set_of_state, doubt)
-        stiffness = stiffness_at(felt)
-        motion = motion_of(stiffness)
-        found = Agreed(logarithm, motion, stiffness, _system(stiffness_at, felt, stiffness, motion, set_of_state))
-        left = (motion.logarithm - logarithm).ravel()
-        change = np.linalg.solve(found.system, left).reshape(logarithm.shape)
+        stiffness, *further = (
+            stiffness_at(felt_of(logarithm + step, np.eye(len(sets)), sets))
+            for step in (np.zeros(2 * joints), *(STEP * np.eye(2 * joints)))
+        )
+        found = Agreed(motion_of(stiffness), stiffness, (np.array(further) - stiffness) / STEP)
+        change = found.mean_step((found.motion.average @ found.motion.logarithm - logarithm)[None])[0]
         if not np.max(np.abs(change)) > SETTLED:
             break
         logarithm = logarithm + np.clip(change, -LARGEST_STEP, LARGEST_STEP)
     return found
-
-
-def _system(
-    stiffness_at: Callable[[Felt], Complex], felt: Felt, stiffness: Complex, motion: BlowMotion, set_of_state: Indices
-) -> Real:
-    """`Agreed.system`."""
-    states, joints = len(set_of_state), len(felt.own)
-
-    def slope(**moved: Real) -> Complex:
-        return (stiffness_at(replace(felt, **moved)) - stiffness) / STEP
-
-    def by_axis(name: str) -> Real:
-        """(states, 2 joints, 2 joints) derivative of `logarithm` in the amplitudes of one kind of each joint."""
-        factors = np.exp(STEP * np.eye(2))[:, :, None, None]
-        slopes = [slope(**{name: getattr(felt, name) * factor}) for factor in factors]
-        columns = [motion.change(np.eye(joints)[:, None, None, :, None, None] * each) for each in slopes]
-        return np.array(columns).transpose(2, 3, 1, 0).reshape(states, 2 * joints, 2 * joints)
-
-    of_set = motion.change(slope(of_set=felt.of_set * np.exp(STEP))[None])[0]
-    own, shared = by_axis("own"), by_axis("of_joint") + of_set[:, :, None] / (2 * joints)
-    coupled = np.einsum("rab,rq->raqb", own, np.eye(states)) + np.einsum("rab,rq->raqb", shared, _average(set_of_state))
-    return np.asarray(np.eye(states * 2 * joints) - coupled.reshape(states * 2 * joints, -1))

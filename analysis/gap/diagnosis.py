@@ -24,7 +24,7 @@ from analysis.gap.findings import (
     of_records,
     remainder_of,
 )
-from analysis.gap.fit import Fit, Likelihood, as_unknowns
+from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.forward_selection import selected
 from analysis.gap.gaps import coarse_gaps, fine_gaps, gaps_where_asked, held_to_account
 from analysis.gap.held_out import HeldOut
@@ -296,8 +296,11 @@ def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
     struck = (*measurement.sets[0].inputs, *inputs)  # what joints feel depends on all blows of a set
     asked = measurement.sets[0].struck_at(struck, frequency)
     whole = Likelihood(simulation.of(replace(measurement, sets=(asked,))))
-    known = [*range(len(simulation.shared)), *found.likelihood.setups[0]]
-    return whole.predict(as_unknowns(found.scores[known], whole), ()).accelerances[0][-len(inputs) :]
+    known, scores = [*range(len(simulation.shared)), *found.likelihood.setups[0]], np.zeros(whole.unknowns)
+    scores[: len(known)] = found.scores[known]
+    for point in found.likelihood.points:
+        scores[whole.point_doubts(point)] = found.scores[found.likelihood.point_doubts(point)]
+    return whole.predict(scores, ()).accelerances[0][-len(inputs) :]
 
 
 def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:

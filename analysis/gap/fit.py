@@ -2,7 +2,7 @@
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
 and the stiffness of its joints, the offset of the blows of each row from their node, and where joints follow motion
-the doubt about it for each row. Accelerances have noise and smooth errors (`model_error`).
+doubts about it for each point and row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.dof import Direction
+from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.blow_motion import MOTION_DOUBT
+from analysis.gap.blow_motion import POINT_DOUBT, ROW_DOUBT
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model_error import SmoothErrors, smooth_errors
 from analysis.gap.scales import Scales, log_prior
@@ -159,20 +159,30 @@ class Likelihood:
         spread = sum(each.log_determinant(self.scales.model_error) for each in errors if each is not None)
         return log_prior(self.scales, self.measurement.tolerances) - spread / 2
 
-    @property
-    def doubts(self) -> int:
-        """Doubts about the motion of the joints for each row: one for each joint and axis, or none."""
-        return 2 * len(self.measurement.drawing.joints) * self.simulation.follows_motion
+    @cached_property
+    def points(self) -> tuple[Dof, ...]:
+        """Points that were struck, each with its doubts about the motion of the joints; none where no effect asks."""
+        struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
+        return tuple(struck) if self.simulation.follows_motion else ()
 
-    def first_doubt(self, number: int, row: int = 0) -> int:
-        """Index of the first doubt of a row among the unknowns."""
-        rows = self.first_blow[number] - self.first_blow[0] + row
-        return self.first_blow[-1] + self.doubts * rows
+    def point_doubts(self, point: Dof) -> range:
+        """Indices of the doubts of a point among the unknowns: one for each joint and axis."""
+        return self._doubts(self.points.index(point)) if self.points else range(0)
+
+    def row_doubts(self, number: int, row: int) -> range:
+        """Indices of the further doubts of a row."""
+        place = len(self.points) + self.first_blow[number] - self.first_blow[0] + row
+        return self._doubts(place) if self.points else range(0)
+
+    def _doubts(self, place: int) -> range:
+        each = 2 * len(self.measurement.drawing.joints)
+        return range(self.first_blow[-1] + each * place, self.first_blow[-1] + each * (place + 1))
 
     @cached_property
     def unknowns(self) -> int:
         """Number of unknowns."""
-        return self.first_doubt(len(self.measurement.sets))
+        sets = self.measurement.sets
+        return self.row_doubts(len(sets) - 1, len(sets[-1].inputs) - 1).stop if self.points else self.first_blow[-1]
 
     @property
     def data(self) -> int:
@@ -195,12 +205,20 @@ class Likelihood:
         of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
         gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
         blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
-        ends = pairwise([self.first_doubt(number) for number in range(len(blows) + 1)])
-        doubts = [MOTION_DOUBT * scores[slice(*each)].reshape(-1, max(self.doubts, 1)) for each in ends]
+        doubts = [
+            np.array([self._doubt(scores, number, row) for row in range(len(each.inputs))])
+            for number, each in enumerate(self.measurement.sets)
+        ]
         state = self.simulation.state(scores[:shared], gains, stiffness, blows, doubts)
         if last is not None:
             last.scores, last.state = scores, state
         return state
+
+    def _doubt(self, scores: Real, number: int, row: int) -> Real:
+        """(2 joints,) logarithm of `Felt.doubt` for a row; empty where no effect follows motion."""
+        point = self.measurement.sets[number].inputs[row]
+        of_row = ROW_DOUBT * scores[self.row_doubts(number, row)]
+        return np.asarray(POINT_DOUBT * scores[self.point_doubts(point)] + of_row)
 
     def deviation(self, hammer_set: HammerSet) -> Real:
         """(rows, lines) inflated standard deviation of a set."""
@@ -257,8 +275,9 @@ class Likelihood:
                 if dof.direction is Direction.Y:
                     columns.append(predicted.by_blow[number][row])
                     unknowns.append(self.first_blow[number] + row)
-                columns += [*predicted.by_doubt[number][:, row]]
-                unknowns += range(self.first_doubt(number, row), self.first_doubt(number, row + 1))
+                by_doubt = predicted.by_doubt[number][:, row]
+                columns += [*(POINT_DOUBT * by_doubt), *(ROW_DOUBT * by_doubt)]
+                unknowns += [*self.point_doubts(dof), *self.row_doubts(number, row)]
                 weighted = np.array(columns) * weight[row]
                 block = _block("inverse", number, row, unknowns, weighted, left[row])
                 if errors is not None:
@@ -294,12 +313,14 @@ class Likelihood:
             own = np.array(self.setups[number]) - first
             gain = 1 + values[first + own[0]] * tolerances.sensor_gain
             by_gain = tolerances.sensor_gain / gain * predicted.accelerances[number][None]
-            by_row = [predicted.by_blow[number][None], predicted.by_doubt[number]]
+            doubts = [scale * predicted.by_doubt[number] for scale in (POINT_DOUBT, ROW_DOUBT)]
+            by_row = [predicted.by_blow[number][None], *doubts]
             columns = _as_parts(self._whitened(number, np.concatenate([by_gain, predicted.by_setup[number], *by_row])))
-            for row in range(len(each.inputs)):
+            for row, dof in enumerate(each.inputs):
                 at = slice(place, place + columns.shape[2])
-                doubts = range(self.first_doubt(number, row) - first, self.first_doubt(number, row + 1) - first)
-                found[[*own, self.first_blow[number] - first + row, *doubts], at] = columns[:, row]
+                doubts_of = *self.point_doubts(dof), *self.row_doubts(number, row)
+                of_row = self.first_blow[number] + row, *doubts_of
+                found[[*own, *np.array(of_row) - first], at] = columns[:, row]
                 place = at.stop
         return found
 
@@ -398,7 +419,7 @@ def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
 
 
 def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
-    """(unknowns,) of the first of them, or of more: those of rows that are missing are zero."""
+    """(unknowns,) of the first of them, or of more: those of doubts that are missing are zero."""
     rest = likelihood.unknowns - scores.size
     return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
 

@@ -21,14 +21,13 @@ from analysis.gap.beam_rig import Answer, BeamRig, Changes
 from analysis.gap.bench import BeamBench, Felt, Loading, Mounting, Setting, joint_matrices
 from analysis.gap.blow_motion import (
     MOTION_DECAY,
-    MOTION_DOUBT,
     MOTION_LINES,
     Agreed,
     BlowMotion,
     agreed,
+    factors_of,
     felt_of,
     half_sine,
-    moved_alone,
 )
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
@@ -58,8 +57,8 @@ class Prediction:
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
         by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
         by_setup: for each set, (joints, rows, lines) per score of the stiffness of each joint after its set-up.
-        by_doubt: for each set, (2 joints, rows, lines) per score of the doubt about each joint's motion under a row's
-            blows; empty where no effect follows it.
+        by_doubt: for each set, (2 joints, rows, lines) per logarithm of what each joint feels under a row's blows;
+            empty where no effect follows motion.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """
@@ -134,10 +133,12 @@ class Simulation:
             joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
             state=state,
         )
-        first, force = sets[0], np.array([each.peak_force for each in sets])[set_of_state]
-        setting = Setting(inputs, first.frequency, force, state, first.decay)
+        first, force = sets[0], np.array([each.peak_force for each in sets])
+        setting = Setting(inputs, first.frequency, force[set_of_state], state, first.decay)
+        in_motion = Setting(inputs, MOTION_LINES, force, set_of_row, MOTION_DECAY)
         rows = tuple(slice(*pair) for pair in pairwise(ends))
-        return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state])
+        of_sets = replace(rig, state=set_of_row)
+        return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state], of_sets, in_motion)
 
     @cached_property
     def follows_motion(self) -> bool:
@@ -239,8 +240,11 @@ class Simulation:
         for group in self.groups:
             own = 1 + setups[group.set_of_state]
             offsets, doubt = (np.concatenate([each[number] for number in group.numbers]) for each in (blows, doubts))
-            moving = self._moving(values, group, own, offsets, doubt) if self.follows_motion else None
-            setting = group.setting if moving is None else replace(group.setting, felt=moving.setting.felt)
+            moving, setting = None, group.setting
+            if self.follows_motion:
+                moving = self._moving(values, group, 1 + setups[list(group.numbers)], offsets)
+                felt = moving.agreed.felt(moving.agreed.motion.logarithm)
+                setting = replace(setting, felt=replace(felt, doubt=factors_of(doubt)))
             around = self.surroundings(values, setting)
             at = replace(around, joints=self.joints(values, setting, around.pole, own))
             struck.append(Struck(group, setting, own, group.rig.answer(at, offsets), moving))
@@ -248,23 +252,26 @@ class Simulation:
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
         return State(self, scores, gains, tuple(struck), stiffness)
 
-    def _moving(self, values: Values, group: Group, setups: Real, offsets: Real, doubt: Real) -> Moving:
-        """The joints of a group in the motion that the blows of each row make."""
-        setting = replace(group.setting, frequency=MOTION_LINES, decay=MOTION_DECAY)
+    def _moving(self, values: Values, group: Group, setups: Real, offsets: Real) -> Moving:
+        """The joints of a group in the motion that the blows of each row make.
+
+        `setups` (sets, joints) are factors by which the cylinders differ after each set-up.
+        """
+        setting, sets = group.in_motion, group.in_motion.state
         around, mounting = self.surroundings(values, setting), self.mounting(values)
-        pulse = half_sine(around.pole) * setting.peak_force[:, None]
+        pulse = half_sine(around.pole) * setting.peak_force[sets, None]
 
         def stiffness_at(felt: Felt) -> Complex:
             return self.joints(values, replace(setting, felt=felt), around.pole, setups)
 
         def motion_of(stiffness: Complex) -> BlowMotion:
-            answer = group.rig.answer(replace(around, joints=stiffness), offsets)
-            return BlowMotion(answer.joint_motion * pulse[..., None, None], answer.joint_receptance, mounting)
+            answer = group.of_sets.answer(replace(around, joints=stiffness), offsets)
+            return BlowMotion(answer.joint_motion * pulse[..., None, None], answer.joint_receptance, sets, mounting)
 
-        found = agreed(stiffness_at, motion_of, setting.peak_force, group.set_of_state, doubt)
-        return Moving(
-            replace(setting, felt=felt_of(found.logarithm, group.set_of_state, doubt)), around.pole, doubt, found
-        )
+        found = agreed(stiffness_at, motion_of, setting.peak_force, len(mounting.position))
+        mean = found.motion.average @ found.motion.logarithm
+        felt = felt_of(mean, np.eye(len(mean)), np.arange(len(mean)))
+        return Moving(replace(setting, felt=felt), around.pole, setups, found)
 
     def change(self, setting: Setting, moved: Values, place: int, at: BeamBench, setups: Real) -> Changes:
         """Derivatives in one parameter of the fields of the bench that it changes.
@@ -301,6 +308,8 @@ class Group:
         numbers: indices of the sets.
         rows: of each set among those of the rig.
         set_of_state: (states,) index of the set in which each state of the joints was measured.
+        of_sets: the rig with one state of the joints for each set.
+        in_motion: the setting in which the motion of the joints is computed, likewise.
     """
 
     rig: BeamRig
@@ -308,6 +317,8 @@ class Group:
     numbers: tuple[int, ...]
     rows: tuple[slice, ...]
     set_of_state: Indices
+    of_sets: BeamRig
+    in_motion: Setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,15 +326,15 @@ class Moving:
     """Joints in motion under blows.
 
     Attributes:
-        setting: at the lines at which motion is computed.
-        pole: of these lines.
-        doubt: (states, 2 joints) logarithm of the factor of doubt.
+        setting: in which motion is computed, with the mean motion of each set.
+        pole: of its lines.
+        setups: (sets, joints) stiffness of each joint in each set, relative to one.
         agreed: motion and stiffness.
     """
 
     setting: Setting
     pole: Complex
-    doubt: Real
+    setups: Real
     agreed: Agreed
 
 
@@ -354,43 +365,36 @@ class Struck:
             values: of its parameters.
             moved: by index of a parameter, values one `STEP` further in it.
         """
-        at, steps = self.answer.bench, STEP * np.eye(self.setups.shape[1])
-        every = [*((each, self.setups) for each in moved.values()), *((values, self.setups + step) for step in steps)]
+        at, joints = self.answer.bench, self.setups.shape[1]
+        steps = STEP * np.eye(joints)
+        every = [*((each, 0.0 * steps[0]) for each in moved.values()), *((values, step) for step in steps)]
         settings = self._settings(simulation, every)
         found = [
-            simulation.change(setting, each, place, at, setups)
-            for (each, setups), setting, place in zip(every, settings, moved, strict=False)
+            simulation.change(setting, each, place, at, self.setups)
+            for (each, _), setting, place in zip(every, settings, moved, strict=False)
         ]
-        again = [(setups, setting) for (_, setups), setting in zip(every, settings, strict=True)][len(moved) :]
-        again += [(self.setups, setting) for setting in self._doubting(simulation, values)]
-        for setups, setting in again:
-            found.append({"joints": (simulation.joints(values, setting, at.pole, setups) - at.joints) / STEP})
+        again = [(step, setting) for (_, step), setting in zip(every, settings, strict=True)][len(moved) :]
+        if self.setting.felt is not None:
+            felt, doubts = self.setting.felt, STEP * np.eye(2 * joints)
+            moved_felt = [replace(felt, doubt=felt.doubt * factors_of(doubt[None])) for doubt in doubts]
+            again += [(0.0 * steps[0], replace(self.setting, felt=each)) for each in moved_felt]
+        for step, setting in again:
+            stiffness = simulation.joints(values, setting, at.pole, self.setups + step)
+            found.append({"joints": (stiffness - at.joints) / STEP})
         return found
 
     def _settings(self, simulation: Simulation, every: Sequence[tuple[Values, Real]]) -> list[Setting]:
-        """The setting with the motion at each of other values and factors of the joints' stiffness, one `STEP` off."""
-        moving = self.moving
-        if moving is None:
+        """The setting with the motion at other values, and with other factors of the joints' stiffness, `STEP` off."""
+        moving, felt = self.moving, self.setting.felt
+        if moving is None or felt is None:
             return [self.setting] * len(every)
-        own, sets = moving.agreed, self.group.set_of_state
-        stiffness = [simulation.joints(values, moving.setting, moving.pole, setups) for values, setups in every]
+        own = moving.agreed
+        stiffness = [
+            simulation.joints(values, moving.setting, moving.pole, moving.setups + step) for values, step in every
+        ]
         slopes = own.change((np.array(stiffness) - own.stiffness) / STEP)
-        moved = [felt_of(own.logarithm + STEP * slope, sets, moving.doubt) for slope in slopes]
-        return [replace(self.setting, felt=felt) for felt in moved]
-
-    def _doubting(self, simulation: Simulation, values: Values) -> list[Setting]:
-        """The setting one `STEP` further in the doubt about each joint and axis, in each state by itself."""
-        moving = self.moving
-        if moving is None or moving.setting.felt is None:
-            return []
-        own, felt, found = moving.agreed, moving.setting.felt, list[Setting]()
-        for step in STEP * np.eye(own.logarithm.shape[1]):
-            doubt = moving.doubt + step
-            setting = replace(moving.setting, felt=moved_alone(felt, own.logarithm, doubt))
-            slope = (simulation.joints(values, setting, moving.pole, self.setups) - own.stiffness) / STEP
-            logarithm = own.logarithm + STEP * own.change_alone(slope[None])[0]
-            found.append(replace(self.setting, felt=moved_alone(felt, logarithm, doubt)))
-        return found
+        moved = [replace(own.felt(own.motion.logarithm + STEP * slope), doubt=felt.doubt) for slope in slopes]
+        return [replace(self.setting, felt=each) for each in moved]
 
 
 @dataclass(frozen=True, eq=False)
@@ -438,7 +442,7 @@ class State:
                 by_shared[number] = gain * columns[: len(wanted), rows]
                 last = len(wanted) + struck.setups.shape[1]
                 by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
-                by_doubt[number] = gain * MOTION_DOUBT * columns[last:, rows]
+                by_doubt[number] = gain * columns[last:, rows]
                 if len(wanted):
                     by_blow[number] = gain * own * answer.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]

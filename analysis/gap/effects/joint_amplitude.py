@@ -15,13 +15,15 @@ MIDDLE = 25e-6
 """m, zero to peak, at which stiffness and loss keep the values that the baseline gives them."""
 MOTION = (
     Parameter("motion", "1", 1.0, 0.7, positive=True),
+    Parameter("by_force", "1", 1.0, 0.2),
     Parameter("by_row", "1", 0.5, 0.5),
     Parameter("by_joint", "1", 0.5, 0.5),
     Parameter("fall", "1", 0.5, 0.8),
 )
 """Which amplitude counts under blows. Its size over that of `analysis.gap.blow_motion`, which is known to a factor of
-two; the shares to which it is that of the blows of each row, and that of each joint and axis, where 0 is one value for
-all of a set and 1 its own; and the power of frequency with which it falls, where each mode follows its own motion."""
+two; the power of a set's motion that it follows from one set to another; the shares to which it is that of the blows
+of each row, and that of each joint and axis, where 0 is one value for all of a set and 1 its own; and the power of
+frequency with which it falls, where each mode follows its own motion."""
 KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
 """m, of a curve that is also zero at `MIDDLE`."""
 THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))

@@ -58,7 +58,7 @@ def in_tester(
 def struck(motion: Real | None = None, frequency: Real | float = 50.0) -> Loading:
     """Under the beam; `motion` (2,) m in shear and in compression."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    felt = None if motion is None else felt_of(np.log(motion)[None], np.zeros(1, dtype=np.intp), np.zeros((1, 2)))
+    felt = None if motion is None else felt_of(np.log(motion)[None], np.eye(1), np.zeros(1, dtype=np.intp))
     return Loading(False, f, np.full(f.size, np.nan), felt, np.zeros(f.size), np.zeros(f.size, bool))
 
 

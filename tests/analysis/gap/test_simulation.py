@@ -1,5 +1,7 @@
 """One simulation of both rigs, with derivatives that can be trusted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,7 +58,8 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
 
 
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
-    baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
+    sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
+    baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
     own = len(baseline.parameters)
     for effect in (*candidates(empty), *law_free(empty)):
         simulation = Simulation(baseline, modes, (effect,))
@@ -66,8 +69,8 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
             exact = analytic(likelihood, scores, place)
             error = np.linalg.norm(difference - exact)
-            # a slider sticks or slides, with a kink between; motion is computed at lines of its own
-            within = 1e-2 if effect.id == "coulomb_friction" else 5e-5 if effect.law_free else 1e-5
+            # a slider sticks or slides, with a kink between
+            within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if effect.law_free else 1e-5
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 
 

@@ -4,8 +4,8 @@ The servo loop has a finite bandwidth and yields a little to a stiff specimen, s
 amplitude commanded. Amplitude and mean approach what is commanded, the phase never jumps, and each cycle's amplitude
 scatters by an absolute amount: 0.1 mm peak to peak is clean, 0.01 mm is near the limit of the machine.
 
-Every command starts a segment; signals at any time follow in closed form from the segments and the seed, so that
-asking twice gives the same samples.
+Every command starts a segment; signals at any time of the last ten minutes follow in closed form from the segments and
+the seed, so that asking twice gives the same samples.
 """
 
 import math
@@ -24,6 +24,9 @@ Real = NDArray[np.float64]
 # where a segment tabulates the specimen: densely about the steady amplitude, coarsely over all the machine can do
 _COARSE = np.geomspace(2e-7, 5e-4, 9)
 _FINE = np.geomspace(0.75, 1.33, 9)
+HISTORY = 600.0
+"""Bench time in s for which signals can be asked for afterwards; devices that record them are seconds behind."""
+DROPPED = 100  # segments beyond that time that are dropped together, as this copies the others
 _NOISE_TICK = 1e-7  # s; two samples closer than this share their noise
 
 
@@ -79,7 +82,7 @@ class Servo:
         return 1 / abs(1 - ratio**2 + 2j * self.damping_ratio * ratio)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Dwell:
     """The truth about one stretch of steady cycling; what a measurement of it should find.
 
@@ -124,7 +127,6 @@ class _Segment:
     mean_from: float = 0.0
     mean_to: float = 0.0
     ramp_velocity: float = 1.0
-    dwell: Dwell | None = None
 
     def cycles_at(self, times: Real) -> Real:
         return self.cycles + self.frequency * np.maximum(times - self.start, 0.0)
@@ -162,8 +164,8 @@ class Actuator:
         self._bench = bench
         self._now = now
         self._noise = _Noise(seed)
-        self._segments = [_AT_REST]
-        self._starts = [_AT_REST.start]
+        self._past = [_AT_REST], [_AT_REST.start]  # segments and their starts
+        self._log = list[Dwell]()
 
     def move(self, preset: float) -> None:
         """Stop cycling and ramp the mean to `preset`, m."""
@@ -196,7 +198,7 @@ class Actuator:
     def rests_since(self, within: float) -> float | None:
         """Bench time at which its commands leave it at rest, to `within` m peak to peak; None: it cycles."""
         since = None
-        for segment in reversed(self._segments):
+        for segment in reversed(self._past[0]):
             if segment.amplitude_to > 0.0:
                 break
             fade = segment.time_constant * math.log(max(2 * segment.amplitude_from / within, 1.0))
@@ -233,7 +235,7 @@ class Actuator:
     def signals(self, times: Real) -> tuple[Real, Real]:
         """Displacement in m and force in N at bench `times` (samples,) in s, rising, as the sensors put them out."""
         displacement, force = np.empty_like(times), np.empty_like(times)
-        segments, starts = self._segments, self._starts
+        segments, starts = self._past
         first = max(bisect_right(starts, times[0]) - 1, 0)
         last = max(bisect_right(starts, times[-1]) - 1, 0)
         edges = [0, *np.searchsorted(times, starts[first + 1 : last + 1]), times.size]
@@ -248,7 +250,7 @@ class Actuator:
     @property
     def log(self) -> tuple[Dwell, ...]:
         """Every stretch of cycling so far, in order."""
-        return tuple(segment.dwell for segment in self._segments if segment.dwell is not None)
+        return tuple(self._log)
 
     def _motion(self, segment: _Segment, times: Real) -> tuple[Real, Real]:
         mean, cycles = segment.mean_at(times), segment.cycles_at(times)
@@ -273,10 +275,11 @@ class Actuator:
 
     @property
     def _last(self) -> _Segment:
-        return self._segments[-1]
+        return self._past[0][-1]
 
     def _at(self, time: float) -> _Segment:
-        return self._segments[max(bisect_right(self._starts, time) - 1, 0)]
+        segments, starts = self._past
+        return segments[max(bisect_right(starts, time) - 1, 0)]
 
     def _command(self, amplitude: float, frequency: float, preset: float) -> None:
         now, last = self._now(), self._last
@@ -290,12 +293,14 @@ class Actuator:
         third = np.array([self._bench.third_harmonic(float(knot)) if mounted else 0.0 for knot in knots])
         positions = np.linspace(min(mean_from, preset), max(mean_from, preset) + 1e-9, 9)
         static = np.array([self._bench.static_force(float(x)) if mounted else 0.0 for x in positions])
-        dwell = None
         if cycling and mounted is not None:
             at = self._bench.own_stiffness(steady, frequency)
             names = (mounted.specimen, mounted.configuration)
-            dwell = Dwell(*names, frequency, 2 * amplitude, 2 * steady, at.real, at.imag, now)
-        self._segments.append(
+            self._log.append(Dwell(*names, frequency, 2 * amplitude, 2 * steady, at.real, at.imag, now))
+        segments, starts = self._past
+        if (old := bisect_right(starts, now - HISTORY) - 1) >= DROPPED:
+            self._past = segments, starts = segments[old:], starts[old:]
+        segments.append(
             _Segment(
                 start=now,
                 frequency=frequency,
@@ -313,11 +318,10 @@ class Actuator:
                 third=third,
                 positions=positions,
                 static=static,
-                dwell=dwell,
             )
         )
         # last, because `signals` looks here first and may run in another thread
-        self._starts.append(now)
+        starts.append(now)
 
     def _steady(self, amplitude: float, frequency: float) -> float:
         """Where the amplitude settles: the loop's response, less the droop at the amplitude that is reached."""

@@ -126,6 +126,10 @@ class LaboratoryProcess:
         kind: of a drawn case: none, single, pair or novel; None is the ordinary bench.
         effects: of the case by name, in place of drawn ones.
 
+    Attributes:
+        addresses, operator: where to connect, and the line to who works the bench.
+        process: its number.
+
     Raises:
         RuntimeError: it did not start; what it said is in the message.
     """
@@ -140,6 +144,7 @@ class LaboratoryProcess:
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
         )
+        self.process = self._process.pid
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:

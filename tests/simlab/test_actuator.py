@@ -111,6 +111,20 @@ def test_hold_stops_a_ramp_where_it_is() -> None:
     assert actuator.mean(9.0) == pytest.approx(2.5e-4)
 
 
+def test_a_day_of_commands_takes_no_more_memory_than_minutes_and_the_log_has_every_dwell() -> None:
+    rubber, actuator = cycling(1e-4, 40.0)
+    for _ in range(2000):
+        rubber.time += 10.0
+        actuator.cycle(1e-4, 40.0)
+    times = np.linspace(rubber.time - 300.0, rubber.time, 500)
+    before = actuator.signals(times)
+    assert len(actuator._past[0]) == len(actuator._past[1]) < 300
+    assert len(actuator.log) == 2001
+    rubber.time += 1.0
+    actuator.cycle(5e-5, 40.0)
+    np.testing.assert_array_equal(actuator.signals(times), before)
+
+
 def test_it_knows_when_its_command_leaves_it_at_rest() -> None:
     rubber, actuator = cycling(1e-4, 40.0)
     assert actuator.rests_since(1e-7) is None

@@ -94,6 +94,7 @@ def test_a_page_that_is_connected_again_shows_the_present_state_at_once(
     expect(page.locator("#dead")).to_be_visible()
     page.evaluate("sessionStorage.setItem('seen', '[]')")
     service.start()
+    expect(page.locator("#dead")).to_be_hidden()
     expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 2)")  # the run has outlived the service
     expect(page.locator("#rig-state")).to_have_text("running")
     expect(page.locator("#count")).to_contain_text("1 of 4 blows accepted")

@@ -1,7 +1,7 @@
 """The instruments of one laboratory: their addresses, how they are opened, and the limits in force."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from daq.channels import Channel
@@ -30,6 +30,7 @@ class Instruments:
         limits: what the rig may ask of the tester.
         rig: name of the rig, for its stored limits and for the lock that the driving process holds.
         latch: STOP of the rig, for all that moves its actuator.
+        unused: a context in which the run only waits, and leaves the tester to others.
     """
 
     daq_address: str
@@ -39,6 +40,7 @@ class Instruments:
     limits: TesterLimits = field(default_factory=TesterLimits)
     rig: str = "rig"
     latch: StopLatch = field(default_factory=StopLatch, compare=False)
+    unused: Callable[[], AbstractContextManager[None]] = field(default=nullcontext, compare=False)
 
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.

@@ -5,6 +5,7 @@ What is measured goes to the records of the run (`rig/records.py`); this module 
 
 import logging
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -20,7 +21,7 @@ from rig.operator import BEAM, Operator
 from rig.recording import BlowRecorder, SineRecorder
 from rig.records import BeginRecord, BegunWith, EndRecord, ResetRecord, RunOrder, RunRecords
 from rig.registers import NO_INTERLOCK, Interlock, interlock_names
-from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SineStep, SoakStep, Step, SweepStep
+from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SineStep, SoakStep, Step, SweepStep, WaitStep
 from rig.steps import channel_names, channels_of, check_instruments, check_plan, sweep_plan
 from rig.sweep import run_sweep
 from rig.tester_status import interlock_text
@@ -117,13 +118,20 @@ class _Work:
                 self._hammer(step, number)
             case SweepStep() | BlankStep():
                 self._sweep(step, number)
+            case _:
+                needs_tester = bool(self.order.sequence.sine_steps)
+                with self.instruments.unused() if needs_tester else nullcontext():
+                    self._wait(step)
+
+    def _wait(self, step: SoakStep | PromptStep | WaitStep) -> None:
+        match step:
             case SoakStep():
                 with self.instruments.acquisition() as (_, thermometer):
                     soak(step, thermometer, self.observer, self.control)
             case PromptStep():
                 self.observer(PromptStarted(step.text))
                 self.control.carry_out(lambda: self.operator.do_task(step.text), self.observer)
-            case _:
+            case WaitStep():
                 wait(step.seconds, self.observer, self.control)
 
     def _hammer(self, step: HammerStep, set_number: int) -> None:

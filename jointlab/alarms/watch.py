@@ -40,11 +40,13 @@ class Since:
         self._began: float | None = None
         self.at = datetime.now(UTC)
         """When it began, UTC."""
+        self.is_told = False
+        """Whether an alarm was raised since then."""
 
     def lasts(self, is_so: bool) -> float:
         """Seconds for which it has been so by now; 0 where it is not."""
         if not is_so:
-            self._began = None
+            self._began, self.is_told = None, False
             return 0.0
         if self._began is None:
             self._began, self.at = self._clock(), datetime.now(UTC)
@@ -80,7 +82,7 @@ class AlarmWatch:
         self._folders = tuple(spool_folders)
         self._stored = tuple[Alarm, ...]()
         self._problem: str | None = None
-        self._away, self._silent = Since(), Since()
+        self._away, self._silent, self._tester_silent = Since(), Since(), Since()
         self._was_at_work = False
         self._looked = threading.Condition()
         self._asked = self._done = 0
@@ -153,6 +155,12 @@ class AlarmWatch:
             for job in failed if job.finished_at is not None and job.finished_at > oldest
         ]  # fmt: skip
 
+    def _raise(self, since: Since, kind: AlarmKind, text: str) -> None:
+        """Raise one alarm about something that lasts."""
+        if not since.is_told:
+            since.is_told = True
+            self._unstored.add(NewAlarm(kind, self._rig, text, f"{kind} since {since.at.isoformat()}"))
+
     def _watch_database(self) -> None:
         """Raise an alarm where what a run records cannot be stored for too long."""
         runs = self._runs
@@ -163,26 +171,29 @@ class AlarmWatch:
         is_at_work = runs.state.phase is not Phase.IDLE or runs.not_stored is not None
         self._was_at_work = problem is not None and (self._was_at_work or is_at_work)
         if lasts >= self._settings.database_away and self._was_at_work:
-            at = self._away.at
-            text = f"what is measured on {self._rig} cannot be stored since {at:%H:%M:%S} UTC: {problem}"
-            self._unstored.add(
-                NewAlarm(AlarmKind.DATABASE_AWAY, self._rig, text, f"database away since {at.isoformat()}")
-            )
+            text = f"what is measured on {self._rig} cannot be stored since {self._away.at:%H:%M:%S} UTC: {problem}"
+            self._raise(self._away, AlarmKind.DATABASE_AWAY, text)
 
     def _watch_drive(self) -> None:
-        """Raise an alarm where the drive process gives no sign of life while a run is carried out."""
+        """Raise an alarm where drive process or tester give no sign of life while a run is carried out."""
         runs = self._runs
-        if runs is None or runs.state.phase is Phase.IDLE:
-            self._silent.lasts(False)
+        if runs is None:
             return
+        state = runs.state
+        is_at_work, run = state.phase is not Phase.IDLE, f"run {state.run_id}"
+        is_silent = is_at_work and state.tester_silent is not None
+        self._tester_silent.lasts(is_silent)
+        if is_silent:
+            text = f"the tester of {self._rig} does not answer while {run} waits: {state.tester_silent}"
+            self._raise(self._tester_silent, AlarmKind.TESTER_SILENT, text)
+        problem = self._drive_problem(runs) if is_at_work else None
+        if self._silent.lasts(problem is not None) >= DRIVE_SILENT:
+            text = f"the drive process of {self._rig} does not answer while {run} is carried out: {problem}"
+            self._raise(self._silent, AlarmKind.DRIVE_SILENT, text)
+
+    def _drive_problem(self, runs: RunManager) -> str | None:
         try:
             runs.check_drive(SIGN_OF_LIFE)
-            self._silent.lasts(False)
         except NoDriveError as error:
-            if self._silent.lasts(True) >= DRIVE_SILENT:
-                at = self._silent.at
-                run = f"run {runs.state.run_id}"
-                text = f"the drive process of {self._rig} does not answer while {run} is carried out: {error}"
-                self._unstored.add(
-                    NewAlarm(AlarmKind.DRIVE_SILENT, self._rig, text, f"drive silent since {at.isoformat()}")
-                )
+            return str(error)
+        return None

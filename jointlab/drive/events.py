@@ -65,7 +65,7 @@ class StopReset(Event):
 
 
 class TesterSilent(Event):
-    """The tester does not answer while no run is carried out, for `reason`."""
+    """The tester does not answer while no run drives it, for `reason`."""
 
     reason: str
 

@@ -1,4 +1,4 @@
-"""Polling the tester while no run drives it: its emergency stop may be pressed, or its plug pulled, meanwhile.
+"""Polling the tester while no run drives it, or a run only waits: its plug may be pulled meanwhile.
 
 Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
 """
@@ -58,6 +58,18 @@ class IdleMonitor:
         finally:
             with self._changed:
                 self._drivers -= 1
+
+    @contextmanager
+    def resumed(self) -> Iterator[None]:
+        """Poll all the same while the context lasts, within one of `suspended`: who drives only waits."""
+        with self._changed:
+            self._drivers -= 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._drivers += 1
+                self._changed.wait_for(lambda: not self._polling)
 
     def close(self) -> None:
         """End polling."""

@@ -122,7 +122,9 @@ class DrivenRig:
             )
             with self._state_lock:
                 self._state = starting(self._state, order.sequence, order.run_id)
-            work = partial(self._work, active, order, replace(self._instruments, limits=limits))
+            work = partial(
+                self._work, active, order, replace(self._instruments, limits=limits, unused=self._idle_monitor.resumed)
+            )
             self._thread = threading.Thread(target=work, name=f"run {order.run_id}", daemon=True)
             self._thread.start()
         active.known.wait()

@@ -40,7 +40,7 @@ class RigState:
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out.
         interlocks: of the tester that stopped it and were not reset.
-        tester_silent: why the tester does not answer while no run is carried out; None where it does.
+        tester_silent: why the tester does not answer while no run drives it; None where it does.
     """
 
     phase: Phase = Phase.IDLE
@@ -108,7 +108,7 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"line to the tester lost; it stops itself within {stops_within:g} s")
         case InterlockReset():
             return replace(state, interlocks=NO_INTERLOCK)
-        case TesterSilent(reason) if state.phase is Phase.IDLE:
+        case TesterSilent(reason):
             return replace(state, tester_silent=reason)
         case TesterAnswers():
             return replace(state, tester_silent=None)

@@ -18,6 +18,7 @@ from jointlab.settings import Settings
 from jointlab.supervision.manager import RunManager
 from rig.sequence import sequence_from
 from simlab.laboratory import Laboratory
+from simlab.tester_server import TesterFault
 from store.catalogue import Catalogue
 from store.states import RunState, Scope
 from tests.api.conftest import paper
@@ -88,6 +89,25 @@ def test_a_run_that_trips_is_told_and_stands_until_somebody_acknowledges_it(
         (f"alarm {alarm['id']}", "released it"), (f"alarm {alarm['id']}", "me too"),
     ]  # fmt: skip
     assert len(receiver.bodies) == 1
+
+
+def test_a_tester_that_falls_silent_while_a_run_waits_is_told_before_the_run_needs_it(
+    lab: httpx.Client, rig: RunManager, laboratory: Laboratory, receiver: Received, acting: Acting
+) -> None:
+    run = rig.plan(sequence_from(paper() | {"steps": [{"step": "wait", "seconds": 600}, SWEEP]}), "test")
+    rig.start(run, "test", automatic=True)
+    laboratory.tester.faults.set(TesterFault.SILENT)
+    until(lambda: bool(receiver.bodies))
+    body = json.loads(receiver.bodies[0])
+    assert (body["kind"], f"while run {run} waits" in body["text"]) == ("tester_silent", True)
+    assert rig.state.run_id == run
+    laboratory.tester.faults.clear()
+    until(lambda: rig.state.tester_silent is None)
+    number = told(lab)[0]["id"]
+    assert lab.post(f"/api/alarms/{number}/acknowledge", json={}, headers=acting()).status_code == 200
+    rig.stop(run)
+    rig.wait()
+    assert told(lab, standing=True) == []
 
 
 def test_a_run_that_a_person_stops_is_no_alarm(

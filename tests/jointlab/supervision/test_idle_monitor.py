@@ -128,6 +128,23 @@ def test_nothing_is_polled_while_a_client_drives_and_a_poll_under_way_is_waited_
     until(lambda: known.state.interlocks == Interlock.FORCE)
 
 
+def test_a_run_that_only_waits_lets_the_tester_be_polled(monitor: IdleMonitor, tester: Tester, known: Known) -> None:
+    with monitor.suspended():
+        tester.answer = SILENCE
+        with monitor.resumed():
+            until(lambda: known.state.tester_silent is not None)
+            tester.may_answer.clear()
+            polls = tester.polls
+            until(lambda: tester.polls > polls)  # one is under way as the wait ends
+            threading.Timer(0.05, tester.may_answer.set).start()
+        assert tester.may_answer.is_set()  # it was waited for
+        polls = tester.polls
+        time.sleep(0.05)  # ten intervals
+        assert tester.polls == polls
+    tester.answer = AT_REST
+    until(lambda: known.state.tester_silent is None)
+
+
 @given(
     reported=st.sampled_from(Phase),
     interlocks=st.integers(0, 127).map(Interlock),
@@ -141,9 +158,7 @@ def test_a_poll_that_was_reported_brings_no_event(reported: Phase, interlocks: I
         state = after(state, event)
     assert events_of(state, result) == ()
     assert (state.tester_silent is not None) == isinstance(result, RigError)
-    assert after(replace(state, phase=reported), TesterSilent("late")).tester_silent == (
-        "late" if reported is Phase.IDLE else state.tester_silent  # a run finds out by itself
-    )
+    assert after(replace(state, phase=reported), TesterSilent("late")).tester_silent == "late"
 
 
 def test_an_idle_rig_notices_a_pressed_emergency_stop_before_any_run(rig: RunManager, laboratory: Laboratory) -> None:

@@ -137,6 +137,9 @@ class Baseline:
             strike_height=0.0,
             chain=np.ones((1, 1), dtype=complex),
             added=(driven * given["local compliance"])[:, None].astype(complex),
+            local=None,
+            local_stiffness=np.zeros(1, dtype=complex),
+            local_position=0.0,
         )
 
     def in_tester(self, given: Given, cylinders: Cylinders) -> Cylinders:

@@ -114,13 +114,21 @@ class Answer:
 
     @cached_property
     def _attached(self) -> tuple[Real, Real]:
-        """(attached, N) modes at joints (x, y, rotation each) and accelerometer (x, y), and their slopes there."""
-        modes, sensor = self.rig.modes, self.bench.sensor_position
+        """(attached, N) modes at joints (x, y, rotation), what is local, and accelerometer (x, y); and their slopes."""
+        modes, sensor, local = self.rig.modes, self.bench.sensor_position, self.bench.local
+
+        def at_local(modes: Callable[[Direction, float | Real], Real]) -> list[Real]:
+            if local is None:
+                return []
+            if not local.half_length:
+                return [modes(local.direction, self.bench.local_position)]
+            ends = self.bench.local_position + local.half_length * np.array([-1.0, 1.0])
+            return [np.diff(modes(local.direction, ends), axis=0)[0]]
 
         def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
             at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_DIRECTIONS], axis=1)
-            at_sensor = [modes(way, sensor) for way in JOINT_DIRECTIONS[:2]]
-            return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(at_sensor)])
+            others = [*at_local(modes), *(modes(way, sensor) for way in JOINT_DIRECTIONS[:2])]
+            return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(others)])
 
         return at_all(modes.motion), at_all(modes.slope)
 
@@ -129,13 +137,15 @@ class Answer:
         """(states, lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
         bench, rig = self.bench, self.rig
         states, _, joints = bench.joints.shape[:3]
-        size = 3 * joints + 2
+        size = 3 * joints + (bench.local is not None) + 2
         found = np.zeros((states, bench.pole.size, size, size), dtype=complex)
         for joint in range(joints):
             at = slice(3 * joint, 3 * joint + 3)
             found[:, :, at, at] = bench.joints[:, :, joint]
             for way in range(2):
                 found[:, :, 3 * joint + way, 3 * joint + way] += bench.pole**2 * rig.joint_mass[joint]
+        if bench.local is not None:
+            found[:, :, 3 * joints, 3 * joints] = bench.local_stiffness
         for way in (size - 2, size - 1):
             found[:, :, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
         return found
@@ -307,6 +317,18 @@ class Answer:
             found[through] -= self._through_joints([changes[place]["joints"] for place in through])
         return found
 
+    @property
+    def _local(self) -> range:
+        """Where anything local is among the attached."""
+        first = 3 * self.bench.joints.shape[2]
+        return range(first, first + (self.bench.local is not None))
+
+    @cached_property
+    def _through_local(self) -> Complex:
+        """(states, lines, n) minus the derivative of the receptance in the stiffness of what is local."""
+        at = self._local[0]
+        return np.asarray(self._motion[:, :, at, :1] * self._motion[:, :, at, 3:])
+
     def _through_joints(self, changes: Sequence[Complex | Real]) -> Complex:
         """(n, rows, lines) minus the derivatives of the accelerance, from those of the joints' stiffness."""
         states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
@@ -330,6 +352,10 @@ class Answer:
             total += changes["pole"] * (2 / bench.pole * self.accelerance + self._by_pole)
         if "sensor_position" in changes:
             total += changes["sensor_position"] * self._by_sensor_position
+        if "local_stiffness" in changes:
+            total -= self._to_read * self._by_row(changes["local_stiffness"][:, None] * self._through_local)
+        if "local_position" in changes:
+            total += changes["local_position"] * self._to_read * self._by_row(self._moved(self._local))
         if "cross_axis" in changes:
             total += changes["cross_axis"] * self._to_read * self._by_row(self._receptances[:, :, 2])
         if "joint_position" in changes:
@@ -348,7 +374,7 @@ class Answer:
     def _by_pole(self) -> Complex:
         """(rows, lines) derivative in the pole through the known masses; joints and modes are treated elsewhere."""
         joints = [mass for kilograms in self.rig.joint_mass for mass in (kilograms, kilograms, 0.0)]
-        mass = np.array([*joints, *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
+        mass = np.array([*joints, *(0.0 for _ in self._local), *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
         both = np.einsum("slp,p,slpn->sln", self._motion[..., 0], mass, self._motion[..., 3:])
         return np.asarray(-self._to_read * 2 * self.bench.pole * self._by_row(both))
 

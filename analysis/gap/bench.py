@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.dof import Dof
+from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Indices
 
@@ -158,6 +158,19 @@ class Mounting:
     position: Real
 
 
+@dataclass(frozen=True)
+class LocalMotion:
+    """The motion of the beam that something at one place works against.
+
+    Attributes:
+        direction: of that motion.
+        half_length: 0 for the motion at one point; else it is the difference over so far to the right and left, m.
+    """
+
+    direction: Direction
+    half_length: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class BeamBench:
     """The beam rig in one hammer set.
@@ -179,6 +192,9 @@ class BeamBench:
         strike_height: of the struck surface over the beam's axis, m: the lever of a leaning blow.
         chain: (rows or 1, lines or 1) reading over true acceleration per force.
         added: (rows or 1, lines or 1) receptance that the plane model does not have, m/N.
+        local: something that the drawing does not have, at one place of the beam.
+        local_stiffness: (lines or 1,) its dynamic stiffness, N/m, or N m where it turns.
+        local_position: of its middle, m.
     """
 
     pole: Complex
@@ -198,6 +214,9 @@ class BeamBench:
     strike_height: float
     chain: Complex
     added: Complex
+    local: LocalMotion | None
+    local_stiffness: Complex
+    local_position: float
 
 
 def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:

@@ -17,6 +17,7 @@ class Calibration:
         counts: prior probability that so many effects are there, from none to the most that are searched for.
         outside_share: of what is left before it, that each effect of the best explanation leaves in the mean, at which
             it is even odds that the cause is in no catalogue.
+        local_share: prior probability that a single cause is a change at one place of the beam.
         outside_slope: change of these log odds over a factor of ten.
         provenance: where the figures are from, in a few words.
     """
@@ -28,6 +29,7 @@ class Calibration:
     further: float = 0.02
     counts: tuple[float, ...] = (0.25, 0.45, 0.18, 0.08, 0.03, 0.01)
     outside_share: float = 0.35
+    local_share: float = 0.1
     outside_slope: float = 5.0
     provenance: str = "assumed before any trial"
 

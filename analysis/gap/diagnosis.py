@@ -28,6 +28,7 @@ from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.forward_selection import selected
 from analysis.gap.gaps import coarse_gaps, fine_gaps, gaps_where_asked, held_to_account
 from analysis.gap.held_out import HeldOut
+from analysis.gap.local_change import local_changes
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
@@ -169,7 +170,8 @@ def diagnose(
     measurement = sound.measurement
     left_out = frozenset(mechanism_of(effect) for effect in without)
     free = law_free(measurement, left_out)
-    search = search_of(measurement, candidates(measurement, without), parallel_map=parallel_map, law_free=free)
+    known, rivals = candidates(measurement, without), local_changes(measurement)
+    search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report("fitting the paper's model", 0.05)
     coarse = search.without_effects()
     report("trying effects", 0.15)
@@ -215,7 +217,7 @@ def diagnose(
         missing_evidence=(*does_not_fit, *missing_evidence(measurement)),
         included=effects_found(weighed, calibration),
         mechanisms=mechanisms_found(weighed),
-        remainder=remainder_of(after, gaps.by_model[id(after)]),
+        remainder=remainder_of(after, gaps.by_model[id(after)], verdict, calibration),
         nuisances=after.fit.likelihood.scales,
     )
     report("done", 1.0)

@@ -11,6 +11,7 @@ from analysis.gap.catalogue import mechanism_of
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.evidence import tempered
 from analysis.gap.held_out import HeldOut
+from analysis.gap.local_change import LOCAL_CHANGE
 from analysis.gap.location import Place, maps, places
 from analysis.gap.model import Model
 from analysis.gap.parameter import Estimate
@@ -42,6 +43,19 @@ class EffectFound:
 
 
 @dataclass(frozen=True)
+class LocalFinding:
+    """A change at one place of the beam that is in no catalogue.
+
+    Attributes:
+        kind: what it does.
+        parameters: by name; `position` is its place, m from the left end.
+    """
+
+    kind: str
+    parameters: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True)
 class Remainder:
     """What the verdict leaves.
 
@@ -50,12 +64,14 @@ class Remainder:
         sigma: rms of the misfit beyond noise, over noise.
         significant: whether noise alone would not show as much.
         where: its places, the largest first; empty where it is not significant.
+        acts_at: what explains it best, where that is a change at one place of the beam.
     """
 
     percent: float
     sigma: float
     significant: bool
     where: tuple[Place, ...]
+    acts_at: LocalFinding | None = None
 
 
 TWO_SIDED = float(norm.ppf(0.95))
@@ -108,12 +124,14 @@ def mechanisms_found(weighed: Sequence[Weighed]) -> dict[Mechanism, float]:
     return dict(sorted(found.items(), key=lambda each: -each[1]))
 
 
-def remainder_of(after: Model, gap: HeldOut) -> Remainder:
+def remainder_of(after: Model, gap: HeldOut, verdict: Weighed, calibration: Calibration) -> Remainder:
     """What a model leaves.
 
     Args:
         after: the model.
         gap: its gap on held-out data.
+        verdict: that it belongs to.
+        calibration: how wrong laws may be.
     """
     misfit, significant = after.misfit, after.misfit.significance > CHANCE
     return Remainder(
@@ -121,7 +139,14 @@ def remainder_of(after: Model, gap: HeldOut) -> Remainder:
         sigma=float(np.sqrt(max(misfit.energy, misfit.excess, 0.0) / after.fit.likelihood.data)),
         significant=significant,
         where=places(maps(after.fit)) if significant else (),
+        acts_at=_local(verdict.model, calibration) if verdict.effects == UNKNOWN else None,
     )
+
+
+def _local(model: Model, calibration: Calibration) -> LocalFinding | None:
+    if model.ids != (LOCAL_CHANGE,):
+        return None
+    return LocalFinding(model.effects[0].law, estimates(model, calibration)[0])
 
 
 def out_of_range(model: Model, effect: int) -> tuple[str, ...]:

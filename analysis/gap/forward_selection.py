@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.gap.calibration import Calibration
 from analysis.gap.fit import CLOSE, fit
-from analysis.gap.model import ENOUGH, Model, best_by_id
+from analysis.gap.model import ENOUGH, Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
 from analysis.gap.verdict import CHANCE, UNKNOWN, leading, weigh
 
@@ -20,6 +20,11 @@ WORTH_FITTING = 0.1
 """Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
 HELPS = 0.85
 """Share of what is left before it that each effect leaves at most, in the mean, for further ones to be tried."""
+FEW = 2
+"""Effects of an explanation beyond which it may be a pile that takes up what one unknown cause does."""
+RIVAL_ROUNDS = 3
+"""Times that causes which the catalogue does not have are fitted: from the paper's model, then from where the best
+single cause moved it, until one is clean."""
 LED = 2
 """Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
 
@@ -56,7 +61,26 @@ class ForwardSelection:
             if not leaders:
                 break
         self._replace_laws()
+        self._try_rivals()
         return self.visited
+
+    def _try_rivals(self) -> None:
+        """Causes that the catalogue does not have, unless a few of its effects explain all.
+
+        A gap moves the paper's model far off, and the best single cause so far may have moved it back.
+        """
+        best = leading(weigh(self.none, self.visited, self.calibration)).model
+        if not self.search.rivals or (best.misfit.significance <= CHANCE and len(best.effects) <= FEW):
+            return
+        start = self.none
+        for _ in range(RIVAL_ROUNDS):
+            ranked = self.search.screened(start, self.search.rivals)
+            kinds = len({each.effect.law for each in ranked})
+            self.visited += self.search.fitted(start, ranked, 1, laws=kinds)
+            closest = best_by_id([each for each in self.visited if len(each.effects) == 1])[0]
+            if closest.clean:
+                break
+            start = without_effects(closest, self.none)
 
     def _replace_laws(self) -> None:
         """Mechanisms as smooth functions in place of laws, where the best explanation leaves more than noise would.

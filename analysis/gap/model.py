@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from analysis.gap.effect import Effect
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
@@ -62,6 +64,17 @@ def evaluate_on(model: Model, measurement: Measurement) -> Model:
     """A model with its parameters unchanged, evaluated on other lines of the same sets."""
     other = model.fit.likelihood.simulation.of(measurement)
     return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
+
+
+def without_effects(model: Model, none: Model) -> Model:
+    """The paper's model where another one has its parameters.
+
+    Args:
+        model: with effects.
+        none: the paper's model of the same data.
+    """
+    own = [place for effect in range(len(model.effects)) for place in model.places(effect)]
+    return Model((), evaluated(none.fit.likelihood, np.delete(model.fit.scores, own)))
 
 
 def refined(model: Model, measurement: Measurement, scales: Scales | None = None) -> Model:

@@ -113,6 +113,7 @@ class Search:
         modes: of the drawing.
         parallel_map: that does what can be done side by side.
         law_free: smooth functions in place of a law, for each mechanism.
+        rivals: of the whole catalogue, for causes that it does not have.
     """
 
     measurement: Measurement
@@ -120,6 +121,7 @@ class Search:
     modes: BeamModes
     parallel_map: ParallelMap = serial_map
     law_free: tuple[Effect, ...] = ()
+    rivals: tuple[Effect, ...] = ()
     baseline: Baseline = field(init=False)
 
     def __post_init__(self) -> None:
@@ -323,12 +325,13 @@ def search_of(
     lines: int = LINES,
     parallel_map: ParallelMap = serial_map,
     law_free: tuple[Effect, ...] = (),
+    rivals: tuple[Effect, ...] = (),
 ) -> Search:
     """A search that uses some `lines` of each hammer set."""
     chosen = informative(measurement, lines) if measurement.sets else np.zeros(0, dtype=np.intp)
     sets = tuple(each.lines(chosen) for each in measurement.sets)
     modes = beam_modes_of(measurement.drawing)
-    return Search(replace(measurement, sets=sets), candidates, modes, parallel_map, law_free)
+    return Search(replace(measurement, sets=sets), candidates, modes, parallel_map, law_free, rivals)
 
 
 def informative(measurement: Measurement, wanted: int) -> Indices:

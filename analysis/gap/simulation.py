@@ -45,7 +45,7 @@ AFFECTED_PARTS = {
     "tester": ("tester",),
 }
 """Parts of the bench that each method of an effect changes."""
-SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name != "joints")
+SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name not in ("joints", "local"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from scipy.special import expit, logsumexp
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import effect_ids, mechanism_of
 from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.local_change import LOCAL_CHANGE
 from analysis.gap.model import Model
 
 TOLERANCE = 1 / 60
@@ -57,7 +58,7 @@ class Weighed:
 
     Attributes:
         effects: ids; ("unknown",) for a cause that the catalogue does not have.
-        model: its most probable law; that of the best explanation for the unknown.
+        model: its most probable law; for the unknown, what comes closest: a change at one place, or the best effects.
         score: logarithm of its probability.
         probability: all sum to one.
     """
@@ -172,11 +173,14 @@ def weigh(
     if left_out:
         foreseen, _ = _weights(contest, contest.foresight, lambda *_: float("-inf"))
         weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
+    elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
     top = best[max(weights, key=lambda ids: weights[ids])]
     odds = outside_log_odds(none, top, calibration)
     logs = {ids: weight + float(np.log(expit(-odds))) for ids, weight in weights.items()}
     result = [Weighed(ids, best[ids], score, float(np.exp(score))) for ids, score in logs.items()]
-    result.append(Weighed(UNKNOWN, top, float(np.log(expit(odds))), float(expit(odds))))
+    unknown = elsewhere + (1 - elsewhere) * float(expit(odds))
+    closest = best[LOCAL_CHANGE,] if 2 * elsewhere > unknown else top
+    result.append(Weighed(UNKNOWN, closest, float(np.log(unknown)), unknown))
     return tuple(sorted(result, key=lambda each: -each.probability))
 
 
@@ -292,7 +296,9 @@ def _averaged(evidence: Sequence[float]) -> float:
 
 
 def log_prior(ids: Sequence[str], calibration: Calibration) -> float:
-    """Of a combination of effects, before anything was measured."""
+    """Of a combination of effects, or of a change at one place of the beam, before anything was measured."""
+    if LOCAL_CHANGE in ids:
+        return float(np.log(calibration.counts[1] * calibration.local_share))
     return float(np.log(calibration.counts[len(ids)] / comb(len(effect_ids()), len(ids))))
 
 

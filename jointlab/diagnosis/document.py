@@ -64,6 +64,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
                 "sigma": found.remainder.sigma,
                 "significant": found.remainder.significant,
                 "where": [_place(each) for each in found.remainder.where],
+                "acts_at": None if found.remainder.acts_at is None else asdict(found.remainder.acts_at),
             },
             "nuisances": {name: getattr(found.nuisances, name) for name in NAMES},
             "titles": _titles(found),

@@ -90,7 +90,18 @@ def remainder_sentence(document: Mapping[str, Any]) -> str:
     if not remainder["significant"]:
         return f"remainder: nothing that noise alone would not show ({size})"
     where = [f"{place_words(place)}, {band_words(place)}" for place in remainder["where"][:MOST_PLACES]]
-    return f"remainder: {size}, more than noise" + (f"; most at {'; '.join(where)}" if where else "")
+    found = f"remainder: {size}, more than noise" + (f"; most at {'; '.join(where)}" if where else "")
+    return found + _acting(remainder.get("acts_at"))
+
+
+def _acting(found: Mapping[str, Any] | None) -> str:
+    """What a cause in no catalogue looks like, where it acts at one place of the beam."""
+    if found is None:
+        return ""
+    own = dict(found["parameters"])
+    place = own.pop("position")["value"]
+    sizes = ", ".join(f"{name} {number(each['value'])} {each['unit']}" for name, each in own.items())
+    return f". It acts like {found['kind']} at {place:.3f} m from the left end ({sizes})"
 
 
 def mechanism_sentence(document: Mapping[str, Any]) -> str:

@@ -9,6 +9,7 @@ from analysis.gap.baseline import baseline_of
 from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.fit import Likelihood
 from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.local_change import local_changes
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from analysis.structure.forward import accelerance
@@ -61,7 +62,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
     baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
     own = len(baseline.parameters)
-    for effect in (*candidates(empty), *law_free(empty)):
+    for effect in (*candidates(empty), *law_free(empty), *local_changes(empty)):
         simulation = Simulation(baseline, modes, (effect,))
         likelihood = Likelihood(simulation)
         scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)

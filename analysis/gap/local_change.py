@@ -1,0 +1,152 @@
+"""Changes at one place of the beam that no effect of the catalogue makes: an absorber, a cable, a damper, a crack.
+
+They are rivals of the catalogue. Where one of them alone explains a gap better than the catalogue does, the cause is in
+no catalogue, whatever effect resembles it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from analysis.dof import Direction
+from analysis.frequency_response import Complex
+from analysis.gap.bench import BeamBench, LocalMotion, Setting
+from analysis.gap.effect import Effect, Given, Mechanism
+from analysis.gap.measurement import Measurement
+from analysis.gap.parameter import Parameter
+
+LOCAL_CHANGE = "local_change"
+PLACES = 7
+"""Places along the beam from which a search begins."""
+RATE = 2 * np.pi * 200.0
+"""In the middle of the usual band, rad/s: there, mass, damping and stiffness of usual sizes count alike."""
+MASS, DAMPING, STIFFNESS = 0.02, 0.01, 0.02
+"""Standard deviations of what is fixed to the beam, as shares of the beam's mass, times `RATE` and its square."""
+ARM = 0.15
+"""Of a mass that turns with the beam, as a share of its length."""
+PIECE = 0.05
+"""Half of a piece that bends otherwise than the rest, as a share of the beam's length."""
+STIFFER, LOSSIER = 0.3, 0.1
+"""Standard deviations of its bending stiffness and of its loss factor, relative to the beam's stiffness."""
+
+
+@dataclass(frozen=True)
+class LocalChange(Effect):
+    """Something at one place of the beam.
+
+    Attributes:
+        place: from which the search begins, as a share of the length.
+        length: of the beam, m.
+        mass: of the beam, kg.
+        bending_stiffness: of the beam, N m^2.
+    """
+
+    id = LOCAL_CHANGE
+    title = "something at one place of the beam"
+    mechanism = Mechanism.BEAM
+    motion: ClassVar[Direction]
+    piece: ClassVar[float] = 0.0
+    """Half of the length that is concerned, as a share of the beam's."""
+    place: float = 0.5
+    length: float = 1.0
+    mass: float = 1.0
+    bending_stiffness: float = 1.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """One for each place."""
+        beam = measurement.drawing.beam
+        mass, stiffness = beam.density * beam.area * beam.length, beam.flexural_rigidity
+        return tuple(cls((n + 0.5) / PLACES, beam.length, mass, stiffness) for n in range(PLACES))
+
+    @property
+    def position(self) -> Parameter:
+        """Of its middle."""
+        return Parameter("position", "m", self.place * self.length, self.length / PLACES / 2)
+
+    def stiffness(self, given: Given, pole: Complex) -> Complex:
+        """(lines,) dynamic stiffness at `pole` (lines,)."""
+        raise NotImplementedError
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        reach = self.piece * self.length
+        position = float(np.clip(given["position"], reach, self.length - reach))
+        return replace(
+            bench,
+            local=LocalMotion(self.motion, reach),
+            local_stiffness=self.stiffness(given, bench.pole),
+            local_position=position,
+        )
+
+
+class FixedAcross(LocalChange):
+    """Mass, damper and spring, such as a cable that touches or a clamp; across the beam."""
+
+    law = "mass, damper and spring across the beam"
+    motion = Direction.Y
+    units: ClassVar[tuple[str, str, str]] = ("kg", "N s/m", "N/m")
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        lever = 1.0 if self.motion is not Direction.ROTATION else (ARM * self.length) ** 2
+        sizes = (MASS, DAMPING * RATE, STIFFNESS * RATE**2)
+        own = zip(("m", "c", "k"), self.units, sizes, strict=True)
+        return (*(Parameter(name, unit, 0.0, size * self.mass * lever) for name, unit, size in own), self.position)
+
+    def stiffness(self, given: Given, pole: Complex) -> Complex:
+        return np.asarray(given["k"] + given["c"] * pole + given["m"] * pole**2)
+
+
+class FixedTurning(FixedAcross):
+    """The same against turning of the section, such as a damper that turns."""
+
+    law = "inertia, damper and spring against turning"
+    motion = Direction.ROTATION
+    units = ("kg m^2", "N m s", "N m")
+
+
+class BendingPiece(LocalChange):
+    """A piece of the beam bends more or less easily, or with more loss, such as a crack or a damping layer."""
+
+    law = "a piece that bends otherwise"
+    motion = Direction.ROTATION
+    piece = PIECE
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        size = self.bending_stiffness / (2 * PIECE * self.length)
+        own = (Parameter("k", "N m", 0.0, STIFFER * size), Parameter("h", "N m", 0.0, LOSSIER * size))
+        return (*own, self.position)
+
+    def stiffness(self, given: Given, pole: Complex) -> Complex:
+        return np.full(pole.shape, given["k"] + 1j * given["h"])
+
+
+class Absorber(LocalChange):
+    """A mass on a spring: it moves against the beam at its own frequency."""
+
+    law = "mass on a spring"
+    motion = Direction.Y
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (
+            Parameter("m", "kg", 0.0, MASS * self.mass),
+            Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
+            Parameter("eta", "1", 0.05, 0.7, positive=True),
+            self.position,
+        )
+
+    def stiffness(self, given: Given, pole: Complex) -> Complex:
+        spring = (2 * np.pi * given["f"]) ** 2 * (1 + 1j * given["eta"])
+        return np.asarray(given["m"] * pole**2 * spring / (pole**2 + spring))
+
+
+KINDS: Sequence[type[LocalChange]] = (FixedAcross, FixedTurning, BendingPiece, Absorber)
+
+
+def local_changes(measurement: Measurement) -> tuple[Effect, ...]:
+    """Every kind at every place; none where no beam was struck."""
+    return tuple(each for kind in KINDS for each in kind.variants(measurement)) if measurement.sets else ()

@@ -288,9 +288,11 @@ class Actuator:
         mean_from = float(last.mean_at(times)[0])
         cycling, mounted = amplitude > 0.0, self._bench.mounted
         steady = self._steady(amplitude, frequency)
-        knots = np.union1d(_COARSE, _FINE * (steady or last.amplitude_to or _COARSE[0]))
-        stiffness = np.array([self._stiffness(float(knot), frequency) for knot in knots])
-        third = np.array([self._bench.third_harmonic(float(knot)) if mounted else 0.0 for knot in knots])
+        knots, stiffness, third = last.amplitudes, last.stiffness, last.third
+        if cycling:  # a stop fades out on the same tables: those of 18 amplitudes take 10 ms, and its reply waits
+            knots = np.union1d(_COARSE, _FINE * steady)
+            stiffness = np.array([self._stiffness(float(knot), frequency) for knot in knots])
+            third = np.array([self._bench.third_harmonic(float(knot)) if mounted else 0.0 for knot in knots])
         positions = np.linspace(min(mean_from, preset), max(mean_from, preset) + 1e-9, 9)
         static = np.array([self._bench.static_force(float(x)) if mounted else 0.0 for x in positions])
         if cycling and mounted is not None:

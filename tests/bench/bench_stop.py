@@ -32,11 +32,13 @@ from subprocess import Popen
 import httpx
 import numpy as np
 
+from daq.errors import DaqError
 from jointlab.drive.phase import Phase
 from jointlab.drive.protocol import AnswerPrompt, Begin, News, ResetStop, Snapshot
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import as_toml, simulated_settings
+from rig.errors import RigError
 from rig.records import RunOrder
 from rig.sequence import sequence_from
 from rig.tester_limits import TesterLimits
@@ -77,6 +79,7 @@ class Bench:
 
     Attributes:
         news: the latest from the drive process.
+        failed: why runs ended before they were stopped.
         pressed: time of each press since the last one was counted, s of `time.monotonic`.
     """
 
@@ -89,6 +92,7 @@ class Bench:
     port: int
     news: list[News] = field(default_factory=list)
     pressed: list[float] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
 
     @property
     def now(self) -> Snapshot:
@@ -98,18 +102,30 @@ class Bench:
         found: dict[str, float | None] = self.laboratory.operator.do("motion")
         return found
 
-    def cycle(self, number: int) -> None:
-        """Begin a run, and see the actuator cycle."""
+    def cycle(self, number: int) -> bool:
+        """Begin a run, and see the actuator cycle; whether it does. A run that ends before is noted."""
         lease = self.link.take_lease("bench")
         if self.now.stop is not None:
             self.link.ask(ResetStop(epoch=self.now.stop.epoch, lease=lease))
         order = RunOrder(number, f"bench-{number}", SWEEP, "bench")
-        self.link.ask(Begin(order=order, limits=TesterLimits(), lease=lease), 60.0)
-        wait(lambda: self.now.prompt is not None and self.now.state.run_id == number)
-        assert self.now.prompt is not None
+        try:
+            self.link.ask(Begin(order=order, limits=TesterLimits(), lease=lease), 60.0)
+        except (RigError, DaqError) as error:
+            self.failed.append(str(error))
+            return False
+        wait(lambda: self.now.state.run_id == number and (self.now.prompt is not None or self._has_ended()))
+        if self.now.prompt is None:
+            self.failed.append(self.now.state.reason or "")
+            return False
         self.laboratory.operator.do("mount", specimen="I", configuration="shear")
         self.link.ask(AnswerPrompt(run_id=number, prompt=self.now.prompt.number, lease=lease))
-        wait(lambda: self.motion()["rests_since"] is None)
+        wait(lambda: self.motion()["rests_since"] is None or self._has_ended())
+        if self._has_ended():
+            self.failed.append(self.now.state.reason or "")
+        return not self._has_ended()
+
+    def _has_ended(self) -> bool:
+        return self.now.state.phase is Phase.IDLE
 
     def press(self) -> float:
         """One press: s until the answer says that the actuator is at rest; infinity where it does not."""
@@ -400,7 +416,8 @@ def main() -> None:
                 with condition(bench) as press:
                     for _ in range(min(BATCH, math.ceil(PRESSES / len(conditions)) - len(times.answers))):
                         number += 1
-                        bench.cycle(number)
+                        while not bench.cycle(number):
+                            number += 1
                         time.sleep(float(chance.uniform(0.1, 0.6)))
                         times.answers += press()
                         times.rests.append(bench.rest())
@@ -412,6 +429,7 @@ def main() -> None:
             took = (time.monotonic() - began) / len(times.rests)
             show(f"{condition.__name__.replace('_', ' ')} ({took:.1f} s each)", times)
         show("all", everything)
+        print(f"{len(bench.failed)} runs ended before they were stopped", *dict.fromkeys(bench.failed), sep="\n  ")
 
 
 def show(what: str, times: Times) -> None:

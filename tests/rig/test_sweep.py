@@ -100,7 +100,7 @@ def sweep(
         device.connect(laboratory.daq.address) as chassis,
         chassis.record(CHANNELS, SAMPLE_RATE, 0.5) as recorder,
         Thermometer(laboratory.thermometer.url, 0.2) as thermometer,
-        tester.connect(laboratory.tester.url, limits, timeout=0.15) as driver,
+        tester.connect(laboratory.tester.url, limits) as driver,
     ):
         observer = (lambda _: None) if events is None else events.append
         run_sweep(plan, driver, recorder, thermometer, laboratory, sink, observer)

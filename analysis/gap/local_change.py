@@ -84,7 +84,7 @@ class LocalChange(Effect):
 class FixedAcross(LocalChange):
     """Mass, damper and spring, such as a cable that touches or a clamp; across the beam."""
 
-    law = "mass, damper and spring across the beam"
+    law = "a mass, damper and spring across the beam"
     motion = Direction.Y
     units: ClassVar[tuple[str, str, str]] = ("kg", "N s/m", "N/m")
 
@@ -102,7 +102,7 @@ class FixedAcross(LocalChange):
 class FixedTurning(FixedAcross):
     """The same against turning of the section, such as a damper that turns."""
 
-    law = "inertia, damper and spring against turning"
+    law = "an inertia, damper and spring against turning"
     motion = Direction.ROTATION
     units = ("kg m^2", "N m s", "N m")
 
@@ -127,7 +127,7 @@ class BendingPiece(LocalChange):
 class Absorber(LocalChange):
     """A mass on a spring: it moves against the beam at its own frequency."""
 
-    law = "mass on a spring"
+    law = "a mass on a spring"
     motion = Direction.Y
 
     @property

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
-from analysis.gap.findings import EffectFound
+from analysis.gap.findings import EffectFound, Remainder
 from analysis.gap.held_out import Gap
 from analysis.gap.location import GapMap, Place
 from analysis.gap.scales import NAMES
@@ -59,13 +59,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
             },
             "effects": [_effect(each) for each in found.included],
             "mechanisms": [{"mechanism": each, "probability": sure} for each, sure in found.mechanisms.items()],
-            "remainder": {
-                "percent": found.remainder.percent,
-                "sigma": found.remainder.sigma,
-                "significant": found.remainder.significant,
-                "where": [_place(each) for each in found.remainder.where],
-                "acts_at": None if found.remainder.acts_at is None else asdict(found.remainder.acts_at),
-            },
+            "remainder": _remainder(found.remainder),
             "nuisances": {name: getattr(found.nuisances, name) for name in NAMES},
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
@@ -113,6 +107,16 @@ def _place(place: Place) -> dict[str, Any]:
         "share": place.share,
         "significance": place.significance,
     }
+
+
+def _remainder(found: Remainder) -> dict[str, Any]:
+    document = {
+        "percent": found.percent,
+        "sigma": found.sigma,
+        "significant": found.significant,
+        "where": [_place(each) for each in found.where],
+    }
+    return document if found.acts_at is None else document | {"acts_at": asdict(found.acts_at)}
 
 
 def _effect(found: EffectFound) -> dict[str, Any]:

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.findings import Remainder
+from analysis.gap.findings import LocalFinding, Remainder
 from analysis.gap.location import Place
+from analysis.gap.parameter import Estimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, Verdict
@@ -86,6 +87,17 @@ def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(docum
     beyond = effect | {"out_of_range": ["coupling"], "law_is_known": False, "law": "smooth function"}
     said = wording.law_words(beyond)
     assert said == "no known law fits; as found: smooth function; beyond its plausible range: coupling"
+
+
+def test_a_cause_in_no_catalogue_is_said_with_its_place(document: Make) -> None:
+    at = LocalFinding(
+        "a mass on a spring",
+        {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")},
+    )
+    (said,) = [
+        each for each in wording.beside(document(remainder=Remainder(9.0, 40.0, True, (), at))) if "remainder" in each
+    ]
+    assert said.endswith("It acts like a mass on a spring at 0.370 m from the left end (m 0.08 kg)")
 
 
 LATER = {"effects", "mechanisms", "remainder", "nuisances"}

@@ -44,7 +44,10 @@ class BoundedConnection(psycopg.Connection[Any]):
 
 
 def server_settings(limits: TimeLimits) -> dict[str, Any]:
-    """Parameters of libpq: limits of the server and of TCP; times are UTC."""
+    """Parameters of libpq: limits of the server and of TCP; times are UTC.
+
+    A commit waits for the server's disk, whatever is usual there: what is stored is removed from the spool of its run.
+    """
     milliseconds = {
         "lock_timeout": limits.lock,
         "statement_timeout": limits.answer,
@@ -54,7 +57,7 @@ def server_settings(limits: TimeLimits) -> dict[str, Any]:
     return {
         "connect_timeout": max(1, round(limits.connect)),
         "tcp_user_timeout": round(1000 * limits.connect),
-        "options": f"-c timezone=UTC {options}",
+        "options": f"-c timezone=UTC -c synchronous_commit=on {options}",
         **_KEEPALIVE,
     }
 

@@ -275,3 +275,9 @@ def test_the_order_of_storing_stands_whatever_the_clock_says(catalogue: Catalogu
 def test_an_unknown_error_keeps_the_message_of_the_driver() -> None:
     assert driver_message(sqlite3.OperationalError("no such table: a\nmore")) == "no such table: a"
     assert driver_message(psycopg.OperationalError()) == "OperationalError"
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])
+def test_a_commit_waits_for_the_disk_of_a_server_that_is_set_not_to(catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        assert session.scalar(text("SHOW synchronous_commit")) == "on"

@@ -97,7 +97,7 @@ def test_a_cause_in_no_catalogue_is_said_with_its_place(document: Make) -> None:
     (said,) = [
         each for each in wording.beside(document(remainder=Remainder(9.0, 40.0, True, (), at))) if "remainder" in each
     ]
-    assert said.endswith("It acts like a mass on a spring at 0.370 m from the left end (m 0.08 kg)")
+    assert said.endswith("It acts like a mass on a spring at 0.370 m from the left end (m 0.0800 kg)")
 
 
 LATER = {"effects", "mechanisms", "remainder", "nuisances"}

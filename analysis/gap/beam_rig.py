@@ -23,6 +23,10 @@ from analysis.gap.measurement import Indices
 JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
 MODE_FIELDS = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
 """Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
+FAR_ABOVE = 4.0
+"""Times the highest line, from which modes are summed at a few lines only."""
+NODES = 6
+"""Of these lines: the polynomial through them is right to a millionth of what those modes add."""
 Changes = Mapping[str, Complex | Real]
 """By name of a field of `BeamBench`, derivatives in one parameter."""
 
@@ -157,10 +161,37 @@ class Answer:
         rate = bench.damping * modes.damping_rate + 2 * bench.ratio * modes.angular_frequency
         return 1 / modes.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss, rate)
 
+    @cached_property
+    def _split(self) -> tuple[int, Indices, Real]:
+        """Number of low modes, lines at which the others are summed, and (nodes, lines) that interpolates between them.
+
+        Far below its frequency the compliance of a mode is a smooth function: a polynomial through a few lines.
+        """
+        frequency, modes = np.abs(self.bench.pole.imag), self.rig.modes
+        low = int(np.searchsorted(modes.angular_frequency, FAR_ABOVE * np.max(frequency)))
+        if frequency.size <= 2 * NODES or low >= modes.angular_frequency.size:
+            return modes.angular_frequency.size, np.zeros(0, dtype=np.intp), np.zeros((0, frequency.size))
+        order = np.argsort(frequency)
+        cosine = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+        first, last = frequency[order[[0, -1]]]
+        wanted = (first + last) / 2 + (last - first) / 2 * cosine
+        nodes = np.unique(order[np.clip(np.searchsorted(frequency[order], wanted), 0, frequency.size - 1)])
+        scaled = frequency / last
+        powers = np.arange(nodes.size)
+        basis = np.linalg.solve(scaled[nodes] ** powers[:, None], scaled ** powers[:, None])
+        return low, nodes, np.asarray(basis)
+
+    def _summed(self, rows: Real, columns: Real, fields: Complex) -> Complex:
+        """(lines, rows, columns) sum over modes of `rows` (rows, N) times `columns` times (N, lines) `fields`."""
+        low, nodes, basis = self._split
+        found = _times(_products(rows[:, :low], columns[:, :low]), fields[:low])
+        if nodes.size:
+            found += _times(_products(rows[:, low:], columns[:, low:]), fields[low:, nodes]) @ basis
+        return np.ascontiguousarray(found.T).reshape(-1, len(rows), len(columns))
+
     def _free(self, rows: Real, columns: Real) -> Complex:
         """(lines, rows, columns) receptance of the beam without joints."""
-        products = (rows[:, None, :] * columns).reshape(-1, rows.shape[-1])
-        return np.ascontiguousarray(_times(products, self._compliance).T).reshape(-1, len(rows), len(columns))
+        return self._summed(rows, columns, self._compliance)
 
     @cached_property
     def _ends(self) -> Real:
@@ -177,11 +208,6 @@ class Answer:
         """(..., rows, lines) of (..., states, lines, n)."""
         swapped = np.swapaxes(values, -1, -2)
         return np.asarray(swapped.reshape(*swapped.shape[:-3], -1, swapped.shape[-1])[..., self.rig.place, :])
-
-    def _at_rows(self, modes: Real, fields: Complex) -> Complex:
-        """(rows, lines) of (rows, N) `modes` at the blows times (states, N, lines) fields of each row's state."""
-        found = _times(modes[self.rig.rows_of], fields)
-        return np.asarray(found.reshape(-1, found.shape[-1])[self.rig.place])
 
     @cached_property
     def _system(self) -> Complex:
@@ -239,20 +265,28 @@ class Answer:
         return self.bench.chain * self.bench.pole**2
 
     @cached_property
-    def _field(self) -> Complex:
-        """(states, N, lines) the beam's motion under a unit force at the accelerometer, in free modes."""
-        attached, _ = self._attached
-        pulled = _times(attached.T, np.swapaxes(self._force[..., 0], 1, 2))
-        return np.asarray(self._compliance * (self._ends[0][:, None] - pulled))
+    def _pulled(self) -> Complex:
+        """(states, lines, 1 + attached) unit force at the accelerometer, and the forces of the attached under it."""
+        states, lines = self._force.shape[:2]
+        return np.concatenate([np.ones((states, lines, 1)), -self._force[..., 0]], axis=2)
+
+    @cached_property
+    def _pulling(self) -> Real:
+        """(1 + attached, N) modes where these forces act."""
+        return np.concatenate([self._ends[:1], self._attached[0]])
+
+    def _at_blows(self, fields: Complex) -> Complex:
+        """(rows, lines) of (lines, 1 + attached, rows): the sum over the forces under a unit force at the sensor."""
+        return np.asarray(np.einsum("rlk,lkr->rl", self._pulled[self.rig.state], fields))
 
     @cached_property
     def by_blow_offset(self) -> Complex:
         """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
-        return self._to_read * self._at_rows(self._blows[1], self._field)
+        return self._to_read * self._at_blows(self._free(self._pulling, self._blows[1]))
 
     @cached_property
     def _by_lean(self) -> Complex:
-        return self._to_read * self._at_rows(self._blows[2], self._field)
+        return self._to_read * self._at_blows(self._free(self._pulling, self._blows[2]))
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
@@ -285,9 +319,12 @@ class Answer:
         """(rows, lines) sum over free modes of their motion under the sensor's force times that under each blow, with
         (N,) weights, as read; by reciprocity."""
         attached, _ = self._attached
-        field = self._compliance * self._field * weight[:, None]
-        pulled = np.swapaxes(_times(attached, field), 1, 2)[:, :, None, :] @ self._force[..., 3:]
-        return np.asarray(self._to_read * (self._at_rows(self._ends[3:], field) - self._by_row(pulled[:, :, 0])))
+        blows = len(self._ends) - 3
+        fields = self._compliance**2 * weight[:, None]
+        both = self._summed(self._pulling, np.concatenate([self._ends[3:], attached]), fields)
+        carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
+        through = carried[:, :, None] @ self._force[..., 3:]
+        return np.asarray(self._to_read * (self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0])))
 
     @cached_property
     def _by_modes(self) -> dict[str, Complex]:
@@ -377,6 +414,11 @@ class Answer:
         mass = np.array([*joints, *(0.0 for _ in self._local), *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
         both = np.einsum("slp,p,slpn->sln", self._motion[..., 0], mass, self._motion[..., 3:])
         return np.asarray(-self._to_read * 2 * self.bench.pole * self._by_row(both))
+
+
+def _products(rows: Real, columns: Real) -> Real:
+    """(rows columns, N)."""
+    return np.asarray((rows[:, None] * columns).reshape(-1, rows.shape[-1]))
 
 
 def _times(rows: Real, fields: Complex) -> Complex:

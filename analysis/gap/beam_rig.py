@@ -169,7 +169,8 @@ class Answer:
         """
         frequency, modes = np.abs(self.bench.pole.imag), self.rig.modes
         low = int(np.searchsorted(modes.angular_frequency, FAR_ABOVE * np.max(frequency)))
-        if frequency.size <= 2 * NODES or low >= modes.angular_frequency.size:
+        smooth = np.all(self.bench.loss == np.ravel(self.bench.loss)[0])  # over frequency, beside the modes
+        if frequency.size <= 2 * NODES or low >= modes.angular_frequency.size or not smooth:
             return modes.angular_frequency.size, np.zeros(0, dtype=np.intp), np.zeros((0, frequency.size))
         order = np.argsort(frequency)
         cosine = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
@@ -369,10 +370,18 @@ class Answer:
     def _through_joints(self, changes: Sequence[Complex | Real]) -> Complex:
         """(n, rows, lines) minus the derivatives of the accelerance, from those of the joints' stiffness."""
         states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
+        sensor = self._motion[:, :, : 3 * joints, 0].reshape(states, lines, joints, 3, 1)
+        blows = self._motion[:, :, : 3 * joints, 3:].reshape(states, lines, joints, 1, 3, -1)
+        if all(each.shape[1] == 1 for each in changes):  # one stiffness at all lines: a product of small matrices
+            both = np.moveaxis(sensor[..., None] * blows, 1, -2).reshape(states, 9 * joints, -1)
+            flat = np.array([np.broadcast_to(each, (states, 1, joints, 3, 3)) for each in changes])
+            found = np.moveaxis(flat.reshape(len(changes), states, -1), 0, 1) @ both
+            return np.asarray(
+                self._to_read * self._by_row(np.moveaxis(found, 0, 1).reshape(-1, states, lines, blows.shape[-1]))
+            )
         stacked = np.array([np.broadcast_to(each, (states, lines, joints, 3, 3)) for each in changes])
-        sensor = self._motion[:, :, : 3 * joints, 0].reshape(states, lines, joints, 3)
-        pulled = np.einsum("sljp,csljpq->slcjq", sensor, stacked).reshape(states, lines, len(changes), -1)
-        found = np.moveaxis(pulled @ self._motion[:, :, : 3 * joints, 3:], 2, 0)
+        pulled = np.einsum("sljp,csljpq->slcjq", sensor[..., 0], stacked).reshape(states, lines, len(changes), -1)
+        found = np.moveaxis(pulled @ blows.reshape(states, lines, 3 * joints, -1), 2, 0)
         return np.asarray(self._to_read * self._by_row(found))
 
     def _besides_joints(self, changes: Changes) -> Complex:

@@ -133,11 +133,12 @@ def test_derivatives_hold_while_motion_follows_stiffness(empty: Measurement, by_
 
 def test_a_bench_of_either_kind_of_amplitude_is_fitted(empty: Measurement) -> None:
     """Joints may follow each blow's own motion, or one amplitude for each force: one model fits both."""
+    few = [each.lines(np.arange(3, each.frequency.size, 5)) for each in empty.sets]
     for by_row in (-1.0, 1.0):
-        likelihood = likelihood_of(empty, CubicStiffness())
+        likelihood = likelihood_of(replace(empty, sets=tuple(few)), CubicStiffness())
         there = scores_of(likelihood, {"beta": 3.0, "by_row": by_row, "fall": -0.625})
         read = likelihood.predict(there, ())
-        sets = tuple(replace(each, accelerance=a) for each, a in zip(empty.sets, read.accelerances, strict=True))
+        sets = tuple(replace(each, accelerance=a) for each, a in zip(few, read.accelerances, strict=True))
         assert empty.points is not None
         bench = replace(empty, sets=sets, points=replace(empty.points, stiffness=read.stiffness))
         model = likelihood_of(bench, CubicStiffness())

@@ -61,8 +61,9 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
     baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
-    own = len(baseline.parameters)
-    for effect in (*candidates(empty), *law_free(empty), *local_changes(empty)):
+    every = (*candidates(empty), *law_free(empty), *local_changes(empty))
+    own, laws = len(baseline.parameters), {type(each): each for each in every}
+    for effect in laws.values():  # of variants, which differ in joint or row, the last
         simulation = Simulation(baseline, modes, (effect,))
         likelihood = Likelihood(simulation)
         scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)

@@ -12,13 +12,19 @@ from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import read_accelerances
 from tests.api.conftest import Command
+from tests.rewriting import rewrite
+
+EVERY = 16
+"""Lines, of which one is kept."""
 
 
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A sealed case with a clear effect in the measuring chain."""
+    """A sealed case with a clear effect in the measuring chain, and few lines."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
     write_case(draw_case(5, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
+    for file in folder.glob("inverse_*.unv"):
+        rewrite(file, lines=slice(EVERY - 1, None, EVERY))
     return folder
 
 

@@ -25,6 +25,7 @@ from store.accelerance_file import accelerance_functions, read_accelerances
 from store.bundle import read_bundle
 from store.errors import StoreError
 from store.uff import write_uff
+from tests.rewriting import rewrite
 
 EVERY = 32
 """Lines, of which one is kept: few are quick, and enough here."""
@@ -45,20 +46,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def bundle(whole: Path, tmp_path: Path) -> Path:
     """A copy, to be spoilt."""
     return Path(shutil.copytree(whole, tmp_path / "bundle"))
-
-
-def rewrite(file: Path, lines: slice = slice(None), rows: int | None = None, coherence: bool = True) -> None:
-    """Keep some lines, some rows, and coherence or not."""
-    read = read_accelerances(file)
-    kept = read.coherence if coherence else None
-    functions = accelerance_functions(
-        read.response,
-        read.inputs[:rows],
-        read.frequency[lines],
-        read.accelerance[:rows, lines],
-        None if kept is None else kept[:rows, lines],
-    )
-    write_uff(file, functions)
 
 
 def changed(bundle: Path, change: Callable[[Setup], None]) -> None:

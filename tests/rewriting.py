@@ -1,0 +1,20 @@
+"""Accelerance files with less in them: few lines are quick to diagnose, and enough for most tests."""
+
+from pathlib import Path
+
+from store.accelerance_file import accelerance_functions, read_accelerances
+from store.uff import write_uff
+
+
+def rewrite(file: Path, lines: slice = slice(None), rows: int | None = None, coherence: bool = True) -> None:
+    """Keep some lines, some rows, and coherence or not."""
+    read = read_accelerances(file)
+    kept = read.coherence if coherence else None
+    functions = accelerance_functions(
+        read.response,
+        read.inputs[:rows],
+        read.frequency[lines],
+        read.accelerance[:rows, lines],
+        None if kept is None else kept[:rows, lines],
+    )
+    write_uff(file, functions)

@@ -1,5 +1,6 @@
 """YAML files of sequences: plain values of a bounded size, whoever wrote the file."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,15 @@ LARGEST_FILE = 1_000_000
 """Bytes of a file at most; a sequence has some thousands."""
 MOST_VALUES = 100_000
 """Values of a document at most, where those that an alias (`*`) stands for count each time."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Takes 70e9 for a number, as YAML 1.2 and JSON do; PyYAML's rules of YAML 1.1 want 70.0e+9."""
+
+
+NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$")
+"""With an exponent."""
+_Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
 
 
 def read_yaml(path: Path) -> Any:
@@ -22,7 +32,7 @@ def read_yaml(path: Path) -> Any:
         content = file.read(LARGEST_FILE + 1)
     if len(content) > LARGEST_FILE:
         raise yaml.YAMLError(f"the file has more than {LARGEST_FILE} bytes")
-    loader = yaml.SafeLoader(content.decode("utf-8"))
+    loader = _Loader(content.decode("utf-8"))
     try:
         document = loader.get_single_node()
         if document is None:

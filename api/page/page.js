@@ -5,7 +5,11 @@ document.addEventListener("submit", async (event) => {
   if (!form.matches(".stop")) return;
   event.preventDefault();
   const said = form.querySelector("output");
-  said.textContent = "Stopping …";
+  const tell = (text, kind) => {
+    said.textContent = text;
+    said.className = kind;
+  };
+  tell("Stopping …", "asked");
   const press = async (address) => {
     const answer = await fetch(address, { method: "POST", signal: AbortSignal.timeout(8000) });
     const told = await answer.json();
@@ -15,15 +19,18 @@ document.addEventListener("submit", async (event) => {
   if (form.dataset.port) presses.unshift(press(`http://${location.hostname}:${form.dataset.port}/stop`));
   try {
     await Promise.any(presses);
-    said.textContent = "Stopped. The actuator is at rest.";
+    tell("Stopped. The actuator is at rest.", "rests");
   } catch (failed) {
-    const why = failed.errors.filter((each) => each.constructor === Error).map((each) => each.message);
-    said.textContent = why.length
-      ? `STOP FAILED: ${why[0]}`
-      : "STOP is not confirmed. Press the red button on the machine.";
+    console.warn(failed.errors.map(String));
+    tell("STOP FAILED: the actuator may still move. Press the red button on the machine.", "failed");
   }
-  setTimeout(() => (said.textContent = ""), 20000);
 });
+
+// "At rest" is shown as long as it is so, and a failure until the next press.
+const tellByState = () => {
+  const rests = document.querySelector(".stop output.rests");
+  if (rests && document.querySelector("#rig-state.moving")) rests.textContent = rests.className = "";
+};
 
 window.thin = (value) => {
   if (typeof value !== "number") return value ?? "–";
@@ -35,6 +42,7 @@ window.thin = (value) => {
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {
+  tellByState();
   window.socket?.io.reconnectionDelayMax(700); // left alone, it waits five seconds between attempts
   const connected = Boolean(window.socket?.connected);
   wasConnected ||= connected;

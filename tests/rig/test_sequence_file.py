@@ -37,6 +37,23 @@ def test_other_documents_are_read_as_ever(file: Path, text: str) -> None:
     assert read_yaml(file) == yaml.safe_load(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("70e9", 70e9),
+        ("-3E-4", -3e-4),
+        (".5e2", 50.0),
+        ("7.0e+9", 7e9),
+        ("2e9x", "2e9x"),
+        ("1e", "1e"),
+        ("1e3 m", "1e3 m"),
+    ],
+)
+def test_a_number_may_have_an_exponent_as_in_json(file: Path, text: str, value: object) -> None:
+    file.write_text(f"E: {text}", encoding="utf-8")
+    assert read_yaml(file) == {"E": value}
+
+
 def test_a_second_document_is_refused(file: Path) -> None:
     file.write_text("a: 1\n---\nb: 2\n", encoding="utf-8")
     with pytest.raises(SequenceError, match="not valid YAML"):

@@ -112,6 +112,31 @@ def test_a_sweep_is_held_and_continued_and_shows_k_and_gamma(tab: Tab, bench: Op
     expect(page.locator("#prompt")).to_contain_text("is stopped")
 
 
+def test_rest_is_told_as_long_as_the_actuator_rests_and_no_longer(tab: Tab, bench: OperatorClient) -> None:
+    page = start(tab, LONG_SWEEP)
+    mount(page, bench)
+    told = page.locator(".stop output")
+    page.get_by_role("button", name="STOP").click()
+    expect(told).to_have_text("Stopped. The actuator is at rest.")
+    page.get_by_role("button", name="reset STOP").click()
+    expect(page.locator("#stop-in-force")).to_have_count(0)
+    expect(told).to_have_text("Stopped. The actuator is at rest.")
+    page.get_by_role("button", name="Resume run").click()
+    expect(page.locator("#rig-state")).to_have_text("running")
+    expect(told).to_be_empty()
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator("#rig-state")).to_have_text("at rest")
+
+
+def test_a_stop_that_is_not_confirmed_is_red_and_sends_to_the_machine(tab: Tab) -> None:
+    page = tab.go("/page/")
+    page.route("**/stop", lambda route: route.fulfill(status=503, json={"detail": "no reply when asked to write"}))
+    page.get_by_role("button", name="STOP").click()
+    told = page.locator(".stop output")
+    expect(told).to_have_text("STOP FAILED: the actuator may still move. Press the red button on the machine.")
+    expect(told).to_have_css("border-color", "rgb(176, 0, 32)")
+
+
 def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, bench: OperatorClient) -> None:
     page = start(tab, SWEEP)
     mount(page, bench)

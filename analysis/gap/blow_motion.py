@@ -27,7 +27,7 @@ POINT_DOUBT, ROW_DOUBT = 0.15, 0.05
 """Standard deviations of the logarithm of an amplitude that counts, for each joint and axis. Definitions of amplitude
 differ by the first from one point that is struck to another, in all sets alike; by the second, from row to row, they
 differ with force, and so do blows. Motion and stiffness agree without these doubts."""
-FIRST_COMPLIANCE = 5e-8
+FIRST_COMPLIANCE = 8e-8
 """m/N, amplitude over peak force from which the iteration starts."""
 REPETITIONS = 10
 SETTLED = 1e-11

@@ -181,9 +181,11 @@ def diagnose(
     chosen = contenders(Contest(coarse, found, calibration))
     # all models are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales
     first = [coarse, *sorted(chosen, key=lambda each: -each.log_evidence)[:1]]
-    best = max(parallel_map(partial(refined, measurement=fine), first), key=lambda each: each.log_evidence)
+    closer = list(parallel_map(partial(refined, measurement=fine), first))
+    best = max(closer, key=lambda each: each.log_evidence)
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
-    none, *contest = parallel_map(alike, [coarse, *chosen])
+    starts = [*closer, *(each for each in chosen if each is not first[-1])]
+    none, *contest = parallel_map(alike, starts)
     weighed = weigh(none, contest, calibration, left_out=True)
     report("measuring the gap on held-out data", 0.85)
     measured = coarse_gaps(none, weighed, measurement, parallel_map)

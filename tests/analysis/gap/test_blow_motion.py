@@ -10,12 +10,16 @@ from analysis.frequency_response import Real
 from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import Felt, Mounting
 from analysis.gap.blow_motion import CONTACT, MOTION_DECAY, MOTION_LINES, POINT_DOUBT, BlowMotion, felt_of, half_sine
+from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.fit import CLOSE, Likelihood, as_unknowns, evaluated, fit
+from analysis.gap.forward_selection import selected
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
+from analysis.gap.verdict import leading, weigh
+from tests.analysis.gap.conftest import Made, search_among
 
 POLE = np.asarray(MOTION_DECAY + 2j * np.pi * MOTION_LINES, dtype=complex)
 STILL = np.zeros((1, POLE.size, 3, 3), dtype=complex)
@@ -158,3 +162,15 @@ def test_doubts_are_added_and_left_out_with_the_effect_that_has_them(empty: Meas
     assert longer.size == with_motion.unknowns
     assert not np.any(longer[with_motion.first_blow[-1] :])
     assert as_unknowns(np.ones(with_motion.unknowns), without).size == without.unknowns
+
+
+@pytest.mark.parametrize("by_row", [-1.0, 1.0])
+def test_an_effect_of_amplitude_is_named_without_a_companion(made: Made, by_row: float) -> None:
+    """Whether joints follow each blow or one amplitude a set: one law was fitted beside another, or none at all."""
+    bench = made((CubicStiffness(),), (3.0, 0.0, 0.0, by_row, 1.0, -0.625))
+    few = tuple(each.lines(np.arange(3, each.frequency.size, 3)) for each in bench.sets)
+    search = search_among(replace(bench, sets=few), {"amplitude_dependence", "cubic_stiffness", "coulomb_friction"})
+    none = search.without_effects()
+    found = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    assert leading(found).effects == ("cubic_stiffness",)
+    assert leading(found).probability > 0.9

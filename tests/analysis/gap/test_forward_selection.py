@@ -19,6 +19,8 @@ from analysis.gap.verdict import included, leading, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
 TRIED = {"accelerometer_mass", "frame_compliance", "joint_mass", "temperature_shift", "channel_delay", "sensor_gain"}
+LINES = 42
+"""Of each set, enough to see a mode."""
 
 
 def alone(search: Search, effect: AccelerometerMass | FrameCompliance, none: Model) -> Model:
@@ -33,14 +35,14 @@ def selection(measurement: Measurement, tried: set[str]) -> ForwardSelection:
 
 
 def test_both_of_a_pair_are_named(made: Made) -> None:
-    search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)), TRIED)
+    search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)).thinned(LINES), TRIED)
     none = search.without_effects()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance"}
 
 
 def test_three_effects_are_each_included(made: Made) -> None:
-    search = search_among(made((JointMass(), FrameCompliance(), ChannelDelay()), (0.8, 0.6, 0.5)), TRIED)
+    search = search_among(made((JointMass(), FrameCompliance(), ChannelDelay()), (0.8, 0.6, 0.5)).thinned(LINES), TRIED)
     none = search.without_effects()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance", "channel_delay"}

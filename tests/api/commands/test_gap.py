@@ -14,7 +14,7 @@ from store.accelerance_file import read_accelerances
 from tests.api.conftest import Command
 from tests.rewriting import rewrite
 
-EVERY = 16
+EVERY = 32
 """Lines, of which one is kept."""
 
 

@@ -13,7 +13,7 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError, StatementError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
-from store.errors import ConnectionLostError, DamagedError, StoreError
+from store.errors import ConnectionLostError, DamagedError, SilentError, StoreError
 from store.provenance import to_json
 from store.server_connection import BoundedConnection, SilentServerError, connect_function, server_settings
 from store.time_limits import LONGEST, TimeLimits, seconds_left
@@ -131,7 +131,10 @@ def explained(address: URL) -> Iterator[None]:
         if isinstance(cause, StoreError):
             raise StoreError(str(cause)) from error
         lost = isinstance(error, DBAPIError) and error.connection_invalidated
-        kind = ConnectionLostError if lost and not isinstance(cause, SilentServerError) else StoreError
+        silent = isinstance(cause, psycopg.OperationalError) and cause.sqlstate is None
+        kind = SilentError if silent else StoreError
+        if lost and not isinstance(cause, SilentServerError):
+            kind = ConnectionLostError
         raise kind(f"{_shown(address)}: {driver_message(cause)}") from error
     except UnicodeDecodeError as error:  # in the text of a damaged file, or in SQLite's message about it
         raise DamagedError(_shown(address), "its structure is damaged") from error

@@ -9,6 +9,10 @@ class NotFoundError(StoreError):
     """There is no such run, record or result."""
 
 
+class SilentError(StoreError):
+    """The database has not answered in time, or cannot be reached."""
+
+
 class ConnectionLostError(StoreError):
     """The connection to the database was lost, and nothing of the transaction was stored: it may be tried again."""
 

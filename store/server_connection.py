@@ -38,9 +38,13 @@ class BoundedConnection(psycopg.Connection[Any]):
             if took < limit or self.closed:
                 raise
             self.close()
-            raise SilentServerError(
-                f"the database has not answered for {took:.1f} s; look whether its server runs and is reached"
-            ) from error
+            raise _silent(took) from error
+
+
+def _silent(seconds: float) -> SilentServerError:
+    return SilentServerError(
+        f"the database has not answered for {seconds:.1f} s; look whether its server runs and is reached"
+    )
 
 
 def server_settings(limits: TimeLimits) -> dict[str, Any]:
@@ -67,7 +71,10 @@ def connect_function(limits: TimeLimits) -> Callable[..., BoundedConnection]:
 
     def connect(_dialect: Any, _record: Any, arguments: list[Any], settings: dict[str, Any]) -> BoundedConnection:
         within = max(1, round(seconds_left(limits.connect)))
-        connection = BoundedConnection.connect(*arguments, **{**settings, "connect_timeout": within})
+        try:
+            connection = BoundedConnection.connect(*arguments, **{**settings, "connect_timeout": within})
+        except psycopg.errors.ConnectionTimeout as error:
+            raise _silent(within) from error
         connection.answer = limits.answer
         return connection
 

@@ -13,13 +13,14 @@ from api.page.controls import button
 from api.page.login import Login, file_text, stop_button
 from api.page.markup import show, tabs
 from api.service.access import Caller
-from api.service.deadlines import SilentError, within
+from api.service.deadlines import within
 from api.service.problems import AccessError
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.errors import EXPECTED
 from rig.tester_status import interlock_text
 from store.alarms import NewAlarm
+from store.errors import ConnectionLostError, SilentError
 from store.states import Scope
 
 VIEWS = {
@@ -131,7 +132,7 @@ class Frame:
         try:
             found = await self.reading(query)
         except EXPECTED as error:
-            self._is_database_silent = isinstance(error, SilentError)
+            self._is_database_silent = isinstance(error, (SilentError, ConnectionLostError))
             self.tell(str(error))
             return None
         if self._is_database_silent:

@@ -26,10 +26,12 @@ document.addEventListener("submit", async (event) => {
   }
 });
 
-// "At rest" is shown as long as it is so, and a failure until the next press.
+// "At rest" is shown as long as it is so, and a failure until the next press. The page may hear of the rest later than the
+// press does: what it shows before the STOP is in force there is the motion that the STOP has ended.
 const tellByState = () => {
   const rests = document.querySelector(".stop output.rests");
-  if (rests && document.querySelector("#rig-state.moving")) rests.textContent = rests.className = "";
+  if (document.querySelector("#stop-in-force")) rests?.classList.add("in-force");
+  if (rests?.matches(".in-force") && document.querySelector("#rig-state.moving")) rests.textContent = rests.className = "";
 };
 
 window.thin = (value) => {

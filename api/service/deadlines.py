@@ -5,13 +5,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from store.errors import StoreError
+from store.errors import SilentError
 
 ResultT = TypeVar("ResultT")
-
-
-class SilentError(StoreError):
-    """The database has not answered in time."""
 
 
 async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:

@@ -265,11 +265,17 @@ def _strain(model: Model) -> float:
 
 
 def leading(weighed: Sequence[Weighed]) -> Weighed:
-    """The verdict: an unknown cause where that is more likely than not, else the best explanation by the catalogue."""
+    """The verdict: an unknown cause where that is more likely than not, else the best explanation by the catalogue.
+
+    Of explanations that are as probable as each other, for all that trials can tell, it is the one with fewest effects.
+    """
     unknown = next((each for each in weighed if each.effects == UNKNOWN), None)
     if unknown is not None and unknown.probability > 0.5:
         return unknown
-    return next(each for each in weighed if each is not unknown)
+    known = sorted((each for each in weighed if each is not unknown), key=lambda each: -each.probability)
+    return min(
+        (each for each in known if each.probability >= ALIKE * known[0].probability), key=lambda each: len(each.effects)
+    )
 
 
 def included(weighed: Sequence[Weighed]) -> Mapping[str, float]:
@@ -302,6 +308,8 @@ def log_prior(ids: Sequence[str], calibration: Calibration) -> float:
     return float(np.log(calibration.counts[len(ids)] / comb(len(effect_ids()), len(ids))))
 
 
+ALIKE = 0.9
+"""Of the highest probability, from which another is no lower: no trial is large enough to tell them apart."""
 INSEPARABLE = 1 / 20
 """Share of the verdict's probability above which another explanation is confounded with it."""
 

@@ -252,3 +252,12 @@ def test_in_a_pair_effects_are_confounded_beside_a_shared_one() -> None:
         weighed(0.2, SensorGain(), TemperatureShift()),
     ]
     assert confounded_effects(found) == (("youngs_modulus", "density"),)
+
+
+def test_of_explanations_that_are_as_probable_the_one_with_fewer_effects_is_the_verdict() -> None:
+    none = model((), 0.0)
+    shares = {("density",): 0.46, (): 0.45, ("density", "mesh_error"): 0.05, UNKNOWN: 0.04}
+    weighed = [Weighed(ids, none, 0.0, share) for ids, share in shares.items()]
+    assert leading(weighed).effects == ()
+    clear = [Weighed(ids, none, 0.0, share) for ids, share in (shares | {("density",): 0.6, (): 0.31}).items()]
+    assert leading(clear).effects == ("density",)

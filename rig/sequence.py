@@ -12,6 +12,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
+from rig.article import check_identifiable
 from rig.detectors import Document, StepDetectors
 from rig.errors import RequestError
 from rig.registers import COMMAND
@@ -349,6 +350,11 @@ class Sequence(Document):
 
     @model_validator(mode="after")
     def _check_article(self) -> Sequence:
+        if self.hammer_steps:
+            try:
+                check_identifiable(self.article)
+            except AnalysisError as error:
+                raise ValueError(f"article: {error}") from error
         nodes = len(self.article.node_positions)
         joints = {joint.name for joint in self.article.joints}
         for step in self.steps:

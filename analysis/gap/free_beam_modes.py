@@ -10,7 +10,8 @@ from analysis.dof import Direction
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Drawing
-from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam, Mesh, assemble
+from analysis.structure.beam import DIRECTIONS, FreeBeam, Mesh, assemble
+from analysis.structure.setup import RIGID_MODES
 
 ELEMENTS_BETWEEN_NODES = 8
 DEGREE = 5

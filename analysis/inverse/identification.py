@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.inverse import regression
 from analysis.inverse.covariance_propagation import ModalUncertainty, propagated_covariance
@@ -23,6 +22,7 @@ from analysis.structure.agreement import mode_errors
 from analysis.structure.beam import FreeBeam
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint
+from analysis.structure.setup import check_joint_nodes
 
 PAPER_DOFS = (
     Dof(1, Direction.X),
@@ -57,9 +57,8 @@ def identify_joints(
     Raises:
         AnalysisError: a component is missing, or modes or components are too few for the joints.
     """
+    check_joint_nodes(joint_nodes)
     nodes = list(joint_nodes.values())
-    if not nodes or len(set(nodes)) < len(nodes):
-        raise AnalysisError(f"joints need a node each of their own, not {dict(joint_nodes)}")
     shapes = np.stack([modes.at(dof) for dof in measured], axis=1)
     if average_longitudinal:
         shapes = averaged(shapes, measured)

@@ -15,10 +15,10 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.structure import element
+from analysis.structure.setup import RIGID_MODES, check_damping, check_span
 
 DIRECTIONS = tuple(Direction)
 """Order of the freedoms at a node, and of the rows of a joint matrix: x, y, rotation."""
-RIGID_MODES = 3
 SHIFT = (2 * np.pi * 100.0) ** 2  # rad^2/s^2, makes the stiffness of a free beam definite
 
 
@@ -214,11 +214,7 @@ def assemble(
     Raises:
         AnalysisError: the mesh does not span the beam, a damping ratio or mass is negative, a node is unknown.
     """
-    first, last = mesh.positions[0], mesh.positions[-1]
-    if abs(first) > 1e-9 * beam.length or abs(last - beam.length) > 1e-9 * beam.length:
-        raise AnalysisError(
-            f"nodes run from {first} m to {last} m, the beam from 0 to {beam.length} m; make them agree"
-        )
+    check_span(beam.length, float(mesh.positions[0]), float(mesh.positions[-1]))
     mass, stiffness = _matrices(beam, mesh, theory)
     for node, kilograms in (point_masses or {}).items():
         if not (np.isfinite(kilograms) and kilograms >= 0):
@@ -230,8 +226,7 @@ def assemble(
     squared_frequency, shapes = _free_modes(mass, stiffness)
     rate = np.zeros(mesh.degrees)
     ratios = np.asarray(damping_ratios, dtype=float)
-    if not np.all((ratios >= 0) & (ratios < 1)) or ratios.size > rate.size - RIGID_MODES:
-        raise AnalysisError(f"damping ratios of the free beam must lie in 0..1, one a mode, not {ratios.tolist()}")
+    check_damping(ratios.tolist(), rate.size)
     if ratios.size:
         ratios = np.pad(ratios, (0, rate.size - RIGID_MODES - ratios.size), mode="edge")
         rate[RIGID_MODES:] = 2 * ratios * np.sqrt(squared_frequency[RIGID_MODES:])

@@ -17,9 +17,10 @@ from analysis.frequency_response import Complex, Real
 from analysis.inverse import regression
 from analysis.inverse.expansion import joint_degrees
 from analysis.modes import Modes
-from analysis.structure.beam import DIRECTIONS, RIGID_MODES, Beam, FreeBeam
+from analysis.structure.beam import DIRECTIONS, Beam, FreeBeam
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint, inclined_support
+from analysis.structure.setup import RIGID_MODES
 
 HIGHEST_STIFFNESS_RATIO = 50.0  # above, the condition number of Eq. (45) begins to rise: Section 6, Fig. 3
 FIRST_ELASTIC = (100.0, 200.0)  # Hz, Section 2

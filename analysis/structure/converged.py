@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
-from analysis.structure.beam import DIRECTIONS, RIGID_MODES, Beam, FreeBeam, Mesh, assemble
+from analysis.structure.beam import DIRECTIONS, Beam, FreeBeam, Mesh, assemble
+from analysis.structure.setup import RIGID_MODES
 
 MESHES = 3
 RESOLVED = 1 / 3

@@ -18,8 +18,9 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modes import Modes
-from analysis.structure.beam import RIGID_MODES, FreeBeam
+from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
+from analysis.structure.setup import RIGID_MODES
 
 LOW_BAND = 3.0  # free modes up to so many times the highest frequency of interest stay as unknowns
 MARGIN = 1.1  # starting values are sought so far above the highest frequency asked for

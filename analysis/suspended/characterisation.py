@@ -15,7 +15,8 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from analysis.modes import Modes
-from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, Theory, assemble
+from analysis.structure.beam import Beam, FreeBeam, Mesh, Theory, assemble
+from analysis.structure.setup import RIGID_MODES
 from analysis.suspended.beam_identifiability import statements
 from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, Material, material_of, update_beam
 from analysis.suspended.free_modes import SOFT, ElasticModes, Suspension, elastic_modes

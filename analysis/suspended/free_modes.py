@@ -26,7 +26,8 @@ from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from analysis.modes import Modes
 from analysis.structure.agreement import mac
-from analysis.structure.beam import DIRECTIONS, RIGID_MODES, FreeBeam
+from analysis.structure.beam import DIRECTIONS, FreeBeam
+from analysis.structure.setup import RIGID_MODES
 
 SOFT = 0.1  # a suspension above this share of the first elastic frequency is stiff
 NEAR = 0.1  # largest difference in the logarithm of frequency between a measured mode and its prediction

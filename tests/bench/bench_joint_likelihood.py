@@ -22,9 +22,10 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import TERMS
 from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
-from analysis.structure.beam import RIGID_MODES, Beam, Mesh
+from analysis.structure.beam import Beam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
+from analysis.structure.setup import RIGID_MODES
 from jointlab.identification.structure import ELEMENTS_BETWEEN_NODES
 from simlab.article import NODE_POSITIONS
 from simlab.beam import Load, SimulatedBeam, free_modes

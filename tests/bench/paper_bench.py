@@ -13,7 +13,8 @@ from analysis.gap.effects.joint_geometry import CylinderAngle, SupportPosition, 
 from analysis.gap.effects.joint_state import SOFTENING, PreloadStiffening, TemperatureShift
 from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.parameter import Parameter
-from analysis.structure.beam import RIGID_MODES, Beam, FreeBeam, Mesh, assemble
+from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
+from analysis.structure.setup import RIGID_MODES
 
 BEAM = Beam(0.914, 0.0254, 1290e-6 / 0.0254, youngs_modulus=207e9, poisson_ratio=0.3, density=7850.0)
 SUPPORTED = np.array([77.4, 79.5, 204.0, 266.0, 469.0, 865.0])  # Hz, the experiment of Table 4

@@ -186,6 +186,10 @@ HAMMER, SWEEP = ("steps", 0), ("steps", 1)
         (("article", "beam", "youngs_modulus"), 207, "article.beam.youngs_modulus: "),
         (("article", "node_positions"), [0.0, 0.5, 0.4], "article: Value error, node_positions do not rise"),
         (("article", "joints", 0, "node"), 12, "article: Value error, "),
+        (("article", "beam", "length"), 0.95, "nodes run from 0.0 m to 0.914 m, the beam from 0 to 0.95 m"),
+        (("article", "node_positions", 0), 0.001, "nodes run from 0.001 m to 0.914 m, the beam from 0 to 0.914 m"),
+        (("article", "beam", "free_damping_ratios"), [0.001, 2], "damping ratios of the free beam must lie in 0..1"),
+        (("article", "joints", 0, "node"), 10, "joints need a node each of their own"),
         (("article", "accelerometer", "direction"), "z", "article.accelerometer.direction: "),
     ],
 )
@@ -194,6 +198,11 @@ def test_an_error_is_named_with_its_place(path: tuple[Any, ...], value: Any, wor
         sequence_from(changed(path, value), "lab.yaml")
     assert str(refused.value).startswith("lab.yaml: ")
     assert "\n" not in str(refused.value)
+
+
+def test_a_sweep_alone_needs_no_beam_between_its_nodes() -> None:
+    document = changed(("article", "beam", "length"), 0.95)
+    assert sequence_from(document | {"steps": document["steps"][1:]}).article.beam.length == 0.95
 
 
 REQUIRED = [("format",), ("title",), ("article",), ("steps",), (*HAMMER, "step")] + [

@@ -9,7 +9,7 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Drawing
-from analysis.structure.beam import RIGID_MODES
+from analysis.structure.setup import RIGID_MODES
 
 MODES = 12
 """Up to about 4 kHz: all that a hammer drives."""

@@ -28,6 +28,7 @@ COMMANDS = {
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
     "export": ("exchange", "Write a run as a bundle."),
+    "amend": ("amend", "Correct the article of a run after the measurement."),
     "identify": ("identification", "Identify k, h and gamma by both methods and compare them."),
     "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),
     "stiffness": ("stiffness", "Say k, h and gamma at any amplitude and frequency."),

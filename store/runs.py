@@ -7,8 +7,9 @@ from typing import Any
 from uuid import uuid4
 
 from sqlalchemy import func, select
-from sqlalchemy.orm import Session, load_only
+from sqlalchemy.orm import Session, load_only, selectinload
 
+from store.amendments import AS_MEASURED
 from store.errors import StoreError, WrongRigError
 from store.instrument import Instrument, StoredChannel
 from store.instruments import add_channels, calibration_id
@@ -28,9 +29,10 @@ class Run:
         article: the test article; its joints are the specimens.
         started_at, finished_at: UTC.
         reason: why it was stopped or failed the last time; `list_run_events` has the older reasons too.
-        setup: the article and how it was measured, in the form of a bundle's setup.json.
+        setup: the article and how it was measured, in the form of a bundle's setup.json, as it was amended last.
+        setup_version: 1 as measured, one more with each amendment.
         sequence: the sequence that was asked for.
-        configuration_hash: SHA-256 over setup, sequence, channels and instruments.
+        configuration_hash: SHA-256 over the setup as measured, sequence, channels and instruments.
         waveform_file: name of its file in the folder of waveforms.
         rig: on which it is measured; None where it was not measured on a rig here, such as an import.
     """
@@ -44,6 +46,7 @@ class Run:
     finished_at: datetime | None
     reason: str | None
     setup: dict[str, Any]
+    setup_version: int
     sequence: dict[str, Any]
     configuration_hash: str
     waveform_file: str
@@ -231,6 +234,7 @@ def list_runs(
     A page begins before the number `before`.
     """
     query = select(RunRow).where(*equal(RunRow, kind=kind, state=state, article=article))
+    query = query.options(selectinload(RunRow.amendments))
     return [_run(row) for row in session.scalars(newest_first(query, RunRow.id, before, limit))]
 
 
@@ -291,4 +295,6 @@ def _row(session: Session, run_id: int) -> RunRow:
 
 
 def _run(row: RunRow) -> Run:
-    return from_row(Run, row, state=RunState(row.state))
+    amended = row.amendments
+    setup, version = (amended[-1].setup, amended[-1].version) if amended else (row.setup, AS_MEASURED)
+    return from_row(Run, row, state=RunState(row.state), setup=setup, setup_version=version)

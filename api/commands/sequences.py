@@ -18,7 +18,7 @@ from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
 from jointlab.errors import ConflictError
-from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in
+from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in, sequence_of
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.automatic_operator import obey
@@ -27,7 +27,7 @@ from jointlab.supervision.stored_limits import stored_limits
 from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
 from rig.operator import Operator
-from rig.sequence import Sequence, load_sequence, sequence_from
+from rig.sequence import Sequence, load_sequence
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
@@ -88,7 +88,7 @@ def resume(
     with open_catalogue(settings) as catalogue:
         with catalogue.reading() as session:
             stored = get_run(session, number)
-        document = sequence_from(stored.sequence, f"sequence of run {number}") if stored.sequence else None
+        document = sequence_of(stored)
 
         def go_on(rig: RunManager) -> int:
             rig.resume(number, who_is_here(), reset=reset)

@@ -30,6 +30,7 @@ from jointlab.documents.results import (
 )
 from jointlab.documents.rig import Limits, RigDocument, Stopped
 from jointlab.documents.runs import (
+    AmendmentDocument,
     BlowDocument,
     NamedSequence,
     RunDetails,
@@ -241,6 +242,15 @@ class Client:
     def comparisons(self, run: int, analysis: int | None = None) -> Iterator[ComparisonDocument]:
         """The comparison of both methods on a run: the newest, or that of one analysis."""
         return self._connection.pages(ComparisonDocument, f"/runs/{run}/comparisons", analysis=analysis)
+
+    def amend(self, run: int, article: dict[str, object], reason: str) -> AmendmentDocument:
+        """Correct values of a run's article, such as ``{"beam": {"length": 0.914}}``; earlier results stay.
+
+        Raises:
+            ProblemError: the service says why not.
+        """
+        body = {"article": article, "reason": reason}
+        return self._connection.post(AmendmentDocument, f"/runs/{run}/amendments", body)
 
     # Jobs
 

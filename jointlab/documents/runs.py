@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from jointlab.documents.fields import LARGEST, Name, Request, WholeSequence
+from jointlab.documents.fields import LARGEST, Name, OneLine, Request, WholeSequence
 from rig.sequence import Sequence
 from store.quantity import quantity
 from store.states import RunState
@@ -45,8 +45,28 @@ class RunSummary(BaseModel):
 class RunDetails(RunSummary):
     """One run with its article and its sequence."""
 
-    setup: dict[str, object] = Field(description="as a bundle's setup.json has it")
+    setup: dict[str, object] = Field(description="as a bundle's setup.json has it, as it was amended last")
+    setup_version: int = Field(description="1 as measured, one more with each amendment")
     sequence: dict[str, object] = Field(description="as it is carried out; empty where the run was imported")
+
+
+class NewAmendment(Request):
+    """Values of a run's article that were wrong, and why."""
+
+    article: dict[str, object] = Field(
+        min_length=1, description='only what changes, such as {"beam": {"length": 0.914}}; a list is whole'
+    )
+    reason: OneLine
+
+
+class AmendmentDocument(BaseModel):
+    """A version of a run's setup; times are UTC."""
+
+    version: int = Field(description="from 2; the run was measured with version 1")
+    setup: dict[str, object] = Field(description="whole, as a bundle's setup.json has it")
+    reason: str
+    who: str
+    created_at: datetime
 
 
 class RunEventDocument(BaseModel):

@@ -21,9 +21,10 @@ from jointlab.identification.measurement import Measurement, PointForces, Suspen
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.sine_points import SinePoint, sine_point
 from jointlab.identification.tester_corrections import ReferenceTemperature
+from jointlab.sequences import sequence_of
 from rig.operator import SUPPORTED, SUSPENDED
 from rig.point_blows import inconsistent_blows
-from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep, sequence_from
+from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep
 from rig.sequence import Sequence as RigSequence
 from store.analyses import latest_analysis
 from store.blow_file import BundleBlow
@@ -94,7 +95,8 @@ def _imported_measurement(catalogue: Catalogue, run: Run) -> Measurement:
             newest = latest_analysis(session, run.id, AnalysisKind.DYNAMIC_STIFFNESS)
             points = list_dynamic_stiffness(session, newest.id)
         sets = tuple(list_frequency_responses(session, run.id)) if run.setup.get("inverse") else ()
-    return _of_averages(run.title, article_from(run.setup), sets, points, stored_blows(catalogue, run.id))
+    found = _of_averages(run.title, article_from(run.setup), sets, points, stored_blows(catalogue, run.id))
+    return replace(found, setup_version=run.setup_version)
 
 
 def _of_averages(
@@ -127,7 +129,8 @@ def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, prog
         raise JointlabError(
             f"run {run_id} ({run.state}) has neither accepted blows nor sine records: nothing to identify"
         )
-    sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
+    sequence = sequence_of(run)
+    assert sequence is not None, "it was measured by one"
     with progress("accelerances", len(blows)) as advance:
         every_set = [
             (step, _accelerances(catalogue, article, own, step, options, advance))
@@ -148,6 +151,7 @@ def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, prog
         scatter={each.measured.number: each.scatter for each in struck if each.scatter is not None},
         suspended=next((_suspended(run_id, step, found) for step, found in every_set if step.beam == SUSPENDED), None),
         left_out=tuple(text for _, each in every_set for text in each.left_out),
+        setup_version=run.setup_version,
     )
 
 

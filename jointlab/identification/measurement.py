@@ -14,6 +14,7 @@ from analysis.modal.spectra import Windows
 from analysis.suspended.free_modes import Suspension
 from jointlab.identification.sine_points import SinePoint
 from jointlab.identification.tester_corrections import ReferenceTemperature
+from store.amendments import AS_MEASURED
 from store.blow_window import stated_window
 from store.bundle_setup import Article
 from store.dof import StoredDof
@@ -70,6 +71,7 @@ class Measurement:
         suspended: the test of the beam without joints, or None.
         left_out: accepted blows that contradict the others at their point and are in no average; one sentence each.
         faults: corrected faults in rows of hammer sets, one sentence each.
+        setup_version: of the run's setup that `article` is from; 1 where it was never amended.
     """
 
     title: str
@@ -84,6 +86,7 @@ class Measurement:
     suspended: SuspendedTest | None = None
     left_out: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+    setup_version: int = AS_MEASURED
 
     def responses(self, index: int = 0) -> FrequencyResponses:
         """Set `index` as analysis has it, with the scatter of its blows where that is known."""

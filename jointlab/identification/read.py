@@ -13,9 +13,10 @@ from analysis.structure.joints import Joint
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
 from jointlab.identification.measurement import Measurement, dof, responses_of
-from jointlab.identification.save import SUSPENDED_METHOD
+from jointlab.identification.save import SUSPENDED_METHOD, setup_version_of
 from jointlab.identification.sine_points import sine_point
 from jointlab.identification.structure import beam_of, free_beam_with
+from store.amendments import setup_of_version
 from store.analyses import Analysis, get_analysis, latest_analysis, list_analyses
 from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
@@ -96,7 +97,6 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
         NotFoundError: the run has no article, no accelerances, or no joints by both methods; or an older version found
             these, which did not keep on what beam.
     """
-    article = article_of(run)
     newest = newest_joints(catalogue, run)
     if not {PAPER, LIKELIHOOD} <= set(newest):
         raise NotFoundError(f"run {run.id} has no joints by both inverse methods")
@@ -104,6 +104,8 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
     if not set(likelihood.settings) >= NEEDED_SETTINGS:
         raise NotFoundError(f"analysis {likelihood.id} does not say on what beam its joints were found")
     with catalogue.reading() as session:
+        version = setup_version_of(likelihood)
+        article = article_of(replace(run, setup=setup_of_version(session, run.id, version)))
         measured = responses_of(list_frequency_responses(session, run.id)[0])
         parents = [get_analysis(session, number) for number in likelihood.parents]
         modes = get_modes(session, paper.parents[0])

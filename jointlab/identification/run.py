@@ -6,7 +6,7 @@ from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification, identify
-from jointlab.identification.save import OPTIONS, save_identification
+from jointlab.identification.save import OPTIONS, save_identification, setup_version_of
 from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.joint_matrices import list_joint_matrices
@@ -51,8 +51,8 @@ def recompute(catalogue: Catalogue, run_id: int, progress: Progress = silent) ->
     """The newest stored identification of a run with everything that is not stored of it, and a sentence about it.
 
     It is computed from the run's records with the stored options, which gives the stored numbers. The sentence says so
-    where it does not, because blows were taken back since or the software is another. A run that was not identified yet
-    is identified with all options at their defaults.
+    where it does not, because blows were taken back since, the setup was amended or the software is another. A run that
+    was not identified yet is identified with all options at their defaults.
 
     Raises:
         StoreError, AnalysisError, JointlabError: as for `identify_run`.
@@ -64,12 +64,13 @@ def recompute(catalogue: Catalogue, run_id: int, progress: Progress = silent) ->
     found = identify_run(catalogue, run_id, options, progress)
     if stored is None:
         return found, "It is not stored: the run was not identified before"
-    if _is_alike(catalogue, stored, found):
+    amended = setup_version_of(stored) != found.measurement.setup_version
+    if not amended and _is_alike(catalogue, stored, found):
         return found, f"It is that of analysis {stored.id}"
-    return found, (
-        f"It is not that of analysis {stored.id}: blows were taken back since, or the software is another; identify "
-        "the run again to store it"
-    )
+    why = "blows were taken back since, or the software is another"
+    if amended:
+        why = f"the setup was amended since, and this is of its version {found.measurement.setup_version}"
+    return found, f"It is not that of analysis {stored.id}: {why}; identify the run again to store it"
 
 
 def _newest(catalogue: Catalogue, run_id: int) -> Analysis | None:

@@ -15,6 +15,7 @@ from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.inverse import Inverse, MethodResult
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
+from store.amendments import AS_MEASURED
 from store.analyses import Analysis, add_analysis, latest_analysis
 from store.comparisons import Comparison, add_comparisons
 from store.dof import StoredDof
@@ -27,6 +28,8 @@ from store.states import AnalysisKind
 SUSPENDED_METHOD = "suspended beam"
 NOT_OBSERVABLE = "not_observable"
 OPTIONS = "options"
+SETUP_VERSION = "setup_version"
+"""Version of the run's setup that an analysis is of; not there where that is the one it was measured with."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +75,12 @@ class _Saving:
     found: Identification
 
     def _add(self, kind: AnalysisKind, method: str, settings: Mapping[str, Any], parents: Sequence[int] = ()) -> int:
+        version = self.found.measurement.setup_version
+        amended = {} if version == AS_MEASURED else {SETUP_VERSION: version}
         return add_analysis(
-            self.session, kind=kind, method=method, settings=dict(settings), runs=[self.run_id], parents=parents
-        )
+            self.session, kind=kind, method=method, settings={**settings, **amended}, runs=[self.run_id],
+            parents=parents,
+        )  # fmt: skip
 
     def suspended_beam(self) -> int:
         """Modes of the beam in its cords; damping and material that follow from them are in the settings."""
@@ -170,6 +176,11 @@ class _Saving:
     def _options(self) -> dict[str, Any]:
         suspended = self.found.measurement.suspended
         return self.found.options.settings(None if suspended is None else suspended.run)
+
+
+def setup_version_of(analysis: Analysis) -> int:
+    """The version of the run's setup that an analysis is of."""
+    return int(analysis.settings.get(SETUP_VERSION, AS_MEASURED))
 
 
 def unobservable_reasons(analysis: Analysis, joint: str) -> dict[str, str]:

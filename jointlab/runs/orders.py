@@ -3,9 +3,10 @@
 from typing import Any
 
 from jointlab.runs.completed import completed_points
+from jointlab.sequences import sequence_of
 from rig.completed_points import ResumeError
 from rig.records import BegunWith, RunOrder
-from rig.sequence import Sequence, sequence_from
+from rig.sequence import Sequence
 from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
@@ -61,8 +62,9 @@ def order_to_begin(
     Raises WrongRigError where it was planned for another rig.
     """
     check_rig(run, rig)
-    sequence = sequence_from(run.sequence, f"sequence of run {run.id}").with_seed()
-    return RunOrder(run.id, run.waveform_file, sequence, who or who_is_here(), planned=planned, reset=reset)
+    sequence = sequence_of(run)
+    assert sequence is not None, "it was planned with one"
+    return RunOrder(run.id, run.waveform_file, sequence.with_seed(), who or who_is_here(), planned=planned, reset=reset)
 
 
 def order_to_resume(
@@ -83,7 +85,8 @@ def order_to_resume(
         why = f"is {run.state}" if run.kind == KIND else "was not measured from a sequence here"
         raise ResumeError(f"run {run_id} {why}; there is nothing to resume")
     check_rig(run, rig)
-    sequence = sequence_from(run.sequence, f"sequence of run {run_id}")
+    sequence = sequence_of(run)
+    assert sequence is not None, "it was measured by one"
     check_plan(sequence, limits)
     reason = RESUMED_WITHOUT_END if run.state is RunState.RUNNING else f"resumed after it was {run.state}"
     return RunOrder(

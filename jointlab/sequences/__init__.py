@@ -4,12 +4,29 @@ from importlib import resources
 
 from sqlalchemy.orm import Session
 
-from rig.sequence import Sequence, load_sequence, sequence_from
+from rig.sequence import Sequence, SequenceError, load_sequence, sequence_from
+from store.bundle_setup import Article
+from store.runs import Run
 from store.sequence_documents import get_sequence
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
 NAMES = (BUILT_IN, SUSPENDED)
+
+
+def sequence_of(run: Run) -> Sequence | None:
+    """The sequence of a run, on the article as it was amended last; None where it was imported.
+
+    Raises SequenceError where it cannot be run as it stands.
+    """
+    if not run.sequence:
+        return None
+    amended = {name: run.setup[name] for name in Article.model_fields if name in run.setup}
+    article = run.sequence.get("article", {}) | amended
+    try:
+        return sequence_from(run.sequence | {"article": article}, f"sequence of run {run.id}")
+    except SequenceError as error:
+        raise SequenceError(f"{error}; jointlab amend {run.id} corrects values of the article") from error
 
 
 def built_in(name: str) -> Sequence:

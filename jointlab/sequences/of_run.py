@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 from jointlab.diagnosis.experiment_text import experiment_of
 from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
-from jointlab.sequences import BUILT_IN, built_in
+from jointlab.sequences import BUILT_IN, built_in, sequence_of
 from rig.sequence import Sequence, sequence_from
 from rig.tester_limits import TesterLimits
 from store.analyses import get_analysis
@@ -25,7 +25,7 @@ def sequence_of_run(session: Session, run_id: int) -> Sequence:
     Raises NotFoundError where there is no such run, StoreError, RigError where its stored data make no sequence.
     """
     run = get_run(session, run_id)
-    return sequence_from(run.sequence or _on_article_of(session, run), f"sequence of run {run_id}")
+    return sequence_of(run) or sequence_from(_on_article_of(session, run), f"sequence of run {run_id}")
 
 
 def sequence_for_diagnosis(session: Session, diagnosis: int, limits: TesterLimits) -> tuple[str, Sequence]:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
 from analysis.modal.spectra import responses_from_blows
+from jointlab.sequences import sequence_of
 from rig.point_blows import inconsistent_blows
-from rig.sequence import HammerStep, sequence_from
+from rig.sequence import HammerStep
 from store.blows import Blow, list_blows
 from store.bundle_setup import Article
 from store.catalogue import Catalogue
@@ -70,7 +71,7 @@ def hammer_progress(catalogue: Catalogue, run_id: int, present_point: str | None
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         blows = list_blows(session, run_id)
-    sequence = sequence_from(run.sequence, f"sequence of run {run.id}") if run.sequence else None
+    sequence = sequence_of(run)
     if sequence is None or not sequence.hammer_steps:
         raise NotFoundError(f"run {run_id} has no hammer session; press Measure to start one")
     steps = sequence.hammer_steps

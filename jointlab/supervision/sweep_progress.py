@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep, sequence_from
+from jointlab.sequences import sequence_of
+from rig.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep
 from rig.sweep import uncorrected
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -67,7 +68,7 @@ def sweep_progress(catalogue: Catalogue, run_id: int, mounting: tuple[str, str] 
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         records = list_sine_records(session, run_id)
-    sequence = sequence_from(run.sequence, f"sequence of run {run_id}") if run.sequence else None
+    sequence = sequence_of(run)
     if sequence is None or not sequence.sine_steps:
         raise NotFoundError(f"run {run_id} has no sweep; press Measure to start one")
     mountings = tuple(dict.fromkeys((record.specimen, record.configuration) for record in records))

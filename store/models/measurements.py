@@ -45,6 +45,19 @@ class CalibrationRow(Recorded, Checksummed, Base):
     instrument: Mapped[InstrumentRow] = relationship()
 
 
+class SetupAmendmentRow(Recorded, Checksummed, Base):
+    """A corrected description of how a run was measured, in force since; that of the measurement itself stays."""
+
+    __tablename__ = "setup_amendments"
+    __table_args__ = (UniqueConstraint("run_id", "version"),)
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    version: Mapped[int]
+    setup: Mapped[dict[str, Any]]
+    reason: Mapped[str]
+    who: Mapped[str]
+
+
 class RunRow(Recorded, Checksummed, Base):
     """One measurement or import, from its start to its end; `rig` is NULL where it was not measured on a rig here."""
 
@@ -63,6 +76,7 @@ class RunRow(Recorded, Checksummed, Base):
     configuration_hash: Mapped[str]
     waveform_file: Mapped[str] = mapped_column(unique=True)
     rig: Mapped[str | None]
+    amendments: Mapped[list[SetupAmendmentRow]] = relationship(order_by=SetupAmendmentRow.version)
 
 
 class RunEventRow(Recorded, Checksummed, Base):

@@ -16,6 +16,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from store.alarms import NewAlarm, add_alarm, claim_delivery
+from store.amendments import amend_setup
 from store.analyses import add_analysis
 from store.audit import add_audit_entry
 from store.blows import add_blow, add_point
@@ -372,6 +373,7 @@ def _add_requests(session: Session) -> None:
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
     save_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    amend_setup(session, 2, {}, reason="nothing to correct", who="bench")
     advance_spool(session, "20260304-0123456789ab-01234567", 0, 5)
     save_rig_limits(session, "rig", {"force": 2e3}, "bench")
     add_job(session, "identify", {"run": 1}, "bench")

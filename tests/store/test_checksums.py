@@ -28,8 +28,8 @@ FLIPS = 120
 
 def test_every_table_of_measurements_has_a_checksum() -> None:
     assert set(TABLES) == {
-        "specimens", "instruments", "calibrations", "runs", "run_events", "run_instruments", "channels", "points",
-        "blows", "blow_withdrawals", "sine_records",
+        "specimens", "instruments", "calibrations", "runs", "setup_amendments", "run_events", "run_instruments",
+        "channels", "points", "blows", "blow_withdrawals", "sine_records",
     }  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from api.page.results import files, hammer, tester
 from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
+from store.amendments import Amendment, list_amendments
 from store.errors import NotFoundError
 from store.instrument import StoredChannel
 from store.instruments import list_channels
@@ -86,9 +87,9 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     part.draw(run, found)
 
 
-def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[RunEvent]]:
+def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[RunEvent], list[Amendment]]:
     with services.catalogue.reading() as session:
-        return list_channels(session, run.id), list_run_events(session, run.id)
+        return list_channels(session, run.id), list_run_events(session, run.id), list_amendments(session, run.id)
 
 
 async def _origin(frame: Frame, run: Run) -> None:
@@ -96,7 +97,7 @@ async def _origin(frame: Frame, run: Run) -> None:
     found = await frame.read(lambda: _recorded(frame.services, run))
     if found is None:
         return
-    channels, events = found
+    channels, events, amendments = found
     said: dict[str, Cell] = {
         "started": moment(run.started_at),
         "ended": moment(run.finished_at),
@@ -118,4 +119,7 @@ async def _origin(frame: Frame, run: Run) -> None:
     ]
     show(table("Channels", ("channel", "terminal", "sensitivity", "sensor", "calibrated on"), rows))
     history = [(moment(each.happened_at), each.state.value, each.who or "", each.reason or "") for each in events]
+    if amendments:
+        versions = [(f"{each.version}", moment(each.created_at), each.who, each.reason) for each in amendments]
+        show(table("Amendments of the setup", ("version", "when", "who", "why"), versions))
     show(table("History", ("when", "state", "who", "why"), history))

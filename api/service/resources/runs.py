@@ -16,7 +16,9 @@ from api.service.problems import problems
 from jointlab.documents.fields import OneLine, Why
 from jointlab.documents.runs import (
     Acknowledged,
+    AmendmentDocument,
     Beginning,
+    NewAmendment,
     NewRun,
     PromptAnswer,
     RunDetails,
@@ -24,10 +26,12 @@ from jointlab.documents.runs import (
     RunSummary,
 )
 from jointlab.errors import ConflictError
+from jointlab.runs.amendment import amend_article
 from jointlab.sequences import sequence_named
 from rig.errors import RigError
 from rig.registers import interlock_names
 from rig.sequence import Sequence
+from store.amendments import list_amendments
 from store.errors import StoreError
 from store.runs import get_run, list_run_events, list_runs
 from store.states import RunState, Scope
@@ -86,6 +90,30 @@ def history(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[R
     with context.catalogue.reading() as session:
         found = list_run_events(session, run_id)
     return paging.of_whole([document(RunEventDocument, event) for event in found])
+
+
+@router.get("/{run_id}/amendments", responses=problems(404))
+def amendments(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[AmendmentDocument]:
+    """Amendments of the run's setup, oldest first."""
+    with context.catalogue.reading() as session:
+        found = list_amendments(session, run_id)
+    return paging.of_whole([document(AmendmentDocument, each) for each in found])
+
+
+@router.post("/{run_id}/amendments", status_code=201, response_model=AmendmentDocument, responses=problems(404, 409))
+def amend(
+    request: Annotated[IdempotentRequest, idempotent("amend setup", "run {run_id}", Scope.CONTROL)],
+    run_id: RunNumber,
+    given: NewAmendment,
+) -> Response:
+    """Correct the article of a run. Records and results stay; what is computed from now on is of the new version."""
+
+    def store() -> AmendmentDocument:
+        with request.services.catalogue.writing() as session:
+            made = amend_article(session, run_id, given.article, reason=given.reason, who=request.caller.name)
+        return document(AmendmentDocument, made)
+
+    return request.once(store, 201, **given.model_dump())
 
 
 @router.post("/{run_id}/start", response_model=RunSummary, responses=DRIVING)

@@ -87,6 +87,24 @@ def test_a_run_is_created_started_and_measured_to_its_end(
     assert [event["state"] for event in history] == ["created", "running", "finished"]
 
 
+def test_the_article_of_a_run_is_amended_once_and_read_again(
+    client: httpx.Client, catalogue: Catalogue, acting: Acting
+) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="import", title="t", article="beam 3", setup=paper()["article"])
+    headers, path = acting(), f"/api/runs/{run.id}/amendments"
+    asked = {"article": {"beam": {"density": 7810.0}}, "reason": "weighed again"}
+    made = client.post(path, json=asked, headers=headers)
+    assert (made.status_code, made.json()["version"]) == (201, 2), made.text
+    assert client.post(path, json=asked, headers=headers).json() == made.json()
+    assert client.get(path).json()["items"] == [made.json()]
+    details = client.get(f"/api/runs/{run.id}").json()
+    assert (details["setup_version"], details["setup"]["beam"]["density"]) == (2, 7810.0)
+    wrong = asked | {"article": {"beam": {"length": 2.0}}}
+    refused = client.post(path, json=wrong, headers=acting())
+    assert (refused.status_code, "make them agree" in refused.json()["detail"]) == (422, True), refused.text
+
+
 def test_a_request_that_is_sent_twice_acts_once(
     rig_client: httpx.Client, catalogue: Catalogue, acting: Acting, small: dict[str, Any]
 ) -> None:

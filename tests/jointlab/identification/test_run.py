@@ -3,11 +3,17 @@
 import numpy as np
 
 from analysis.modal.estimator import Estimator
+from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.options import Options
+from jointlab.identification.read import read_inverse
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
+from jointlab.runs.amendment import amend_article
+from store.analyses import list_analyses
 from store.blows import list_blows, withdraw_blow
 from store.catalogue import Catalogue
+from store.runs import get_run
+from store.states import AnalysisKind
 
 CHOSEN = Options(
     without=("transducer_lag",), elements=1, estimator=Estimator.HV, force_window=0.05, exponential_window=0.5
@@ -34,3 +40,17 @@ def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back
         withdraw_blow(session, blow.id, "another mark was hit", "test")
     _, standing = recompute(measured_catalogue, measured)
     assert standing.startswith(f"It is not that of analysis {stored.likelihood_joints}: blows were taken back")
+
+    with measured_catalogue.writing() as session:
+        amend_article(session, measured, {"beam": {"density": 7900.0}}, reason="weighed", who="test")
+    amended, standing = recompute(measured_catalogue, measured)
+    assert standing.startswith(f"It is not that of analysis {stored.likelihood_joints}: the setup was amended since")
+    with measured_catalogue.writing() as session:
+        save_identification(session, measured, amended)
+        run = get_run(session, measured)
+        joints = list_analyses(session, measured, AnalysisKind.JOINT_MATRICES)
+    newest = next(each for each in joints if each.method == LIKELIHOOD)
+    assert (newest.settings["density"], newest.settings["setup_version"]) == (7900.0, 2)
+    assert stored.likelihood_joints in {each.id for each in joints}
+    # what is drawn of either is on the beam that it is of
+    assert read_inverse(measured_catalogue, run).measured.inputs == again.inverse.measured.inputs

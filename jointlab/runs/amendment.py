@@ -1,0 +1,77 @@
+"""Amending the article of a run after the measurement: a new version of its setup, which later results are of."""
+
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from analysis.errors import AnalysisError
+from jointlab.errors import ConflictError, JointlabError
+from rig.article import check_identifiable
+from rig.sequence import sequence_from
+from store.amendments import Amendment, amend_setup
+from store.analyses import latest_analysis
+from store.bundle_setup import Article, article_from, unknown_keys
+from store.dynamic_stiffness import list_dynamic_stiffness
+from store.errors import NotFoundError, StoreError
+from store.frequency_responses import list_frequency_responses
+from store.runs import Run, get_run
+from store.states import AnalysisKind, RunState
+
+
+def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, reason: str, who: str) -> Amendment:
+    """Amend the article of a run; nothing that was recorded or computed before is changed.
+
+    Args:
+        session: that writes.
+        run_id: of a run that has begun.
+        changes: values of the article, only those that change: ``{"beam": {"length": 0.914}}``. A list is whole.
+        reason: of the change.
+        who: changes it.
+
+    Raises:
+        NotFoundError: there is no such run.
+        ConflictError: it has not begun, or nothing would change.
+        JointlabError: there is no such value, or joints cannot be identified on that article from what was measured.
+    """
+    run = get_run(session, run_id)
+    if run.state is RunState.CREATED:
+        raise ConflictError(f"run {run_id} has not begun; plan another one with the right article")
+    known = {name: run.setup.get(name) for name in Article.model_fields}
+    where = f"the amended article of run {run_id}"
+    if unknown := list(unknown_keys(changes, known)):
+        raise JointlabError(f"{where}: there is no key {', '.join(unknown)}")
+    try:
+        article = article_from(_merged(known, changes))
+        setup = run.setup | article.model_dump(mode="json")
+        if setup == run.setup:
+            raise ConflictError(f"{where}: nothing differs from version {run.setup_version}")
+        check_identifiable(article)
+        if run.sequence:
+            sequence_from(run.sequence | {"article": article.model_dump(mode="json")}, where)
+        else:
+            _check_imported(session, run, article)
+    except (AnalysisError, StoreError) as error:
+        raise JointlabError(f"{where}: {error}") from error
+    return amend_setup(session, run_id, setup, reason=reason, who=who)
+
+
+def _merged(known: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    both = {name: (known[name], new) for name, new in changes.items()}
+    inner = {name: _merged(*pair) for name, pair in both.items() if all(isinstance(each, dict) for each in pair)}
+    return known | changes | inner
+
+
+def _check_imported(session: Session, run: Run, article: Article) -> None:
+    """StoreError where a stored accelerance or sine point of an imported run is of no node or joint of `article`."""
+    try:
+        for measured in list_frequency_responses(session, run.id):
+            for point in (measured.response, *measured.inputs):
+                article.check_node(point, f"set {measured.number}")
+    except NotFoundError:
+        pass  # of the tester only
+    try:
+        points = list_dynamic_stiffness(session, latest_analysis(session, run.id, AnalysisKind.DYNAMIC_STIFFNESS).id)
+    except NotFoundError:
+        return  # of the beam only
+    if unknown := {point.specimen for point in points} - set(article.specimens):
+        raise StoreError(f"there are sine points of {', '.join(sorted(unknown))}, which is no joint of the article")

@@ -1,0 +1,31 @@
+"""`jointlab amend`: values of an article from the command line, in the audit log."""
+
+from pathlib import Path
+
+from jointlab.sequences import BUILT_IN, built_in
+from store.catalogue import Catalogue
+from store.runs import finish_run, get_run, start_run
+from store.states import RunState
+from tests.api.conftest import Command, Query
+
+
+def test_a_value_is_corrected_with_its_reason_and_noted(jointlab: Command, query: Query, tmp_path: Path) -> None:
+    setup = built_in(BUILT_IN).article.model_dump(mode="json")
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.writing() as session:
+        run = start_run(session, kind="import", title="t", article="beam 3", setup=setup)
+        finish_run(session, run.id, RunState.FINISHED)
+    why = ("--reason", "weighed again")
+    answer = jointlab("amend", run.id, "beam.density=7810", "accelerometer.mass=0.002", *why)
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert "run 1 has version 2 of its setup; jointlab identify 1" in " ".join(answer.stdout.split())
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
+        amended = get_run(session, run.id).setup
+    assert (amended["beam"]["density"], amended["accelerometer"]["mass"]) == (7810, 0.002)
+    for value, words in (("beam.density", "there is no = in it"), ("beam.density=heavy", "beam.density=heavy: ")):
+        refused = jointlab("amend", run.id, value, *why)
+        assert (refused.returncode, refused.stdout) == (3, "")
+        assert words in refused.stderr
+    assert jointlab("amend", run.id, "beam.length=2.0", *why).returncode == 3
+    outcomes = query("SELECT target, outcome FROM audit_entries WHERE action = 'amend setup' ORDER BY id")
+    assert outcomes[0] == ("run 1", "done")
+    assert "make them agree" in outcomes[1][1]

@@ -27,7 +27,7 @@ class StoredStiffness:
         specimen: the joint (I or II) whose cylinders were tested.
         configuration: compression, shear or angled.
         amplitude_pp_mm: peak-to-peak amplitude of the series, mm; reached_pp_mm: that of the first harmonic.
-        frequency: Hz.
+        frequency: Hz, commanded, as the amplitude is; reached_frequency: that of the record.
         stiffness, damping: real and imaginary part k and h of the complex stiffness, N/m.
         loss_factor: h/k.
         magnitude: |k_d|, N/m.
@@ -63,6 +63,7 @@ class StoredStiffness:
     degrees_of_freedom: float | None = None
     stiffness_damping_covariance: float | None = None
     sd_rel: float | None = None
+    reached_frequency: float | None = None
     reached_pp_mm: float | None = None
     reached_pp_se_mm: float | None = None
     thd_percent: float | None = None

@@ -76,6 +76,7 @@ def find_sine_points(
     specimen: str | None = None,
     configuration: str | None = None,
     amplitude_pp_mm: float | None = None,
+    frequency: float | None = None,
     lowest_frequency: float | None = None,
     highest_frequency: float | None = None,
     before: int | None = None,
@@ -88,7 +89,8 @@ def find_sine_points(
         .join(SpecimenRow, SpecimenRow.id == point.specimen_id)
         .where(point.specimen_id.in_(_specimens(article, specimen)))
     )
-    query = query.where(*equal(point, configuration=configuration, amplitude_pp_mm=amplitude_pp_mm))
+    exact = {"configuration": configuration, "amplitude_pp_mm": amplitude_pp_mm, "frequency": frequency}
+    query = query.where(*equal(point, **exact))
     if lowest_frequency is not None:
         query = query.where(point.frequency >= lowest_frequency)
     if highest_frequency is not None:

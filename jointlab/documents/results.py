@@ -121,7 +121,7 @@ class StiffnessPoint(BaseModel):
     specimen: str
     configuration: str
     amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, commanded")]
-    frequency: Annotated[float, quantity("Hz")]
+    frequency: Annotated[float, quantity("Hz", "commanded")]
     stiffness: Annotated[float, quantity("N/m", "k")]
     stiffness_se: Annotated[Known, quantity("N/m", "standard error")]
     damping: Annotated[float, quantity("N/m", "h")]
@@ -129,6 +129,7 @@ class StiffnessPoint(BaseModel):
     loss_factor: Annotated[float, quantity("1", "gamma")]
     loss_factor_se: Annotated[Known, quantity("1", "standard error")]
     degrees_of_freedom: Annotated[Known, quantity("1", "behind the standard errors; null where known beforehand")]
+    reached_frequency: Annotated[Known, quantity("Hz", "of the record")]
     reached_pp_mm: Annotated[Known, quantity("mm", "peak to peak, reached by the first harmonic")]
     reached_pp_se_mm: Annotated[Known, quantity("mm", "standard error")]
     thd_percent: Annotated[Known, quantity("%", "total harmonic distortion of the force")]

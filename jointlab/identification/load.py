@@ -328,6 +328,7 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
                     specimen=record.specimen,
                     configuration=record.configuration,
                     amplitude_pp_mm=record.commanded_pp_mm,
+                    frequency=record.frequency,
                     result=result,
                     order_number=record.order_number,
                     elapsed=record.elapsed,

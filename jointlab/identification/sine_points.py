@@ -18,6 +18,7 @@ class SinePoint:
         specimen: the joint whose cylinders were tested.
         configuration: compression, shear or angled.
         amplitude_pp_mm: the amplitude asked for, which names the series; `result` has the one that was reached.
+        frequency: Hz, the one asked for; `result` has that of the record.
         result: k, h and gamma with their uncertainty.
         order_number: the order of measuring, from 1.
         elapsed: s since the start of the run.
@@ -28,6 +29,7 @@ class SinePoint:
     specimen: str
     configuration: str
     amplitude_pp_mm: float
+    frequency: float
     result: DynamicStiffness
     order_number: int
     elapsed: float
@@ -49,8 +51,9 @@ def sine_point(stored: StoredStiffness) -> SinePoint:
         specimen=stored.specimen,
         configuration=stored.configuration,
         amplitude_pp_mm=stored.amplitude_pp_mm,
+        frequency=stored.frequency,
         result=DynamicStiffness(
-            frequency=stored.frequency,
+            frequency=stored.frequency if stored.reached_frequency is None else stored.reached_frequency,
             amplitude_pp=1e-3 * reached_pp_mm,
             complex_stiffness=complex(stored.stiffness, stored.damping),
             covariance=covariance,
@@ -81,7 +84,8 @@ def stored_point(point: SinePoint) -> StoredStiffness:
         specimen=point.specimen,
         configuration=point.configuration,
         amplitude_pp_mm=point.amplitude_pp_mm,
-        frequency=result.frequency,
+        frequency=point.frequency,
+        reached_frequency=result.frequency,
         stiffness=result.stiffness,
         damping=result.damping,
         loss_factor=result.loss_factor,

@@ -154,7 +154,7 @@ class JointElementRow(Recorded, Base):
 
 
 class DynamicStiffnessRow(Recorded, Base):
-    """Dynamic stiffness of a specimen at one sine point: k, h in N/m, loss factor, energies in J a cycle, flags."""
+    """Dynamic stiffness of a specimen at one commanded sine: k, h in N/m, loss factor, energies in J a cycle, flags."""
 
     __tablename__ = "dynamic_stiffness"
     __table_args__ = (
@@ -184,6 +184,7 @@ class DynamicStiffnessRow(Recorded, Base):
     degrees_of_freedom: Mapped[float | None]
     stiffness_damping_covariance: Mapped[float | None]
     sd_rel: Mapped[float | None]
+    reached_frequency: Mapped[float | None]
     reached_pp_mm: Mapped[float | None]
     reached_pp_se_mm: Mapped[float | None]
     thd_percent: Mapped[float | None]

@@ -293,6 +293,7 @@ def dynamic_stiffness(record: int | None = None) -> list[StoredStiffness]:
             frequency=frequency, stiffness=7e5 / amplitude, damping=7e4, loss_factor=0.1 * amplitude,
             magnitude=7.1e5, loss_angle_deg=5.7, stiffness_se=700.0, damping_se=600.0, loss_factor_se=0.001,
             magnitude_se=700.0, loss_angle_se_deg=0.05, degrees_of_freedom=23.0, stiffness_damping_covariance=-2e4,
+            reached_frequency=frequency,
             reached_pp_mm=0.94 * amplitude, reached_pp_se_mm=1e-4, thd_percent=0.4, thd_se_percent=0.02,
             thd_displacement_percent=0.1, thd_displacement_se_percent=0.03, loop_energy=5.5e-4, loop_energy_se=2e-6,
             loop_energy_excess=-1e-6, loop_energy_excess_se=4e-7, shared_errors={"blank 1": (30.0, -2.5)},

@@ -209,12 +209,30 @@ def test_a_downgrade_below_revision_8_loses_only_its_columns(
     kept = [
         replace(
             point, degrees_of_freedom=None, stiffness_damping_covariance=None, reached_pp_mm=None,
+            reached_frequency=point.frequency if point.sine_record_id else None,
             reached_pp_se_mm=None, thd_se_percent=None, thd_displacement_se_percent=None, loop_energy=None,
             loop_energy_se=None, loop_energy_excess=None, loop_energy_excess_se=None, shared_errors={},
         )
         for point in samples.dynamic_stiffness(found[0].sine_record_id)
     ]  # fmt: skip
     assert found == kept
+
+
+def test_a_point_of_an_older_database_gets_its_commanded_frequency(catalogue: Catalogue, filled: int) -> None:
+    frequencies = text("SELECT frequency FROM v_dynamic_stiffness ORDER BY order_number")
+    _migrate(catalogue, "0014")
+    with catalogue.writing() as session:
+        session.execute(text("UPDATE dynamic_stiffness SET frequency = frequency + 0.00003"))
+        before = session.scalars(frequencies).all()
+    _migrate(catalogue, "head")
+    with catalogue.reading() as session:
+        (analysis,) = session.scalars(text("SELECT DISTINCT analysis_id FROM dynamic_stiffness")).all()
+        measured, imported, *_ = list_dynamic_stiffness(session, analysis)
+    assert (measured.frequency, measured.reached_frequency) == (5.0, 5.00003)
+    assert (imported.frequency, imported.reached_frequency) == (10.00003, None)
+    _migrate(catalogue, "0014")
+    with catalogue.reading() as session:
+        assert session.scalars(frequencies).all() == before
 
 
 def test_the_way_down_to_nothing_and_up_again(catalogue: Catalogue, filled: int) -> None:

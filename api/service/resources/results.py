@@ -198,6 +198,7 @@ def sine_points_of_article(
     specimen: Specimen = None,
     configuration: Configuration = None,
     amplitude_pp_mm: Annotated[float | None, Query(gt=0, le=100, description="only at this amplitude, mm")] = None,
+    frequency: Annotated[float | None, Query(gt=0, le=1e6, description="only at this commanded frequency, Hz")] = None,
     lowest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
     highest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
 ) -> Page[FoundPoint]:
@@ -209,6 +210,7 @@ def sine_points_of_article(
             specimen=specimen,
             configuration=configuration,
             amplitude_pp_mm=amplitude_pp_mm,
+            frequency=frequency,
             lowest_frequency=lowest_frequency,
             highest_frequency=highest_frequency,
             before=paging.number,

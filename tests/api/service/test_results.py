@@ -98,9 +98,11 @@ def test_dynamic_stiffness_is_that_of_the_identification(client: httpx.Client, s
     article = get(client, "/runs/1")["article"]
     found = get(
         client, "/dynamic-stiffness", article=article, specimen="II", configuration="shear", amplitude_pp_mm=0.01,
-        lowest_frequency=50, highest_frequency=150,
+        lowest_frequency=100, highest_frequency=100,
     )["items"]  # fmt: skip
-    assert [(round(point["frequency"]), point["run_id"]) for point in found] == [(100, 1)]
+    assert [(point["frequency"], point["run_id"]) for point in found] == [(100, 1)]
+    assert found[0]["reached_frequency"] == pytest.approx(100, rel=1e-3)
+    assert found[0]["reached_frequency"] != 100
     assert found[0]["stiffness"] == small[1]
 
 

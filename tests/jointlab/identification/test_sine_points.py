@@ -26,12 +26,15 @@ def measured() -> DynamicStiffness:
 
 
 def sine_point_of(result: DynamicStiffness) -> SinePoint:
-    return SinePoint("I", "shear", 0.01, result, order_number=4, elapsed=2.5, temperature_c=23.0, sine_record_id=9)
+    return SinePoint(
+        "I", "shear", 0.01, 50.0, result, order_number=4, elapsed=2.5, temperature_c=23.0, sine_record_id=9
+    )
 
 
 def test_a_measured_point_comes_back_with_all_of_its_errors() -> None:
     before = sine_point_of(measured())
     after = sine_point(stored_point(before))
+    assert stored_point(before).frequency == 50.0 != before.result.frequency
     assert replace(after, result=before.result) == before
     one, other = before.result, after.result
     np.testing.assert_allclose(other.covariance, one.covariance, rtol=1e-12)

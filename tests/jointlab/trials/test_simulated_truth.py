@@ -18,7 +18,7 @@ def point(frequency: float, amplitude: float, configuration: str = "shear") -> S
         complex_stiffness=complex(1.01e6, 1e5),
         covariance=np.diag([1e8, 1e6]),
     )
-    return SinePoint("I", configuration, amplitude, result, 1, 0.0, 23.0)
+    return SinePoint("I", configuration, amplitude, result.frequency, result, 1, 0.0, 23.0)
 
 
 def dwell(frequency: float, amplitude: float, k: float = 1e6, configuration: str = "shear") -> dict[str, Any]:

@@ -10,6 +10,7 @@ from analysis.dof import Dof
 from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
+from rig.halting import POWERLESS
 from rig.stop_latch import LINE_LOST, StopLatch
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError
@@ -103,6 +104,14 @@ class RunControl:
         """Whether the run is to pause or to end."""
         return self._stopped or not self._may_run.is_set() or self._latch.in_force is not None
 
+    def has_pressure(self) -> bool | None:
+        """Whether the hydraulics of the tester are on; None where the run does not drive it at present.
+
+        Raises RigError where the tester does not answer.
+        """
+        tester = self._tester
+        return None if tester is None else tester.status().state not in POWERLESS
+
     @contextmanager
     def driving(self, tester: Tester) -> Iterator[None]:
         """Let requests halt `tester` while the context lasts.
@@ -150,7 +159,7 @@ class RunControl:
     def _wait(self, observer: Observer) -> None:
         if not self._may_run.is_set():
             began = time.monotonic()
-            observer(RunPaused())
+            observer(RunPaused(self.has_pressure()))
             self._may_run.wait()
             if not self._stopped:
                 observer(RunResumed(time.monotonic() - began))

@@ -202,7 +202,12 @@ class TesterLineLost(Event):
 
 
 class RunPaused(Event):
-    """The run pauses as asked: the actuator is held at its preset, nothing is armed."""
+    """The run pauses as asked: nothing is armed, and the actuator is at rest.
+
+    It is held at its preset where there is `pressure`; null where the run does not drive the tester at present.
+    """
+
+    pressure: bool | None
 
 
 class RunResumed(Event):

@@ -172,7 +172,9 @@ class ModbusLink:
             response = request()
         except (ConnectionException, OSError) as error:
             self._disconnect()
-            raise ModbusUnreachableError(f"{self.url}: no connection to {what} ({error})") from error
+            raise ModbusUnreachableError(
+                f"{self.url}: no connection to {what}; check its power and its line"
+            ) from error
         except ModbusIOException as error:
             # closed, so that a late reply is not taken for the answer to the next request
             self._disconnect()

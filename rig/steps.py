@@ -53,7 +53,7 @@ def check_instruments(
                 ) from tester.disobeyed
             if status.stopped_by:
                 held = interlock_text(status.stopped_by)
-                why = f"{instruments.tester_url} is stopped by {held}; remove the cause, then reset"
+                why = f"the tester is stopped by {held}; remove the cause, then reset"
                 raise TesterTrippedError(why, status.interlocks)
             found.append(
                 Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))

@@ -207,7 +207,7 @@ class TesterWire:
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
         """The error for an actuator that `interlocks` stopped."""
         return TesterTrippedError(
-            f"{self.url} was stopped by {interlock_text(interlocks)}; remove the cause, then reset", interlocks
+            f"the tester was stopped by {interlock_text(interlocks)}; remove the cause, then reset", interlocks
         )
 
     def _send(self, code: CommandCode, words: list[int], allowance: _Allowance, sending: Around) -> None:

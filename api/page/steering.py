@@ -8,6 +8,7 @@ from nicegui import ui
 
 from api.page.address import current_run
 from api.page.controls import button
+from api.page.formatting import INTERLOCKS
 from api.page.frame import Frame
 from api.page.markup import show
 from jointlab.drive.phase import Phase
@@ -24,6 +25,12 @@ ENDED = {
     RunState.FAILED: "has failed",
 }
 """The state of a run that is not carried out; one that the store calls running was cut off."""
+HELD = {
+    True: "The hydraulics are on: the actuator holds its position under pressure.",
+    False: "The hydraulics are off.",
+    None: "The run does not drive the actuator here.",
+}
+"""What a run on hold says of the pressure."""
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
@@ -48,6 +55,10 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
             show(f'<p class="big" id="prompt">{escape(prompt_text(state, prompt, run))}</p>')
             if prompt is not None and not prompt.waits:
                 show("<p>The trigger waits for your blow.</p>")
+            if state.phase is Phase.PAUSED and prompt is not None and prompt.waits:
+                show(f"<p>Still to be done after that: {escape(prompt.text)}.</p>")
+            if run is not None and state.interlocks:
+                show(f'<p id="ended">{escape(_ended(state, run))}</p>')
             with ui.element("div").classes("row-of"):
                 _buttons(frame, state, prompt, run)
 
@@ -62,16 +73,20 @@ def without_counts(state: RigState) -> RigState:
 def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
     """The text for the operator: what to do, or the state of the last run."""
     if state.phase is Phase.IDLE:
-        if run is None:
-            return "Nothing is carried out."
-        # from the rig, where it could not be stored
-        reason = run.reason or (state.reason if state.run_id == run.id else None)
-        return f"Run {run.id} {ENDED[run.state]}{f': {reason}' if reason else ''}."
+        if state.interlocks:
+            return f"{' '.join(INTERLOCKS[each] for each in state.interlocks)} Remove the cause, then reset."
+        return "Nothing is carried out." if run is None else _ended(state, run)
     if state.phase is Phase.PAUSED:
-        return "On hold. The actuator is held, nothing is armed."
+        return f"On hold, nothing is armed. {HELD[state.pressure]}"
     if prompt is None:
         return f"{state.activity or 'starting'} …"
     return prompt.text[:1].upper() + prompt.text[1:]
+
+
+def _ended(state: RigState, run: Run) -> str:
+    # from the rig, where it could not be stored
+    reason = run.reason or (state.reason if state.run_id == run.id else None)
+    return f"Run {run.id} {ENDED[run.state]}{f': {reason}' if reason else ''}."
 
 
 def _latest(frame: Frame, query: Mapping[str, str]) -> Run | None:
@@ -84,13 +99,15 @@ def _latest(frame: Frame, query: Mapping[str, str]) -> Run | None:
 
 def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | None) -> None:
     if state.phase is Phase.IDLE:
+        if state.interlocks:
+            reset_button(frame)
         if run is not None:
             _after(frame, state, run)
         show('<a class="act" href="/page/measure">Measure something</a>')
         return
     run_id = state.run_id
     assert run_id is not None, "a run that is carried out has a number"
-    if prompt is not None and prompt.waits:
+    if prompt is not None and prompt.waits and state.phase is Phase.RUNNING:
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
     if state.phase is Phase.PAUSED:
@@ -104,6 +121,17 @@ def _after(frame: Frame, state: RigState, run: Run) -> None:
     if run.state in RESUMABLE and run.sequence and not state.interlocks:
         button(f"Resume run {run.id}", lambda: resume(frame, run.id), main=True, key="r")
     show(f'<a class="act" href="/page/results?run={run.id}">Results of run {run.id}</a>')
+
+
+def reset_button(frame: Frame) -> None:
+    """The button that resets a tripped tester."""
+
+    async def reset() -> None:
+        await frame.actions.drive(
+            "acknowledge interlocks", "rig", lambda runs, _, lease: runs.acknowledge_interlocks(lease)
+        )
+
+    button("I have removed the cause: reset", reset)
 
 
 async def resume(frame: Frame, run_id: int) -> None:

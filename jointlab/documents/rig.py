@@ -42,6 +42,9 @@ class RigDocument(BaseModel):
     sines_wanted: int
     ended_as: str | None
     reason: str | None
+    pressure: bool | None = Field(
+        description="whether hydraulics are on while the run is on hold; null where it does not drive the tester then"
+    )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"

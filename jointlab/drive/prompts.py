@@ -1,13 +1,15 @@
 """The operator behind a page, a terminal or a program: asked by a prompt, and waited for until it is answered."""
 
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from analysis.dof import Dof
 from jointlab.drive.events import OperatorAnswered, OperatorAsked, PromptKind
 from jointlab.errors import ConflictError
 from rig.errors import RequestError, RunStoppedError
-from rig.events import Observer
+from rig.events import Observer, RunPaused, RunResumed
 from rig.operator import Operator, mounting_text
 
 
@@ -42,6 +44,8 @@ class PromptingOperator(Operator):
         self._count = 0
         self._released = False
         self._failure: str | None = None
+        self._pressure: Callable[[], bool | None] | None = None  # while the run is on hold
+        self._held_since: float | None = None  # of the open prompt
 
     @property
     def prompt(self) -> Prompt | None:
@@ -71,6 +75,27 @@ class PromptingOperator(Operator):
     def failure(self) -> str | None:
         """Why the operator cannot go on; None where that was not said."""
         return self._failure
+
+    def hold(self, pressure: Callable[[], bool | None]) -> None:
+        """Tell that the run is on hold, also while it waits for an answer, where it notices nothing itself.
+
+        Args:
+            pressure: see `RunControl.has_pressure`.
+
+        Raises:
+            RigError: what `pressure` raises.
+        """
+        with self._changed:
+            self._pressure = pressure
+            self._tell_hold()
+
+    def go_on(self) -> None:
+        """Tell that the run is on hold no longer, where it still waits for an answer."""
+        with self._changed:
+            self._pressure = None
+            if self._held_since is not None:
+                self._observer(RunResumed(time.monotonic() - self._held_since))
+                self._held_since = None
 
     def release(self) -> None:
         """End all waiting: the run is to stop."""
@@ -103,8 +128,15 @@ class PromptingOperator(Operator):
             prompt = self._prompt = Prompt(self._count, kind, text, waits, subject)
             self._observer(OperatorAsked(prompt.number, kind, text))
             if waits:
+                self._tell_hold()
                 self._changed.wait_for(lambda: self._prompt is not prompt)
                 self._check_may_go_on()
+
+    def _tell_hold(self) -> None:
+        waits = self._prompt is not None and self._prompt.waits
+        if waits and self._pressure is not None and self._held_since is None:
+            self._held_since = time.monotonic()
+            self._observer(RunPaused(self._pressure()))
 
     def _check_open(self, number: int) -> None:
         if self._prompt is None or self._prompt.number != number:
@@ -119,6 +151,6 @@ class PromptingOperator(Operator):
 
     def _clear(self) -> None:
         if self._prompt is not None:
-            answered, self._prompt = self._prompt, None
+            answered, self._prompt, self._held_since = self._prompt, None, None
             self._observer(OperatorAnswered(answered.number))
             self._changed.notify_all()

@@ -136,14 +136,20 @@ class DrivenRig:
 
         Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
         """
-        self._active_run(run_id).control.pause()
+        active = self._active_run(run_id)
+        try:
+            active.control.pause()
+        finally:
+            active.operator.hold(active.control.has_pressure)
 
     def resume(self, run_id: int, lease: int) -> None:
         """Let a paused run go on.
 
         Raises ConflictError where this run is not carried out, RunStoppedError and LeaseLostError as `begin`.
         """
-        self._active_run(run_id).control.resume(lease)
+        active = self._active_run(run_id)
+        active.control.resume(lease)
+        active.operator.go_on()
 
     def end(self, run_id: int, why: str | None = None) -> None:
         """End the run; returns with the actuator at rest. `why` is given where no person asks for it.

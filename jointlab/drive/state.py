@@ -39,6 +39,7 @@ class RigState:
         blows, blows_wanted: accepted blows of the run.
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out.
+        pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
     """
@@ -54,6 +55,7 @@ class RigState:
     sines_wanted: int = 0
     ended_as: RunState | None = None
     reason: str | None = None
+    pressure: bool | None = None
     interlocks: Interlock = NO_INTERLOCK
     tester_silent: str | None = None
 
@@ -94,10 +96,10 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"waiting for {seconds:g} s")
         case SoakStarted(band, seconds):
             return replace(state, activity=f"waiting for {seconds:g} s within {band:g} K")
-        case RunPaused():
-            return replace(state, phase=Phase.PAUSED)
+        case RunPaused(pressure):
+            return replace(state, phase=Phase.PAUSED, pressure=pressure)
         case RunResumed():
-            return replace(state, phase=Phase.RUNNING)
+            return replace(state, phase=Phase.RUNNING, pressure=None)
         case RunStopping():
             return replace(state, phase=Phase.STOPPING)
         case RunEnded(_, ended_as, reason):

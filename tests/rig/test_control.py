@@ -56,7 +56,7 @@ def test_a_paused_sweep_holds_the_actuator_with_its_preset_and_goes_on_as_if_not
     until(lambda: moment(laboratory))
     control.pause()
     assert laboratory.at_rest()
-    until(lambda: laboratory.seen(RunPaused) == 1)
+    until(lambda: RunPaused(pressure=True) in laboratory.events)
     status = laboratory.tester.device.status()
     assert status["state"] == State.HELD  # hydraulics are on
     assert status["preset"] == pytest.approx(PLAN.preset)

@@ -7,11 +7,10 @@ from html import escape
 
 from nicegui import ui
 
-from api.page.controls import button
 from api.page.formatting import INTERLOCKS, THIN, duration, moment, quantity, run_state
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
-from api.page.steering import ENDED, without_counts
+from api.page.steering import ENDED, reset_button, without_counts
 from api.service.context import Services
 from jointlab.drive.idle_monitor import INTERVAL
 from jointlab.drive.phase import Phase
@@ -84,15 +83,9 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
         reset.clear()
         if state is not None and state.interlocks and state.phase is Phase.IDLE:
             with reset:
-                button("I have removed the cause: reset", lambda: _reset(frame))
+                reset_button(frame)
 
     frame.refreshes.append(refresh)
-
-
-async def _reset(frame: Frame) -> None:
-    await frame.actions.drive(
-        "acknowledge interlocks", "rig", lambda runs, _, lease: runs.acknowledge_interlocks(lease)
-    )
 
 
 def _next_links(state: RigState | None) -> None:

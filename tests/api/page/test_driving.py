@@ -21,6 +21,7 @@ SWEEP = {
     "frequencies": "40 80 40",
     "title": "Short sweep",
 }
+UNDER_PRESSURE = "On hold, nothing is armed. The hydraulics are on: the actuator holds its position under pressure."
 LONG_SWEEP = SWEEP | {"frequencies": "5 200 0.5"}
 
 
@@ -96,13 +97,13 @@ def test_a_sweep_is_held_and_continued_and_shows_k_and_gamma(tab: Tab, bench: Op
     mount(page, bench)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     page.get_by_role("button", name="Hold").click()
-    asked(page, "On hold. The actuator is held, nothing is armed.")
+    asked(page, UNDER_PRESSURE)
     expect(page.locator("#rig-state")).to_have_text("on hold")
     page.reload()  # the count may lag behind the rig by a refresh
-    asked(page, "On hold. The actuator is held, nothing is armed.")
+    asked(page, UNDER_PRESSURE)
     held = page.locator("#count").inner_text()
     page.reload()
-    asked(page, "On hold. The actuator is held, nothing is armed.")
+    asked(page, UNDER_PRESSURE)
     expect(page.locator("#count")).to_have_text(held)
     page.get_by_role("button", name="Go on").click()
     expect(page.locator("#count")).not_to_have_text(held)
@@ -189,7 +190,7 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     assert not grave_faults(page)
     page.get_by_role("button", name="Hold").click()
-    asked(page, "On hold. The actuator is held, nothing is armed.")
+    asked(page, UNDER_PRESSURE)
     assert not grave_faults(page)
     page.get_by_role("button", name="Go on").click()
     expect(page.locator("#rig-state")).to_have_text("running")
@@ -199,6 +200,20 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     page.get_by_role("link", name="Dashboard").click()
     expect(page.get_by_role("button", name="I have removed the cause")).to_be_visible()
     assert not grave_faults(page)
+
+
+def test_a_run_is_held_while_it_waits_for_a_mounting(tab: Tab, laboratory: Laboratory) -> None:
+    page = start(tab, LONG_SWEEP)
+    asked(page, "Mount the cylinders of joint I in shear, and step back")
+    page.get_by_role("button", name="Hold").click()
+    asked(page, "On hold, nothing is armed. The hydraulics are off.")
+    expect(page.locator("#rig-state")).to_have_text("on hold")
+    expect(page.get_by_text("Still to be done after that: mount the cylinders of joint I in shear")).to_be_visible()
+    expect(page.get_by_role("button", name="Done")).to_be_hidden()
+    page.get_by_role("button", name="Go on").click()
+    asked(page, "Mount the cylinders of joint I in shear, and step back")
+    expect(page.locator("#rig-state")).to_have_text("running")
+    expect(page.get_by_role("button", name="Done")).to_be_visible()
 
 
 def test_a_stopped_session_is_resumed_at_the_point_where_it_was(tab: Tab, bench: OperatorClient) -> None:
@@ -258,6 +273,14 @@ def test_a_tripped_interlock_is_explained_and_reset(tab: Tab, bench: OperatorCli
     expect(page.locator("#latest")).to_be_visible()
     laboratory.tester.emergency_stop()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
+    asked(page, "The emergency stop on the machine is pressed. Remove the cause, then reset.")
+    expect(page.locator("#ended")).to_contain_text("has failed: the tester was stopped by emergency stop")
+    expect(page.get_by_role("button", name="I have removed the cause")).to_be_visible()
+    page.set_viewport_size({"width": 390, "height": 844})
+    badge, stop = (page.locator(place).bounding_box() for place in ("#rig-state", ".stop button"))
+    assert badge is not None
+    assert stop is not None
+    assert badge["x"] + badge["width"] <= stop["x"]
     page.get_by_role("link", name="Dashboard").click()
     expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
     page.get_by_role("button", name="I have removed the cause").click()
@@ -331,7 +354,7 @@ def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_ov
     page.get_by_role("button", name="Drive from here").click()
     expect(page.get_by_role("button", name="Drive from here")).to_be_hidden()
     page.get_by_role("button", name="Hold").click()
-    asked(page, "On hold. The actuator is held, nothing is armed.")
+    asked(page, "On hold, nothing is armed. The run does not drive the actuator here.")
     first.get_by_role("button", name="Go on").click()
     expect(first.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
     second.go("/page/sweep")  # another view of the tab that drives

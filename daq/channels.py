@@ -17,6 +17,10 @@ class ChannelKind(StrEnum):
     VOLTAGE = "voltage"
 
 
+LARGEST_VOLTAGE = 425.0
+"""Peak voltage in V that an input of a module takes at most (NI 9225)."""
+
+
 @dataclass(frozen=True)
 class Channel:
     """One sensor on one input.
@@ -33,7 +37,7 @@ class Channel:
         calibrated_on: date of the calibration that `sensitivity` comes from.
 
     Raises:
-        ChannelError: a value is impossible, such as a sensitivity of zero or an empty range.
+        ChannelError: a value is impossible, such as a sensitivity of zero, an empty range or kilovolts.
     """
 
     name: str
@@ -56,6 +60,12 @@ class Channel:
             )
         if not self.minimum < self.maximum:
             raise ChannelError(f"channel {self.name!r}: range {self.minimum} to {self.maximum} {self.unit} is empty")
+        if (volts := self.sensitivity * max(abs(self.minimum), abs(self.maximum))) > LARGEST_VOLTAGE:
+            raise ChannelError(
+                f"channel {self.name!r}: {self.sensitivity:g} V per {self.unit} and {self.minimum:g} to "
+                f"{self.maximum:g} {self.unit} are {volts:g} V at its input, more than any module takes; is the "
+                f"sensitivity in V per {self.unit}?"
+            )
         if not self.excitation_current >= 0:
             raise ChannelError(f"channel {self.name!r}: excitation current {self.excitation_current} A is negative")
         if self.kind is ChannelKind.VOLTAGE and self.excitation_current:

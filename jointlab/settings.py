@@ -14,6 +14,7 @@ from pydantic_settings import SettingsError as EnvironmentSettingsError
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
+from store.validation import faults_text
 
 CONFIG_VARIABLE = "JOINTLAB_CONFIG"
 DEFAULT_CONFIG = "jointlab.toml"
@@ -157,4 +158,4 @@ def load_settings() -> Settings:
 
 def describe(error: ValidationError) -> str:
     """A validation error in one line: where, and what is wrong."""
-    return "; ".join(f"{'.'.join(map(str, item['loc'])) or 'value'}: {item['msg']}" for item in error.errors())
+    return faults_text(error.errors(), "value")

@@ -17,6 +17,8 @@ from rig.tester_limits import TesterLimits
 from rig.thermometer import Thermometer
 from store.instrument import Instrument, StoredChannel
 
+NO_TESTER = "this rig has no tester; write tester_url into jointlab.toml where it has one"
+
 
 @dataclass(frozen=True)
 class Instruments:
@@ -70,7 +72,7 @@ class Instruments:
         Raises RigError where there is none, it does not answer, or it is not the tester that this rig knows.
         """
         if self.tester_url is None:
-            raise RigError("this rig has no tester; write tester_url into jointlab.toml where it has one")
+            raise RigError(NO_TESTER)
         with connect_tester(self.tester_url, self.limits, latch=self.latch) as tester, tester.reporting_to(observer):
             yield tester
 

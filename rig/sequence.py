@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import secrets
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
@@ -16,10 +18,11 @@ from rig.article import check_identifiable
 from rig.detectors import Document, StepDetectors
 from rig.errors import RequestError
 from rig.registers import COMMAND
-from rig.sequence_file import read_yaml
+from rig.sequence_file import line_of, read_yaml
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
+from store.validation import Place, faults_text
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -381,18 +384,18 @@ def load_sequence(path: Path) -> Sequence:
         SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
     """
     try:
-        document = read_yaml(path)
+        document, node = read_yaml(path)
     except OSError as error:
         raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise SequenceError(f"{path} is not UTF-8 text: {error}") from error
     except _YAML_ERRORS as error:
         raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    return sequence_from(document, str(path))
+    return sequence_from(document, str(path), partial(line_of, node))
 
 
-def sequence_from(document: object, source: str = "sequence") -> Sequence:
-    """Check a document that is already plain values; `source` names it in errors.
+def sequence_from(document: object, source: str = "sequence", line: Callable[[Place], str] = lambda _: "") -> Sequence:
+    """Check a document that is already plain values; `source` names it in errors, `line` the line of a place in it.
 
     Raises SequenceError where it does not describe a sequence; says what is wrong, where.
     """
@@ -400,12 +403,12 @@ def sequence_from(document: object, source: str = "sequence") -> Sequence:
         # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
         sequence = Sequence.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
-        found = "; ".join(f"{'.'.join(map(str, item['loc'])) or 'document'}: {item['msg']}" for item in error.errors())
-        raise SequenceError(f"{source}: {found}") from error
+        raise SequenceError(f"{source}: {faults_text(error.errors(), where=line)}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
     # a bundle ignores unknown keys of its article; here a misspelt key would be lost
     assert isinstance(document, dict), "nothing else is a sequence"
     if unknown := list(unknown_keys(document["article"], sequence.article.model_dump(mode="json"))):
-        raise SequenceError(f"{source}: article: there is no key {', '.join(unknown)}")
+        named = ", ".join(f"{line(('article', *path.split('.')))}{path}" for path in unknown)
+        raise SequenceError(f"{source}: article: there is no key {named}")
     return sequence

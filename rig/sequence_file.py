@@ -6,6 +6,8 @@ from typing import Any
 
 import yaml
 
+from store.validation import Place
+
 LARGEST_FILE = 1_000_000
 """Bytes of a file at most; a sequence has some thousands."""
 MOST_VALUES = 100_000
@@ -21,8 +23,8 @@ NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
 
 
-def read_yaml(path: Path) -> Any:
-    """The values of a YAML file.
+def read_yaml(path: Path) -> tuple[Any, yaml.Node | None]:
+    """The values of a YAML file, and its nodes, which know their lines; None where it is empty.
 
     Raises:
         OSError, UnicodeDecodeError: it cannot be read.
@@ -36,13 +38,27 @@ def read_yaml(path: Path) -> Any:
     try:
         document = loader.get_single_node()
         if document is None:
-            return None
+            return None, None
         if (values := _values(document, {})) > MOST_VALUES:
             found = "holds itself" if values == float("inf") else f"has {values:.3g} values with those of its aliases"
             raise yaml.YAMLError(f"the document {found}")
-        return loader.construct_document(document)
+        return loader.construct_document(document), document
     finally:
         loader.dispose()
+
+
+def line_of(node: yaml.Node | None, place: Place) -> str:
+    """The line of a place in a document as far as it exists there, as text such as "line 12, "; empty for the whole."""
+    found = None
+    for key in place:
+        if isinstance(node, yaml.MappingNode):
+            pairs = {each.value: (each, value) for each, value in node.value if isinstance(each, yaml.ScalarNode)}
+            if key not in pairs:
+                continue  # the kind of a step, which is no key
+            found, node = pairs[key]
+        elif isinstance(node, yaml.SequenceNode) and str(key).isdecimal() and int(key) < len(node.value):
+            found = node = node.value[int(key)]
+    return "" if found is None else f"line {found.start_mark.line + 1}, "
 
 
 def _values(node: yaml.Node, known: dict[int, float]) -> float:

@@ -1,15 +1,17 @@
 """Plans and channels of the steps of a sequence, and their checks before anything moves."""
 
 from daq.channels import Channel
-from daq.errors import ChannelError
+from daq.device import connect as connect_daq
+from daq.errors import ChannelError, DaqError
 from rig.detectors import check_tighter
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
-from rig.instruments import Instruments
+from rig.instruments import NO_TESTER, Instruments
 from rig.registers import MAP_VERSION, name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
 from rig.sweep_plan import SweepPlan
 from rig.tester_limits import TesterLimits
+from rig.tester_monitor import poll_tester
 from rig.tester_status import TesterIdentity, TesterTrippedError, interlock_text
 from store.instrument import Instrument
 from store.states import BLANK
@@ -59,6 +61,37 @@ def check_instruments(
                 Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))
             )
     return tuple(found)
+
+
+def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError | RigError]:
+    """Why `sequence` could not begin now; empty where nothing is seen that would keep it from that.
+
+    Channels are verified and the tester's status is read once; nothing is commanded, also while another program drives.
+    """
+    found = list[DaqError | RigError]()
+    steps = [step for step in sequence.steps if isinstance(step, HammerStep | SineStep)]
+    tables = list[tuple[Channel, ...]]()
+    for step in steps:
+        try:
+            tables.append(channels_of(step, instruments))
+        except ChannelError as error:
+            found.append(error)
+    try:
+        with connect_daq(instruments.daq_address) as chassis:
+            for table in tables:
+                chassis.verify(table)
+    except DaqError as error:
+        found.append(error)
+    if sequence.sine_steps:
+        try:
+            if instruments.tester_url is None:
+                raise RigError(NO_TESTER)
+            held = poll_tester(instruments.tester_url).stopped_by
+            if held:
+                raise RigError(f"the tester is stopped by {interlock_text(held)}; remove the cause, then reset")
+        except RigError as error:
+            found.append(error)
+    return found
 
 
 def _details(identity: TesterIdentity) -> dict[str, object]:

@@ -74,14 +74,14 @@ class TesterLimits:
 
     def check_preset(self, preset: float) -> None:
         """Check a preset in m. Raises LimitExceededError where it is beyond a limit, or not a number."""
-        _check("preset", preset, self.lowest_preset, self.highest_preset, "m")
+        _check("preset", preset, self.lowest_preset, self.highest_preset, "mm")
 
     def check_cycle(self, amplitude_pp: float, frequency: float) -> None:
         """Check a cycle of `amplitude_pp` m peak to peak at `frequency` Hz.
 
         Raises LimitExceededError where it is beyond a limit, or not a number.
         """
-        _check("peak-to-peak amplitude", amplitude_pp, 0.0, self.amplitude_pp, "m")
+        _check("peak-to-peak amplitude", amplitude_pp, 0.0, self.amplitude_pp, "mm")
         _check("frequency", frequency, self.lowest_frequency, self.highest_frequency, "Hz")
         omega, amplitude = 2 * math.pi * frequency, amplitude_pp / 2
         _check("peak velocity", omega * amplitude, 0.0, self.velocity, "m/s")
@@ -101,7 +101,7 @@ class TesterLimits:
         if interlock is Interlock.FORCE:
             _check(what, limit, 0.0, self.force, "N")
         elif interlock in (Interlock.UPPER_DISPLACEMENT, Interlock.LOWER_DISPLACEMENT):
-            _check(what, limit, *self._reach, "m")
+            _check(what, limit, *self._reach, "mm")
 
     @property
     def _reach(self) -> tuple[float, float]:
@@ -138,8 +138,11 @@ class TesterLimits:
 
 
 def _check(what: str, value: float, lowest: float, highest: float, unit: str) -> None:
+    """Check a value in SI units; `unit` is the one in which sequences and pages have it."""
     # written so that a value that is not a number does not pass
     if not lowest <= value <= highest:
+        scale = 1e3 if unit == "mm" else 1.0
         raise LimitExceededError(
-            f"{what} {value:g} {unit} is outside the rig's limits of {lowest:g} to {highest:g} {unit}; nothing was sent"
+            f"{what} {scale * value:g} {unit} is outside the rig's limits of {scale * lowest:g} to "
+            f"{scale * highest:g} {unit}; nothing was sent"
         )

@@ -12,6 +12,7 @@ from store.dof import StoredDof
 from store.errors import StoreError
 from store.quantity import quantity
 from store.states import HAMMER, Excitation
+from store.validation import faults_text
 
 FORMAT: Literal["jointlab-bundle/1"] = "jointlab-bundle/1"
 
@@ -230,8 +231,7 @@ def _checked(model: type[_Model], document: dict[str, Any]) -> _Model:
         return model.model_validate_json(json.dumps(document, allow_nan=False))
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(map(str, first["loc"])) or "setup"
-        raise StoreError(f"setup.json: {key}: {first['msg'].removeprefix('Value error, ')}") from error
+        raise StoreError(f"setup.json: {faults_text([first], 'setup')}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise StoreError(f"setup.json has no JSON form: {error}") from error
 

@@ -17,7 +17,8 @@ from jointlab.drive.events import RunEnded
 from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
-from jointlab.errors import ConflictError
+from jointlab.errors import ConflictError, exit_code
+from jointlab.instruments import instruments_of
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in, sequence_of
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
@@ -28,7 +29,7 @@ from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
 from rig.operator import Operator
 from rig.sequence import Sequence, load_sequence
-from rig.steps import check_plan
+from rig.steps import check_plan, shortcomings
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
@@ -54,7 +55,7 @@ def run(
     sequence: Annotated[str, typer.Argument(help=f"A sequence (YAML), or one of ours: {BUILT_IN}, {SUSPENDED}.")],
     dry_run: Annotated[
         bool,
-        typer.Option("--dry-run", help="Check against the limits in force and list the steps; move and store nothing."),
+        typer.Option("--dry-run", help="Check limits and instruments, and list the steps; move and store nothing."),
     ] = False,
     reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
@@ -71,6 +72,7 @@ def run(
     settings = load_settings()
     if dry_run:
         list_steps(document, settings)
+        _check_readiness(document, settings)
         return
     with open_catalogue(settings) as catalogue:
         _carry_out(settings, catalogue, document, lambda rig: rig.run(document, who_is_here(), reset=reset))
@@ -235,6 +237,18 @@ def list_steps(sequence: Sequence, settings: Settings) -> None:
     if sequence.sine_steps:
         whose = "no others are set" if stored is None else f"set for {settings.rig!r}"
         out.print(f"{_limits_line(limits)} ({whose})")
+
+
+def _check_readiness(sequence: Sequence, settings: Settings) -> None:
+    """Say what keeps the sequence from being run on the configured instruments now, and exit with the code for that."""
+    if not settings.channels:
+        out.print("no instruments are configured here: write [[channels]] into jointlab.toml")
+        return
+    found = shortcomings(sequence, instruments_of(settings))
+    for error in found:
+        out.print(f"not ready: {error}", style="red", markup=False)
+    if found:
+        raise typer.Exit(exit_code(found[0]))
 
 
 def _stored_limits(settings: Settings) -> TesterLimits | None:

@@ -21,6 +21,7 @@ from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError
 from rig.stop_latch import LeaseLostError, StopNotResetError
 from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
 from store.locks import RunBusyError
+from store.validation import faults_text
 
 PROBLEM_JSON = "application/problem+json"
 log = logging.getLogger(__name__)
@@ -143,7 +144,7 @@ def _methods(request: Request) -> set[str]:
 
 def _unfit(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    return problem(422, "; ".join(f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors()))
+    return problem(422, faults_text(error.errors(), "request"))
 
 
 def _unexpected(request: Request, error: Exception) -> JSONResponse:

@@ -21,6 +21,7 @@ from rig.registers import Interlock
 from rig.stop_latch import Stop
 from rig.tester_limits import TesterLimits
 from store.errors import StoreError
+from store.validation import faults_text
 
 LONGEST_REQUEST = 2**26
 """Bytes of one line: an order has the records of the blows that the next ones are compared with."""
@@ -248,9 +249,8 @@ def request_of(line: bytes) -> Request:
     try:
         return REQUEST.validate_json(line)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise ProtocolError(f"the drive process does not understand this request: {where}: {first['msg']}") from error
+        found = faults_text(error.errors()[:1], "request")
+        raise ProtocolError(f"the drive process does not understand this request: {found}") from error
 
 
 def error_of(reply: Reply) -> Exception:

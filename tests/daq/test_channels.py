@@ -26,6 +26,11 @@ def test_a_range_must_not_be_empty(minimum: float, maximum: float) -> None:
         replace(HAMMER, minimum=minimum, maximum=maximum)
 
 
+def test_a_range_that_no_input_takes_is_refused_with_its_voltage() -> None:
+    with pytest.raises(ChannelError, match=r"2\.25 V per N and -2000 to 2000 N are 4500 V at its input, more than any"):
+        replace(HAMMER, sensitivity=2.25)
+
+
 def test_an_excitation_is_not_negative_and_not_for_voltages() -> None:
     with pytest.raises(ChannelError, match="negative"):
         replace(HAMMER, excitation_current=-2e-3)

@@ -1,5 +1,6 @@
 """YAML files that would fill the memory are refused before they do."""
 
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -34,7 +35,7 @@ def test_a_file_that_is_too_large_is_refused_in_words(file: Path) -> None:
 @pytest.mark.parametrize("text", ["", "a: 1", "a: &a [1, 2]\nb: *a\nc: {<<: {d: 2026-01-02}}", "[~, 1.5, x]", "--- \n"])
 def test_other_documents_are_read_as_ever(file: Path, text: str) -> None:
     file.write_text(text, encoding="utf-8")
-    assert read_yaml(file) == yaml.safe_load(text)
+    assert read_yaml(file)[0] == yaml.safe_load(text)
 
 
 @pytest.mark.parametrize(
@@ -51,10 +52,28 @@ def test_other_documents_are_read_as_ever(file: Path, text: str) -> None:
 )
 def test_a_number_may_have_an_exponent_as_in_json(file: Path, text: str, value: object) -> None:
     file.write_text(f"E: {text}", encoding="utf-8")
-    assert read_yaml(file) == {"E": value}
+    assert read_yaml(file)[0] == {"E": value}
 
 
 def test_a_second_document_is_refused(file: Path) -> None:
     file.write_text("a: 1\n---\nb: 2\n", encoding="utf-8")
     with pytest.raises(SequenceError, match="not valid YAML"):
+        load_sequence(file)
+
+
+def test_an_error_is_told_with_its_line(file: Path) -> None:
+    lines = files("jointlab.sequences").joinpath("paper.yaml").read_text(encoding="utf-8").splitlines()
+    blows = next(number for number, line in enumerate(lines, start=1) if line.strip().startswith("blows:"))
+    length = next(number for number, line in enumerate(lines, start=1) if line.strip().startswith("length:"))
+    lines[blows - 1] = lines[blows - 1].replace("blows: 10", "blows: 0")
+    lines[length - 1] = lines[length - 1].replace("0.914", "-1")
+    file.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(SequenceError) as refused:
+        load_sequence(file)
+    assert f"line {blows}, steps.0.hammer.blows: is 0; it has to be 2 or more" in str(refused.value)
+    assert f"line {length}, article.beam.length: is -1; it has to be more than 0" in str(refused.value)
+    lines[blows - 1] = lines[blows - 1].replace("blows: 0", "blows: 10")
+    lines[length - 1] = lines[length - 1].replace("length: -1", "length: 0.914\n    lenght: 1")
+    file.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(SequenceError, match=rf"article: there is no key line {length + 1}, beam.lenght"):
         load_sequence(file)

@@ -182,8 +182,8 @@ def test_a_sequence_waits_and_soaks_on_the_thermometers_wire(
 @pytest.mark.parametrize(
     ("step", "words"),
     [
-        ({"step": "wait"}, r"steps\.0\.wait\.seconds: Field required"),
-        ({"step": "wait", "seconds": 0}, r"steps\.0\.wait\.seconds: Input should be greater than 0"),
+        ({"step": "wait"}, r"steps\.0\.wait\.seconds: is missing"),
+        ({"step": "wait", "seconds": 0}, r"steps\.0\.wait\.seconds: is 0; it has to be more than 0"),
         ({"step": "soak", "band_celsius": 0}, r"steps\.0\.soak\.band_celsius"),
         ({"step": "soak", "seconds": 60, "limit_seconds": 30}, "limit_seconds 30 are over before seconds 60 are"),
     ],

@@ -129,7 +129,7 @@ def test_a_checksum_of_a_file_that_the_bundle_does_not_hold_is_refused(bundle: P
         (lambda setup: setup["inverse"][0].update(sample_rate=6), "inverse_1.unv: frequencies reach 4 Hz"),
         (lambda setup: setup["joints"][0].update(name="A"), "direct.csv, line 2: specimen 'I'"),
         (lambda setup: setup["inverse"][0].update(file="direct.csv"), "setup.json: setup: a file comes twice"),
-        (lambda setup: setup.pop("tolerances"), "setup.json: tolerances: Field required"),
+        (lambda setup: setup.pop("tolerances"), "setup.json: tolerances: is missing"),
     ],
 )
 def test_a_setup_that_its_files_contradict_is_refused(

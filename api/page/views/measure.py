@@ -19,6 +19,7 @@ from jointlab.sequences.wording import step_text
 from jointlab.supervision.manager import RunManager
 from rig.sequence import HammerStep, SineStep
 from rig.sequence import Sequence as Document
+from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.sequence_documents import list_sequences
 
@@ -64,11 +65,10 @@ def _base(services: Services, query: Mapping[str, str]) -> tuple[Document, str]:
     """The sequence to change: the one that the diagnosis `next` asks for, that of the run `like`, or a named one; and
     the experiment that the diagnosis asks for, in words.
     """
-    diagnosis, like, runs = number(query, "next"), number(query, "like"), services.runs
+    diagnosis, like = number(query, "next"), number(query, "like")
     with services.catalogue.reading() as session:
         if diagnosis is not None:
-            limits = TesterLimits() if runs is None else runs.instruments.limits
-            experiment, sequence = sequence_for_diagnosis(session, diagnosis, limits)
+            experiment, sequence = sequence_for_diagnosis(session, diagnosis, _limits(services))
             return sequence, experiment
         if like is not None:
             return sequence_of_run(session, like), ""
@@ -96,7 +96,7 @@ def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) ->
             return dict(values) | {name: field.value or "" for name, field in inputs.items()}
 
         def list_steps() -> None:
-            steps.set_content(_steps(base, part, filled()))
+            steps.set_content(_steps(base, part, filled(), _limits(frame.services)))
 
         list_steps()
         for field in inputs.values():
@@ -111,10 +111,15 @@ def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) ->
         button("Start", begin, main=True)
 
 
-def _steps(base: Document, part: str, form: Mapping[str, str]) -> str:
+def _limits(services: Services) -> TesterLimits:
+    return TesterLimits() if services.runs is None else services.runs.instruments.limits
+
+
+def _steps(base: Document, part: str, form: Mapping[str, str], limits: TesterLimits) -> str:
     """The steps of the run in order, or why it cannot be measured."""
     try:
         sequence = sequence_of_form(base, part, form)
+        check_plan(sequence, limits)
     except EXPECTED as error:
         return f'<p class="notice">{escape(str(error))}</p>'
     return f'<ol id="steps">{"".join(f"<li>{escape(step_text(step))}</li>" for step in sequence.steps)}</ol>'

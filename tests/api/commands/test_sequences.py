@@ -71,7 +71,7 @@ def test_a_sequence_is_measured_identified_exported_and_imported_back(
     assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE run_id = 1 AND kind = 'modes'") == [(2, 1)]
 
 
-def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, contents: Contents) -> None:
+def test_a_dry_run_without_a_configuration_lists_the_steps_alone(jointlab: Command, contents: Contents) -> None:
     before = contents()
     answer = jointlab("run", "paper", "--dry-run")
     assert answer.returncode == 0
@@ -80,7 +80,7 @@ def test_a_dry_run_connects_to_nothing_and_stores_nothing(jointlab: Command, con
     assert "blows of about 100 N, about 11 min)\n" in answer.stdout
     assert "(records alone 9 min)\naltogether at least 20 min; settling" in answer.stdout
     assert "limits of the rig: 0.3 mm p-p" in answer.stdout
-    assert answer.stdout.endswith("150 m/s^2, 4000 N (no others are set)\n")
+    assert "150 m/s^2, 4000 N (no others are set)\nno instruments are configured here" in answer.stdout
     assert contents() == before
 
 
@@ -97,7 +97,7 @@ def test_a_dry_run_checks_against_the_limits_that_were_set_for_this_rig(
         save_rig_limits(session, "other rig", asdict(TesterLimits(force=900.0)), "an engineer")
     refused = jointlab("run", "paper", "--dry-run")
     assert refused.returncode == BAD_INPUT
-    one_line(refused, "amplitude 0.0001 m is outside the rig's limits of 0 to 2e-05 m")
+    one_line(refused, "amplitude 0.1 mm is outside the rig's limits of 0 to 0.02 mm")
     monkeypatch.setenv("JOINTLAB_RIG", "other rig")
     elsewhere = jointlab("run", "paper", "--dry-run")
     assert elsewhere.returncode == 0, elsewhere.stderr
@@ -112,6 +112,34 @@ def test_a_dry_run_lists_the_detectors_that_a_step_tightens(jointlab: Command, s
     refused = jointlab("run", sequence(sweep={"detectors": {"force": {"limit": 4500}}}), "--dry-run")
     assert refused.returncode == BAD_INPUT
     one_line(refused, "detector force 4500 N is outside the rig's limits of 0 to 4000 N")
+
+
+def test_a_dry_run_moves_nothing_and_says_what_is_not_ready(
+    jointlab: Command, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    commands = len(laboratory.tester.device.applied)
+    ready = jointlab("run", "paper", "--dry-run")
+    assert (ready.returncode, "not ready" in ready.stdout) == (0, False), ready.stdout
+    assert len(laboratory.tester.device.applied) == commands
+    table = tmp_path / "jointlab.toml"
+    whole = table.read_text(encoding="utf-8")
+    absent = f"127.0.0.1:{free_port()}"
+    faults = {
+        'name = "hammer"': ('name = "mallet"', BAD_INPUT, "no channel hammer in the channel table; it has mallet"),
+        laboratory.addresses.daq: (f"grpc://{absent}", INSTRUMENT, f"no NI gRPC device server at {absent}"),
+        laboratory.addresses.tester: (f"tcp://{absent}", INSTRUMENT, f"tcp://{absent}: no connection"),
+        "tester_url": ("# tester_url", INSTRUMENT, "this rig has no tester; write tester_url"),
+    }
+    for right, (wrong, code, words) in faults.items():
+        assert right in whole
+        table.write_text(whole.replace(right, wrong, 1), encoding="utf-8")
+        answer = jointlab("run", "paper", "--dry-run")
+        assert (answer.returncode, answer.stdout.count("not ready: ")) == (code, 1), answer.stdout
+        assert words in " ".join(answer.stdout.split())
+        assert "720 sine points" in answer.stdout
+    laboratory.tester.emergency_stop()
+    table.write_text(whole, encoding="utf-8")
+    assert "not ready: the tester is stopped by emergency stop" in jointlab("run", "paper", "--dry-run").stdout
 
 
 def free_port() -> int:
@@ -173,7 +201,7 @@ def test_a_tester_that_is_another_or_refuses_is_exit_code_4_and_nothing_is_store
     [
         ({"hammer": "mallet"}, {}, "no channel mallet in the channel table; it has hammer, accelerometer"),
         ({"accelerometer": "force"}, {}, "'force' on cDAQ1Mod2/ai1 measures N"),
-        ({"blows": 0}, {}, "steps.0.hammer.blows: Input should be greater than or equal to 2"),
+        ({"blows": 0}, {}, "steps.0.hammer.blows: is 0; it has to be 2 or more"),
         ({"points": ["3y", "12y"]}, {}, "no node for 12y"),
         ({}, {"amplitudes_pp_mm": [0.5]}, "outside the rig's limits"),
         ({}, {"frequencies": {"first": 0.5}}, "frequency 0.5 Hz is outside the rig's limits"),

@@ -114,7 +114,7 @@ def test_limits_that_were_set_bind_the_command_line_too(
         save_limits(ordinary, catalogue, TesterLimits(amplitude_pp=5e-5), "an engineer")
     refused = jointlab("run", sequence())
     assert refused.returncode != 0
-    assert "is outside the rig's limits of 0 to 5e-05 m" in refused.stderr
+    assert "is outside the rig's limits of 0 to 0.05 mm" in refused.stderr
 
 
 def test_a_port_in_use_is_said_in_one_line(jointlab: Command) -> None:

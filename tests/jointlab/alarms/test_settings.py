@@ -60,7 +60,7 @@ def test_a_user_of_the_mail_server_needs_a_password_in_the_environment(config: P
         ('[alarms.webhook]\nurl = "file:///etc/passwd"', "http or https"),
         ('[alarms.webhook]\nurl = "https://b.c/a secret path"', "without spaces"),
         ('[alarms.webhook]\nurl = "https://ann:word@b.c/"', "without a user"),
-        ('[alarms.webhook]\nurl = "https://b.c/"\nsecret = "x"', "Extra inputs"),
+        ('[alarms.webhook]\nurl = "https://b.c/"\nsecret = "x"', "there is no such key"),
         ('[alarms.mail]\nhost = "h"\nsender = "a@b.c"\nto = ["d@e.f\\nBcc: g@h.i"]', "is no address"),
         ('[alarms.mail]\nhost = "h"\nsender = "a@b.c"\nto = ["d@e.f"]\nuser = "u"\nsecurity = "none"', "encryption"),
         ('[alarms.relay]\nurl = "COM1"', "give line, or both on and off"),

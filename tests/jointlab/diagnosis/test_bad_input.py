@@ -188,7 +188,7 @@ def prediction_nowhere(setup: Setup) -> None:
     ("contradiction", "message"),
     [
         (node_outside, "node_positions end at .* beyond the beam's length"),
-        (negative_length, "beam.length: Input should be greater than 0"),
+        (negative_length, "beam.length: is -0.914; it has to be more than 0"),
         (accelerometer_nowhere, "the accelerometer is at node 12; node_positions has 11"),
         (joint_twice, "joints: a name comes twice among I, I"),
         (prediction_nowhere, "a predicted input is at node 14"),

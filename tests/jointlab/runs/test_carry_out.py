@@ -345,7 +345,7 @@ def test_a_tester_that_is_not_as_it_should_be_is_refused_before_the_first_blow(
     [
         (0, {"hammer": "mallet"}, ChannelError, "no channel mallet in the channel table; it has hammer, accelerometer"),
         (0, {"accelerometer": "force"}, ChannelError, "measures N, but the hammer step takes it for m/s"),
-        (1, {"amplitudes_pp_mm": [0.1, 0.4]}, LimitExceededError, "0.0004 m is outside the rig's limits"),
+        (1, {"amplitudes_pp_mm": [0.1, 0.4]}, LimitExceededError, "0.4 mm is outside the rig's limits"),
         (1, {"preset_mm": 1.5}, LimitExceededError, "preset 0.0015 m is outside"),
     ],
 )

@@ -1,0 +1,42 @@
+"""Errors of pydantic in plain words."""
+
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from store.validation import faults_text
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    number: Annotated[float, Field(gt=0, le=10)] = 1
+    count: int = 1
+    kind: Literal["a", "b"] = "a"
+    names: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)] = ("x",)
+    inner: "_Document | None" = None
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"number": 0}, "number: is 0; it has to be more than 0"),
+        ({"number": 11}, "number: is 11; it has to be 10 or less"),
+        ({"number": "x"}, "number: is 'x', which is no number"),
+        ({"number": float("nan")}, "number: is nan, which is no finite number"),
+        ({"count": 1.5}, "count: is 1.5, which is no whole number"),
+        ({"kind": "c"}, "kind: is 'c'; it has to be 'a' or 'b'"),
+        ({"names": []}, "names: has 0 values; it needs 1 or more"),
+        ({"names": ["x"] * 3}, "names: has 3 values; it may have 2"),
+        ({"names": ["x", 3]}, "names.1: is 3, which is no text"),
+        ({"inner": {"size": 1}}, "inner.size: there is no such key"),
+        ({"inner": 5}, "inner: is 5, which is no object with named values"),
+        (7, "document: is 7, which is no object with named values"),
+        ({"count": "y" * 1000}, f"count: is '{'y' * 59}..., which is no whole number"),
+    ],
+)
+def test_a_fault_is_told_in_words_that_need_no_pydantic(given: object, words: str) -> None:
+    with pytest.raises(ValidationError) as refused:
+        _Document.model_validate(given)
+    assert faults_text(refused.value.errors()) == words

@@ -212,11 +212,11 @@ def identify(
         tables["modes"] = _mode_rows(found.inverse.modal)
         tables["joints"] = [
             row
-            for route in (found.inverse.likelihood, found.inverse.paper)
+            for route in found.inverse.results
             for joint in route.joints.values()
             for row in _joint_rows(joint, route.method)
         ]
-        notes += fit_statements(found.inverse.fit)
+        notes += [*filter(None, [found.inverse.paper_left_out]), *fit_statements(found.inverse.fit)]
     if found.direct:
         points = found.measurement.points
         notes.append(f"{len(points)} sine points of joint {', '.join(found.direct)}")

@@ -85,7 +85,8 @@ def force_solution(free_beam: FreeBeam, poles: Complex, measured: Sequence[Dof],
     listed = ", ".join(map(str, measured))
     if len(measured) < unknowns:
         raise AnalysisError(
-            f"{len(joint_nodes)} joints need {unknowns} shape components or more; measured are {listed or 'none'}"
+            f"{len(joint_nodes)} joints need {unknowns} shape components or more, of which {listed or 'none'} were "
+            "measured: strike more points"
         )
     at_joints = joint_degrees(free_beam, joint_nodes)
     reach = free_beam.receptance(poles, measured_degrees(free_beam, measured), at_joints)

@@ -32,10 +32,24 @@ PAPER_DOFS = (
     Dof(11, Direction.Y),
     Dof(11, Direction.X),
 )
-"""The components that Section 3 uses: points on either side of each joint, and both ends along the beam."""
+"""The components that Section 3 uses on the paper's bench; for any other see `components_of`."""
 
+FREEDOMS = 3  # of a joint: x, y, rotation
 NOT_KNOWN = "the joints found do not give back as many modes as were measured, so what these determine is not known"
 BAND = 1.5  # modes of the identified model are sought up to so many times the highest measured frequency
+
+
+def components_of(joint_nodes: Sequence[int], last_node: int, struck: Sequence[Dof]) -> tuple[Dof, ...]:
+    """The shape components for the joints of a bench, as Section 3 chooses them.
+
+    They are those across the beam on either side of each joint and those along it at both ends, where all of them were
+    struck and suffice, and else all that were struck.
+    """
+    beside = sorted({node + by for node in joint_nodes for by in (-1, 1)})
+    across = (Dof(node, Direction.Y) for node in beside)
+    chosen = (Dof(1, Direction.X), *across, Dof(last_node, Direction.X))
+    enough = len(chosen) >= FREEDOMS * len(joint_nodes)
+    return chosen if enough and set(chosen) <= set(struck) else tuple(struck)
 
 
 def identify_joints(

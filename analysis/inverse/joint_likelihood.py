@@ -6,8 +6,9 @@ known to `joint_parameters.REACH`. Deviations of the bench are parameters from t
 benches, joints that had to compensate for them ended in a wrong minimum. All lines take part at the end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -28,6 +29,13 @@ APPROACH = ((0.5, 0.15), (0.3, 0.3), (0.1, 0.6), (0.03, 1.0), (0.01, 1.0))
 """Steps of the search: noise added, as a share of the accelerance, and the share of the band that is used."""
 WIDE_START = (2.0, 1.0)
 """First step on the whole band, for a second search where the first one fails."""
+FIRST_STARTS = 2
+"""The first start with its own rotation terms and with small ones: that these two meet says nothing."""
+MEETING, SAME = 2, 0.01
+"""So many searches that end with the same chi-square, within this share, have found the minimum of a model that does
+not fit."""
+MOST_WIDE = 3
+"""Starts that are searched from again."""
 MOST_SEARCH_LINES = 300
 """Of the search before its last step. All 2000 lines take seven times as long and lead to the same minimum."""
 SEARCH_TOLERANCE = 1.0  # gain in chi-square by another step, during the search
@@ -41,6 +49,7 @@ def identify_from_responses(
     responses: FrequencyResponses,
     start: Sequence[Joint],
     *,
+    further: Iterable[Sequence[Joint]] = (),
     parameters: JointParameters | None = None,
     tolerances: Tolerances = EXACT,
     band: tuple[float, float] = BAND,
@@ -57,6 +66,8 @@ def identify_from_responses(
             about the fit, as a floor and a part proportional to the response. The damping of an exponential window is
             not attributed to the joints.
         start: joints to start from, such as those of `identification.identify_joints`; an error of 20 % is acceptable.
+        further: other starts, asked for one by one while no search ends at the noise, such as those of
+            `coarse_search.coarse_joints`.
         parameters: of the joints; all terms of their matrices by default.
         tolerances: of the bench; deviations within them are estimated too, and their uncertainty is in all intervals.
             By default the bench is exactly as drawn.
@@ -87,9 +98,8 @@ def identify_from_responses(
         parameters=described_by,
         tolerance=tolerances.covariance(lines.response, lines.inputs, len(start)),
     )
-    found = _search(
-        target, [described_by.start(joints) for joints in (start, with_small_rotation_terms(start, free_beam))]
-    )
+    starts = chain((start, with_small_rotation_terms(start, free_beam)), further)
+    found = _search(target, map(described_by.start, starts))
     if lines.variance is None:
         for _ in range(2):
             fitted = target.response(found.values).accelerance
@@ -98,18 +108,27 @@ def identify_from_responses(
     return describe_fit(target, found, standard_deviation(lines), lines.scatter)
 
 
-def _search(target: ResponseLikelihood, starts: Sequence[Real]) -> Minimum:
-    """The minimum, from rough starts."""
+def _search(target: ResponseLikelihood, starts: Iterable[Real]) -> Minimum:
+    """The minimum, from rough starts; later ones are asked for only where those before do not lead to it."""
     fewer = target.thinned(MOST_SEARCH_LINES)
-    reached: list[Minimum] = []
-    for approach in (APPROACH, (WIDE_START, *APPROACH)):
-        for start in starts:
-            reached.append(_approached(fewer, start, approach))
-            if reached[-1].at.cost < fewer.data:
+    tried, reached = list[Real](), list[Minimum]()
+
+    def ends_with(start: Real, approach: Sequence[tuple[float, float]]) -> bool:
+        reached.append(_approached(fewer, start, approach))
+        return reached[-1].at.cost < fewer.data
+
+    def met() -> bool:
+        costs = sorted(found.at.cost for found in reached)
+        return len(costs) > FIRST_STARTS and costs[MEETING - 1] < (1 + SAME) * costs[0]
+
+    for start in starts:
+        tried.append(start)
+        if ends_with(start, APPROACH) or met():
+            break
+    else:
+        for start in tried[:MOST_WIDE]:
+            if ends_with(start, (WIDE_START, *APPROACH)):
                 break
-        else:
-            continue
-        break
     nearest = min(reached, key=lambda found: found.at.cost)
     arrived = minimise(fewer, nearest.values, SEARCH_TOLERANCE, MOST_STEPS)
     return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS)

@@ -19,7 +19,7 @@ from analysis.inverse.joint_parameters import HALF, JointParameters, matrices
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_model import CondensedBeam, ResponseModel, SupportedResponse
-from analysis.inverse.tolerances import COMMON, Deviations
+from analysis.inverse.tolerances import COMMON, SENSOR, Deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,5 +191,24 @@ class ResponseLikelihood:
         return Linearised(
             cost=found.chi_square + float(off @ weight @ off),
             descent=np.real(chain.conj().T @ found.descent) - weight @ off,
-            normal=np.real(chain.conj().T @ found.products @ chain) + weight,
+            normal=np.real(chain.conj().T @ found.products @ chain) + weight + self._of_kinks(response),
         )
+
+    def _of_kinks(self, response: SupportedResponse) -> Real:
+        """(parameters, parameters) second derivatives of the model that matter: of blows right at the accelerometer.
+
+        The residual presses such a blow towards the kink of the beam under it or away from it, ever harder the sharper
+        the kink. What presses towards it holds the blow there; without it steps would overshoot from side to side.
+        """
+        model, deviations = self.model, response.condensed.deviations
+        bend = (model.kink_slope(deviations) * model.kink_bend(deviations))[1:]
+        left = (self.measured - response.accelerance) / self.deviation**2
+        pressed = np.real(left @ (model.poles**2).conj()) * (1 + deviations.gain)
+        found = np.zeros((len(self.tolerance), len(self.tolerance)))
+        first = len(COMMON) + 2 * len(model.joint_nodes)
+        for row in np.flatnonzero(bend):
+            apart = np.zeros(len(found))
+            apart[SENSOR], apart[first + int(row)] = -1.0, 1.0
+            found += max(float(bend[row] * pressed[row]), 0.0) * np.outer(apart, apart)
+        joints = len(self.parameters.labels)
+        return np.pad(found[np.ix_(self.active, self.active)], (joints, 0))

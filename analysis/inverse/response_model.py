@@ -22,6 +22,9 @@ from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
 from analysis.structure.beam import DIRECTIONS, FreeBeam, Theory
 from analysis.structure.beam_motion import modes_near, modes_under_blow
 
+ROUNDED = 2e-4
+"""m, over which the kink under a blow is rounded: no hammer tip is a point, and no search comes to rest at a kink."""
+
 
 @dataclass(frozen=True, eq=False)
 class ResponseModel:
@@ -94,7 +97,8 @@ class ResponseModel:
         Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node is smooth
         here and belongs to an accelerometer right under the blow; beside it the motion falls by half of that a metre.
         """
-        return -self.kink_slope(deviations) * np.abs(self._beside(deviations))
+        beside = self._beside(deviations)
+        return -self.kink_slope(deviations) * beside**2 / np.hypot(beside, ROUNDED)
 
     def kink_slope(self, deviations: Deviations) -> Real:
         """(1 + rows,) 1 / (2 kappa G A), 1/N, for blows at the node of an accelerometer across the beam; else 0."""
@@ -105,8 +109,14 @@ class ResponseModel:
         return np.where(at_it, slope / (1 + deviations.youngs_modulus), 0.0)
 
     def kink_side(self, deviations: Deviations) -> Real:
-        """(1 + rows,) 1 where a blow is to the right of the accelerometer, -1 to the left."""
-        return np.sign(self._beside(deviations))
+        """(1 + rows,) derivative of the rounded distance: 1 for a blow right of the accelerometer, -1 left of it."""
+        beside = self._beside(deviations)
+        return np.asarray(beside * (beside**2 + 2 * ROUNDED**2) / np.hypot(beside, ROUNDED) ** 3)
+
+    def kink_bend(self, deviations: Deviations) -> Real:
+        """(1 + rows,) second derivative of the rounded distance, 1/m."""
+        beside = self._beside(deviations)
+        return np.asarray(ROUNDED**2 * (2 * ROUNDED**2 - beside**2) / np.hypot(beside, ROUNDED) ** 5)
 
     def _beside(self, deviations: Deviations) -> Real:
         return np.array([0.0, *(deviations.blow_positions - deviations.sensor_position)])

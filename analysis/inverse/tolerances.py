@@ -23,6 +23,7 @@ COMMON = ("gain", "Young's modulus", "density", "sensor position")
 """Deviations of the bench as a whole; position and exponent of each joint, position and lean of each row's blows
 follow."""
 MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
+SENSOR = COMMON.index("sensor position")
 FREEHAND_LEAN = np.radians(2.0)
 """Tolerance of the mean lean of the blows at a point for a hand-held hammer, rad. Accelerances determine the lean to
 about 0.2 degrees; with a tolerance of 0.3 degrees intervals are the same."""

@@ -17,6 +17,7 @@ from api.commands.terminal import open_catalogue, out, progress_bar, progress_co
 from api.commands.terminal_operator import SequenceProgress
 from jointlab.errors import JointlabError
 from jointlab.identification.document import identification_document, plain
+from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
@@ -129,10 +130,8 @@ def reveal(operator: OperatorClient, found: Identification) -> tuple[dict[str, A
 def show_errors(found: Identification, truth: dict[str, Any], sines: tuple[SineTruth, ...]) -> None:
     """How far off the results are, in short."""
     if found.inverse is not None:
-        for method, joints in (
-            ("by maximum likelihood", found.inverse.likelihood.joints),
-            ("by the paper's method", found.inverse.paper.joints),
-        ):
+        for result in found.inverse.results:
+            joints, method = result.joints, METHODS[result.method]
             for name, errors in joint_errors(joints, truth["inverse"]).items():
                 terms = ", ".join(
                     f"k{p + 1}{q + 1} {100 * errors[p, q]:+.2f} %"

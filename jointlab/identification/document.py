@@ -48,7 +48,8 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_regularisation": _regularisation(found.inverse),
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels],
-            "inverse_paper": _inverse(found.inverse.paper) if found.inverse else None,
+            "inverse_paper": _inverse(found.inverse.paper) if found.inverse and found.inverse.paper else None,
+            "inverse_paper_left_out": found.inverse.paper_left_out if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "direct_claims": {name: direct.claims for name, direct in found.direct.items()},
             "direct_unphysical": {name: direct.unphysical for name, direct in found.direct.items()},
@@ -99,8 +100,10 @@ def _suspended(suspended: SuspendedBeam) -> dict[str, Any]:
 
 
 def _modes(inverse: Inverse) -> dict[str, Any]:
-    paper = {f"{name}_paper": column for name, column in _predicted(inverse.modal, inverse.paper).items()}
-    return modes_document(inverse.modal) | _predicted(inverse.modal, inverse.likelihood) | paper
+    found = modes_document(inverse.modal) | _predicted(inverse.modal, inverse.likelihood)
+    if inverse.paper is None:
+        return found
+    return found | {f"{name}_paper": column for name, column in _predicted(inverse.modal, inverse.paper).items()}
 
 
 def _predicted(modal: ModalEstimate, route: MethodResult[Any]) -> dict[str, Any]:

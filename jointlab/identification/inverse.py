@@ -1,23 +1,29 @@
-"""The inverse method: accelerances to modes, to joints by both methods, and to the prediction of the beam on them."""
+"""The inverse method: accelerances to modes, to joints by both methods, and to the prediction of the beam on them.
+
+Maximum likelihood takes any layout. It starts from the paper's method where the points for that were struck, else from
+the tester's stiffnesses where both experiments were made, else from a coarse search over the bench as drawn.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from analysis.dof import Dof
+from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.coarse_search import coarse_joints, drawn_as_cylinders
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
 from analysis.inverse.experiment_remedies import Remedy, experiment_of_fit, remedies
 from analysis.inverse.frequency_dependent_joints import accelerance_on, modes_on
-from analysis.inverse.identification import PAPER_DOFS, identify_joints, weakest_directions
+from analysis.inverse.identification import components_of, identify_joints, weakest_directions
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate, square
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
-from analysis.inverse.joint_likelihood import identify_from_responses, with_small_rotation_terms
-from analysis.inverse.joint_parameters import HALF, held_terms
+from analysis.inverse.joint_likelihood import BAND, identify_from_responses, with_small_rotation_terms
+from analysis.inverse.joint_parameters import HALF, HeldTerms, held_terms
 from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
 from analysis.inverse.undetermined_terms import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
@@ -26,6 +32,7 @@ from analysis.modal.stabilisation import Stabilisation, read_chart
 from analysis.modes import Modes
 from analysis.structure.agreement import ModeError, frac, mode_errors
 from analysis.structure.beam import FreeBeam
+from analysis.structure.joints import Joint
 from analysis.suspended.beam_update import Material
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.options import AS_MEASURED, Options
@@ -35,8 +42,9 @@ from store.bundle_setup import Article
 
 PAPER = "modal (Eqs. 17-44)"
 LIKELIHOOD = "maximum likelihood on accelerances"
+METHODS = {LIKELIHOOD: "maximum likelihood", PAPER: "paper's method"}
+"""The inverse methods by the names that pictures have for them."""
 HIGHEST_PREDICTED = 1.2  # times the highest measured mode
-PAPER_JOINTS = 2
 HIGHEST_ORDER = 60  # of the stabilisation chart
 LOWEST_LINE = 20.0  # Hz; below, two seconds of a hammer blow hold more drift than response
 
@@ -74,9 +82,10 @@ class Inverse:
         modal: its modes.
         free_beam: the beam without joints.
         tolerances: of the bench, in which the fits look for it.
-        components: shape components that the paper's method works on.
-        paper: joints by the paper's method, from the modes.
-        likelihood: joints by maximum likelihood on the accelerances, started from the paper's.
+        components: shape components that the paper's method works on, or would.
+        paper: joints by the paper's method, from the modes; None where it is left out.
+        paper_left_out: why it is, a sentence; empty where it is not.
+        likelihood: joints by maximum likelihood on the accelerances.
         fit: all that the maximum-likelihood fit says, its checks among it.
         regularised: share of its size within which every term was held in that fit; None where it was free.
         cylinders: the same fit over the cylinders that the joints are built of, Eqs. (8)-(11), started from `fit`;
@@ -90,7 +99,8 @@ class Inverse:
     free_beam: FreeBeam
     tolerances: Tolerances
     components: tuple[Dof, ...]
-    paper: MethodResult[JointEstimate]
+    paper: MethodResult[JointEstimate] | None
+    paper_left_out: str
     likelihood: MethodResult[LikelihoodEstimate]
     fit: JointFit
     regularised: float | None
@@ -98,19 +108,25 @@ class Inverse:
     remedies: tuple[Remedy, ...]
 
     @property
+    def results(self) -> tuple[MethodResult[Any], ...]:
+        """Those of all methods that were possible, maximum likelihood first."""
+        return (self.likelihood,) if self.paper is None else (self.likelihood, self.paper)
+
+    @property
     def agreement(self) -> dict[str, Real]:
         """Frequency response assurance criterion of each measured row with that predicted, by method."""
-        measured = self.measured.accelerance
         keep = self.measured.frequency >= LOWEST_LINE
-        predicted = {
-            "maximum likelihood": self.likelihood.responses.accelerance,
-            "paper's method": self.paper.responses.accelerance,
+        return {
+            METHODS[result.method]: frac(self.measured.accelerance[:, keep], result.responses.accelerance[:, keep])
+            for result in self.results
         }
-        return {name: frac(measured[:, keep], rows[:, keep]) for name, rows in predicted.items()}
 
 
 def inverse_of(
-    measurement: Measurement, suspended: SuspendedBeam | None = None, options: Options = AS_MEASURED
+    measurement: Measurement,
+    suspended: SuspendedBeam | None = None,
+    options: Options = AS_MEASURED,
+    in_tester: Sequence[Joint] = (),
 ) -> Inverse:
     """Modes, joints and prediction from the reference set.
 
@@ -119,6 +135,7 @@ def inverse_of(
         suspended: results of the beam without its joints: damping, and E and rho with their remaining errors. Without
             it they are as the article states.
         options: the mesh, whether joints follow frequency, and regularisation.
+        in_tester: all joints by the other experiment, to start from where the paper's method is left out; or none.
 
     Raises:
         AnalysisError: the data do not suffice; the message says what is missing.
@@ -133,30 +150,64 @@ def inverse_of(
         joint_exponent=options.joint_exponent,
     )
     nodes = {joint.name: joint.node for joint in article.joints}
-    components = measured_components(measured, len(nodes))
-    by_modes = identify_joints(beam, modal.modes, nodes, components)
-    start = [found.joint for found in by_modes.values()]
-    if options.regularise is None:
-        fit = identify_from_responses(beam, measured, start, tolerances=tolerances)
-    else:
-        # modes hardly determine how joints turn, so coupling and rotation are held about those of a joint that is half
-        # as deep as the beam
-        held = held_terms(with_small_rotation_terms(start, beam), options.regularise)
-        fit = identify_from_responses(beam, measured, start, parameters=held, tolerances=tolerances)
-    weak = weakest_directions(beam, modal.modes, by_modes, components)
+    components = components_of(list(nodes.values()), len(article.node_positions), measured.inputs)
+    paper, left_out = None, ""
+    try:
+        by_modes = identify_joints(beam, modal.modes, nodes, components)
+        weak = weakest_directions(beam, modal.modes, by_modes, components)
+        paper = _result(PAPER, by_modes, weak, beam, measured, modal.modes)
+    except AnalysisError as error:
+        left_out = f"The paper's method is left out: {error}"
+    starts = _starts(article, beam, measured, paper, in_tester)
+    held = None if options.regularise is None else _held(paper, left_out, beam, options.regularise)
+    fit = identify_from_responses(beam, measured, next(starts), further=starts, parameters=held, tolerances=tolerances)
     return Inverse(
         measured=measured,
         modal=modal,
         free_beam=beam,
         tolerances=tolerances,
         components=components,
-        paper=_result(PAPER, by_modes, weak, beam, measured, modal.modes),
+        paper=paper,
+        paper_left_out=left_out,
         likelihood=_result(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
         fit=fit,
         regularised=options.regularise,
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
         remedies=_remedies(article, fit, tolerances),
     )
+
+
+def _starts(
+    article: Article,
+    beam: FreeBeam,
+    measured: FrequencyResponses,
+    paper: MethodResult[JointEstimate] | None,
+    in_tester: Sequence[Joint],
+) -> Iterator[Sequence[Joint]]:
+    """Joints to start a fit from, the nearest first as far as one can tell beforehand."""
+    if paper is not None:
+        yield [found.joint for found in paper.joints.values()]
+    if in_tester:
+        yield with_small_rotation_terms(in_tester, beam)
+    pairs = cylinder_parameters_of(article).pairs
+    drawn = [drawn_as_cylinders(joint.node, pair, beam) for joint, pair in zip(article.joints, pairs, strict=True)]
+    yield from coarse_joints(beam, measured, drawn, BAND)
+
+
+def _held(paper: MethodResult[JointEstimate] | None, left_out: str, beam: FreeBeam, share: float) -> HeldTerms:
+    """Terms held within a `share` about the joints of the paper's method.
+
+    Modes hardly determine how joints turn, so coupling and rotation are held about those of a joint that is half as
+    deep as the beam.
+
+    Raises:
+        AnalysisError: the paper's method is left out.
+    """
+    if paper is None:
+        raise AnalysisError(
+            f"no terms can be held about those of the paper's method. {left_out}; or identify without regularisation"
+        )
+    return held_terms(with_small_rotation_terms([found.joint for found in paper.joints.values()], beam), share)
 
 
 def _by_cylinders(
@@ -188,13 +239,6 @@ def cylinder_parameters_of(article: Article) -> CylinderParameters:
         lower, upper = drawn.inclinations_deg
         pairs.append(CylinderPair(drawn.name, (math.radians(lower), math.radians(upper)), drawn.eccentricity))
     return CylinderParameters(tuple(pairs), math.radians(article.tolerances.inclination_deg))
-
-
-def measured_components(responses: FrequencyResponses, joints: int) -> tuple[Dof, ...]:
-    """The shape components that the paper uses for its two joints, as far as they were struck; for more joints, all."""
-    if joints > PAPER_JOINTS:
-        return responses.inputs
-    return tuple(point for point in PAPER_DOFS if point in responses.inputs)
 
 
 def stabilisation_of(measured: FrequencyResponses) -> Stabilisation:

@@ -12,6 +12,7 @@ from analysis.interval import Estimate
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.joint_amplitude import JointAmplitude
+from analysis.structure.joints import Joint
 from jointlab.errors import JointlabError
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults
@@ -67,12 +68,28 @@ def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identi
     points, corrections = corrected(measurement.points, measurement.calibration, measurement.reference, options.without)
     measurement = replace(correct_faults(measurement) if measurement.sets else measurement, points=points)
     suspended = suspended_beam_of(measurement, options.elements)
-    inverse = inverse_of(measurement, suspended, options) if measurement.sets else None
-    levels = levels_of(measurement, inverse) if inverse is not None else ()
     direct = direct_of(measurement)
+    inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct)) if measurement.sets else None
+    levels = levels_of(measurement, inverse) if inverse is not None else ()
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
     seconds = time.perf_counter() - started
     return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
+
+
+def _in_tester(measurement: Measurement, direct: Mapping[str, Direct]) -> tuple[Joint, ...]:
+    """Joints as the tester has them at its smallest amplitude, in the middle of its frequencies; none if one lacks."""
+    found = []
+    for drawn in measurement.article.joints:
+        if drawn.name not in direct or not direct[drawn.name].joint:
+            return ()
+        by_amplitude = direct[drawn.name].joint
+        rows = [
+            [each.complex_stiffness for each in (terms.k11, terms.k12, terms.k22)]
+            for terms in by_amplitude[min(by_amplitude)]
+        ]
+        k11, k12, k22 = np.median(np.real(rows), axis=0) + 1j * np.median(np.imag(rows), axis=0)
+        found.append(Joint(drawn.name, drawn.node, np.array([[k11, k12, 0], [k12, k22, 0], [0, 0, 0]])))
+    return tuple(found)
 
 
 def _comparison(

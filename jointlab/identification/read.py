@@ -11,9 +11,9 @@ from analysis.modes import Modes, poles_from
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 from jointlab.identification.direct import Direct, direct_of
-from jointlab.identification.inverse import LIKELIHOOD, PAPER
+from jointlab.identification.inverse import LIKELIHOOD, METHODS, PAPER
 from jointlab.identification.measurement import Measurement, dof, responses_of
-from jointlab.identification.save import SUSPENDED_METHOD, setup_version_of
+from jointlab.identification.save import PAPER_LEFT_OUT, SUSPENDED_METHOD, setup_version_of
 from jointlab.identification.sine_points import sine_point
 from jointlab.identification.structure import beam_of, free_beam_with
 from store.amendments import setup_of_version
@@ -28,8 +28,6 @@ from store.modes import get_modes
 from store.runs import Run
 from store.states import AnalysisKind
 
-METHODS = {LIKELIHOOD: "maximum likelihood", PAPER: "paper's method"}
-"""The inverse methods by the names that pictures have for them."""
 EXPONENT = "exponent of joint "
 NEEDED_SETTINGS = {"youngs_modulus", "density", "elements", "parameters"}
 
@@ -61,6 +59,8 @@ def read_direct(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
 def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, dict[str, JointMatrix]]]:
     """The newest joints of a run by method and name, each with its analysis, in the order of `METHODS`.
 
+    Those of the paper's method are left out where the newest identification had none.
+
     Raises:
         NotFoundError: the run has none.
     """
@@ -72,6 +72,8 @@ def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, d
                 newest[analysis.method] = analysis, joints
     if not newest:
         raise NotFoundError(f"run {run.id} has no joint matrices")
+    if {PAPER, LIKELIHOOD} <= set(newest) and newest[PAPER][0].id not in newest[LIKELIHOOD][0].parents:
+        del newest[PAPER]
     return {method: newest[method] for method in sorted(newest, key=[*METHODS, *newest].index)}
 
 
@@ -82,25 +84,28 @@ class StoredInverse:
     Attributes:
         measured: the reference set.
         predicted: by the method's name in pictures, the accelerances of the beam on its joints at the measured lines.
-        regressions: by joint, the observed and the fitted side of the equations of the paper's method.
+        regressions: by joint, the observed and the fitted side of the equations of the paper's method; empty where it
+            is left out.
+        paper_left_out: why it is, a sentence; empty where it is not.
     """
 
     measured: FrequencyResponses
     predicted: Mapping[str, FrequencyResponses]
     regressions: Mapping[str, tuple[Real, Real]]
+    paper_left_out: str
 
 
 def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
     """The newest joints of a run on its beam, with the material, the mesh and the damping that they were found with.
 
     Raises:
-        NotFoundError: the run has no article, no accelerances, or no joints by both methods; or an older version found
-            these, which did not keep on what beam.
+        NotFoundError: the run has no article, no accelerances, or no joints by maximum likelihood; or an older version
+            found these, which did not keep on what beam.
     """
     newest = newest_joints(catalogue, run)
-    if not {PAPER, LIKELIHOOD} <= set(newest):
-        raise NotFoundError(f"run {run.id} has no joints by both inverse methods")
-    (likelihood, _), (paper, _) = newest[LIKELIHOOD], newest[PAPER]
+    if LIKELIHOOD not in newest:
+        raise NotFoundError(f"run {run.id} has no joints by maximum likelihood")
+    likelihood, _ = newest[LIKELIHOOD]
     if not set(likelihood.settings) >= NEEDED_SETTINGS:
         raise NotFoundError(f"analysis {likelihood.id} does not say on what beam its joints were found")
     with catalogue.reading() as session:
@@ -108,7 +113,6 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
         article = article_of(replace(run, setup=setup_of_version(session, run.id, version)))
         measured = responses_of(list_frequency_responses(session, run.id)[0])
         parents = [get_analysis(session, number) for number in likelihood.parents]
-        modes = get_modes(session, paper.parents[0])
     beam = _beam(article, likelihood, parents)
     exponents = {
         label.removeprefix(EXPONENT): float(value)
@@ -128,11 +132,19 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
         for method, (_, joints) in newest.items()
         if method in METHODS
     }
+    regressions = _regressions(catalogue, article, beam, newest[PAPER][0]) if PAPER in newest else {}
+    return StoredInverse(measured, predicted, regressions, likelihood.settings.get(PAPER_LEFT_OUT, ""))
+
+
+def _regressions(
+    catalogue: Catalogue, article: Article, beam: FreeBeam, paper: Analysis
+) -> dict[str, tuple[Real, Real]]:
+    with catalogue.reading() as session:
+        modes = get_modes(session, paper.parents[0])
     shapes = Modes(poles_from(modes.frequency, modes.loss_factor), modes.shapes, tuple(map(dof, modes.dofs)))
     nodes = {joint.name: joint.node for joint in article.joints}
     solved = identify_joints(beam, shapes, nodes, tuple(map(Dof.parse, paper.settings["points"])))
-    regressions = {name: (found.regression.observed, found.regression.fitted) for name, found in solved.items()}
-    return StoredInverse(measured, predicted, regressions)
+    return {name: (found.regression.observed, found.regression.fitted) for name, found in solved.items()}
 
 
 def _beam(article: Article, likelihood: Analysis, parents: list[Analysis]) -> FreeBeam:

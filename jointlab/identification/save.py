@@ -28,6 +28,7 @@ from store.states import AnalysisKind
 SUSPENDED_METHOD = "suspended beam"
 NOT_OBSERVABLE = "not_observable"
 OPTIONS = "options"
+PAPER_LEFT_OUT = "paper_left_out"
 SETUP_VERSION = "setup_version"
 """Version of the run's setup that an analysis is of; not there where that is the one it was measured with."""
 
@@ -57,7 +58,7 @@ def save_identification(session: Session, run_id: int, found: Identification) ->
     if found.inverse is not None:
         responses = saving.responses()
         modes = saving.modes(found.inverse, responses)
-        paper = saving.paper_joints(found.inverse, modes)
+        paper = None if found.inverse.paper is None else saving.paper_joints(found.inverse.paper, modes)
         sources = [parent for parent in (responses, paper, suspended) if parent is not None]
         likelihood = saving.likelihood_joints(found.inverse, sources)
     points = saving.points() if found.measurement.points else None
@@ -125,10 +126,12 @@ class _Saving:
         add_modes(self.session, analysis, mode_set(modal, inverse.likelihood.errors))
         return analysis
 
-    def paper_joints(self, inverse: Inverse, parent: int) -> int:
+    def paper_joints(self, paper: MethodResult[Any], parent: int) -> int:
         """Joints by the paper's method."""
+        inverse = self.found.inverse
+        assert inverse is not None
         settings = {"points": [str(point) for point in inverse.components], "average_longitudinal": True}
-        return self._joints(inverse.paper, settings, [parent])
+        return self._joints(paper, settings, [parent])
 
     def likelihood_joints(self, inverse: Inverse, parents: Sequence[int]) -> int:
         """Joints by maximum likelihood, with everything that is needed to compute them again."""
@@ -137,6 +140,7 @@ class _Saving:
             "noise_scale": float(fit.noise_scale),
             "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
             "passed": fit.passed,
+            PAPER_LEFT_OUT: inverse.paper_left_out,
             "regularised": inverse.regularised,
             "youngs_modulus": beam.beam.youngs_modulus,
             "density": beam.beam.density,

@@ -9,19 +9,16 @@ from analysis.direct.cylinder_terms import JointTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.superposition import Superposition, SuperpositionPoint
 from analysis.dof import Direction, Dof
-from analysis.frequency_response import Real
+from analysis.frequency_response import FrequencyResponses, Real
 from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
-from jointlab.identification.inverse import Inverse
-from jointlab.identification.read import METHODS
+from jointlab.identification.inverse import METHODS, Inverse
 from jointlab.identification.save import joint_matrix
 from store.joint_matrices import JointMatrix
 
 Quantity = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
 """By the method's name in pictures, then by joint."""
-FIGURED_POINTS = (("Fig. 7", Dof(3, Direction.Y)), ("Fig. 8", Dof(1, Direction.Y)), ("Fig. 9", Dof(1, Direction.X)))
-"""Driving point, transverse cross point and longitudinal blow."""
 ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
 """Of the stiffness, by name and place: those that a hammer finds."""
 
@@ -50,11 +47,26 @@ class Panel:
     inverse: Mapping[str, Sequence[float] | Real]
 
 
+def figured_points(measured: FrequencyResponses) -> tuple[tuple[str, Dof], ...]:
+    """What Figs. 7 to 9 show: the driving point, the first other point across the beam, the first along it.
+
+    As far as they were struck; on the paper's bench 3y, 1y and 1x.
+    """
+    response, struck = measured.response, measured.inputs
+    across, along = (
+        [point for point in struck if point.direction is way and point != response]
+        for way in (Direction.Y, Direction.X)
+    )
+    driving = [point for point in struck if point == response]
+    wanted = zip(("Fig. 7", "Fig. 8", "Fig. 9"), (driving, across, along), strict=True)
+    return tuple((label, points[0]) for label, points in wanted if points)
+
+
 def joints_by_method(inverse: Inverse) -> JointsByMethod:
     """The joints of an identification as the store has them."""
     return {
         METHODS[result.method]: {name: joint_matrix(joint) for name, joint in result.joints.items()}
-        for result in (inverse.likelihood, inverse.paper)
+        for result in inverse.results
     }
 
 

@@ -15,14 +15,19 @@ from analysis.structure.agreement import ModeError
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
-from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, prior_effect_by_joint, stabilisation_of
+from jointlab.identification.inverse import (
+    HIGHEST_PREDICTED,
+    METHODS,
+    Inverse,
+    prior_effect_by_joint,
+    stabilisation_of,
+)
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
-from jointlab.identification.read import METHODS
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
 from jointlab.report import figures
-from jointlab.report.curves import FIGURED_POINTS
+from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
 from jointlab.report.summary import failed_checks, fault_notices, levels_table, regularisation_notices, remedies
 from jointlab.report.tables import READING, matrix_tables
@@ -40,9 +45,8 @@ def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section
 
 def _modes(inverse: Inverse, measurement: Measurement) -> Section:
     modal = inverse.modal
-    likelihood, paper = (
-        {pair.measured: pair for pair in result.errors} for result in (inverse.likelihood, inverse.paper)
-    )
+    likelihood = {pair.measured: pair for pair in inverse.likelihood.errors}
+    paper = {} if inverse.paper is None else {pair.measured: pair for pair in inverse.paper.errors}
     joints = [found.joint for found in inverse.likelihood.joints.values()]
     highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
     theory = supported_frequencies(inverse.free_beam.beam, inverse.free_beam.mesh, joints, highest)
@@ -72,8 +76,8 @@ def _modes(inverse: Inverse, measurement: Measurement) -> Section:
         "Modes of the supported beam",
         (
             "Predicted are the modes of the beam on the joints identified by maximum likelihood; one column shows how "
-            "far those of the paper's own method are off. That method leaves k12 several per cent off even on exact "
-            "modes, and the two lowest modes, near-repeated, show it most.",
+            "far those of the paper's own method are off, where it was possible. That method leaves k12 several per "
+            "cent off even on exact modes, and modes that are near-repeated show it most.",
             *_averaging(inverse, measurement),
             *_misfit(inverse),
             *fault_notices(measurement),
@@ -154,13 +158,10 @@ def _shapes(inverse: Inverse) -> str:
 
 def _joints(inverse: Inverse) -> Section:
     unit = inverse.free_beam.beam.stiffness_unit
-    routes = (("maximum likelihood", inverse.likelihood.joints), ("paper's method", inverse.paper.joints))
+    routes = [(METHODS[result.method], result.joints) for result in inverse.results]
     head = ("element", *(f"joint {name}, {method}" for method, joints in routes for name in joints))
     stiffness = [_term_rows(stiffness_terms(joints.values(), unit)) for _, joints in routes]
     loss_factor = [_term_rows(loss_factor_terms(joints.values())) for _, joints in routes]
-    regressions = {
-        name: (found.regression.observed, found.regression.fitted) for name, found in inverse.paper.joints.items()
-    }
     return Section(
         "Joints",
         (
@@ -168,8 +169,8 @@ def _joints(inverse: Inverse) -> Section:
             "not observable: these data alone do not determine them. Maximum likelihood works on the accelerances "
             "themselves, with everything that the laboratory admits not to know of the bench estimated alongside; the "
             "paper's method works on the modes.",
-            Table("Table 2: stiffness", head, _side_by_side(*stiffness)),
-            Table("Table 3: loss factor", head, _side_by_side(*loss_factor)),
+            Table("Table 2: stiffness", head, _side_by_side(stiffness)),
+            Table("Table 3: loss factor", head, _side_by_side(loss_factor)),
             *fit_statements(inverse.fit),
             *regularisation_notices(inverse),
             *_prior_effect(inverse),
@@ -179,27 +180,32 @@ def _joints(inverse: Inverse) -> Section:
             *remedies(inverse),
             READING,
             *_matrices(inverse),
-            Picture(
-                "Fig. 5: equations of the paper's method, observed against curve-fitted",
-                figures.regression(regressions),
-            ),
+            _papers_equations(inverse),
         ),
     )
+
+
+def _papers_equations(inverse: Inverse) -> Picture | str:
+    """Fig. 5, or why there is none."""
+    if inverse.paper is None:
+        return f"{inverse.paper_left_out}."
+    sides = {name: (each.regression.observed, each.regression.fitted) for name, each in inverse.paper.joints.items()}
+    return Picture("Fig. 5: equations of the paper's method, observed against curve-fitted", figures.regression(sides))
 
 
 def _matrices(inverse: Inverse) -> list[Table]:
     """k, h and gamma of every joint in SI units, as the page has them."""
     return [
         table
-        for result in (inverse.likelihood, inverse.paper)
+        for result in inverse.results
         for joint in result.joints.values()
         for table in matrix_tables(joint_matrix(joint), result.method, joint.not_observable)
     ]
 
 
-def _side_by_side(first: Rows, second: Rows) -> Rows:
-    """Two tables with the same first column as one."""
-    return tuple((*left, *right[1:]) for left, right in zip(first, second, strict=True))
+def _side_by_side(tables: Sequence[Rows]) -> Rows:
+    """Tables with the same first column as one."""
+    return tuple((*rows[0], *(cell for row in rows[1:] for cell in row[1:])) for rows in zip(*tables, strict=True))
 
 
 def _prior_effect(inverse: Inverse) -> list[Table]:
@@ -276,14 +282,13 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
 
 
 def _prediction(inverse: Inverse) -> Section:
-    curves = {METHODS[result.method]: result.responses for result in (inverse.likelihood, inverse.paper)}
+    curves = {METHODS[result.method]: result.responses for result in inverse.results}
     pictures = tuple(
         Picture(
             f"{label}: accelerance at {inverse.measured.response} for a blow at {point}",
             figures.accelerance(label, inverse.measured, curves, point, inverse.fit.predicted),
         )
-        for label, point in FIGURED_POINTS
-        if point in inverse.measured.inputs
+        for label, point in figured_points(inverse.measured)
     )
     agreement = inverse.agreement
     rows = tuple(

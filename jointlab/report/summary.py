@@ -48,6 +48,8 @@ def fault_notices(measurement: Measurement) -> list[Notice]:
 
 def _joints(inverse: Inverse) -> Section:
     content: list[Item] = [translations_table(joints_by_method(inverse)), *fit_statements(inverse.fit)]
+    if inverse.paper_left_out:
+        content.append(f"{inverse.paper_left_out}.")
     return Section("Joints", (*content, *regularisation_notices(inverse), *failed_checks(inverse), *remedies(inverse)))
 
 

@@ -12,6 +12,7 @@ from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from jointlab.errors import JointlabError
+from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import SinePoint
 from jointlab.report.section import Section, Table, ends, number
@@ -105,15 +106,12 @@ def truth_section(found: Identification, truth: Mapping[str, Any], sines: Sequen
         "been identified and stored."
     ]
     if found.inverse is not None:
-        for title, joints in (
-            ("by maximum likelihood", found.inverse.likelihood.joints),
-            ("by the paper's method", found.inverse.paper.joints),
-        ):
+        for result in found.inverse.results:
             content.append(
                 Table(
-                    f"Joints at blow amplitude, {title}",
+                    f"Joints at blow amplitude, {METHODS[result.method]}",
                     ("joint", "element", "identified, 95 %", "truth", "off by (%)", "inside"),
-                    tuple(_joint_rows(joints, truth["inverse"])),
+                    tuple(_joint_rows(result.joints, truth["inverse"])),
                 )
             )
     head = (

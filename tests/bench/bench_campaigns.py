@@ -14,7 +14,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from api.commands.sequences import named_sequence
-from jointlab.identification.inverse import MethodResult
+from jointlab.identification.inverse import METHODS
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.instruments import instruments_of
@@ -31,7 +31,7 @@ TERMS = {"k11": (0, 0), "k12": (0, 1), "k22": (1, 1)}
 
 def main() -> None:
     """Print one block a seed, and the shares over all of them."""
-    tallies = {"maximum likelihood": Tally([], [], []), "paper's method": Tally([], [], [])}
+    tallies = {name: Tally([], [], []) for name in METHODS.values()}
     for seed in SEEDS:
         began = time.perf_counter()
         found, truth, sines = campaign(seed)
@@ -44,8 +44,8 @@ def main() -> None:
         ):
             errors = [100 * (a / b - 1) for a, b in zip(measured, true, strict=True)]
             print(f"  {name:<12}", " ".join(f"{error:+7.3f} %" for error in errors))
-        routes: tuple[MethodResult[Any], ...] = (found.inverse.likelihood, found.inverse.paper)
-        for route, tally in zip(routes, tallies.values(), strict=True):
+        for route in found.inverse.results:
+            tally = tallies[METHODS[route.method]]
             for joint, estimate in route.joints.items():
                 off = tally.add(estimate, np.array(truth["inverse"][joint]["k"]))
                 print(f"  joint {joint:<3} {route.method:<36} {off}")

@@ -9,6 +9,7 @@ within an average, so that no modal model holds, and of some the noise is next t
 
 import time
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,8 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.inverse.identification import identify_joints
+from analysis.inverse.coarse_search import coarse_joints, drawn_as_springs
+from analysis.inverse.identification import components_of, identify_joints
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.validity_checks import MISFIT
@@ -97,18 +99,23 @@ def drawn_joint(rng: np.random.Generator, name: str, node: int, beam: Beam) -> J
 
 
 def fitted(bench: DrawnBench) -> JointFit:
-    """By likelihood, from the paper's method or, where that lacks modes or points, from a quarter off."""
-    responses = bench.responses
-    band = (float(responses.frequency[0]), float(responses.frequency[-1]))
+    """By likelihood, started from the paper's method where its points exist, else from a search over springs."""
+    band = (float(bench.responses.frequency[0]), float(bench.responses.frequency[-1]))
+    starts = started(bench, band)
+    return identify_from_responses(bench.model, bench.responses, next(starts), further=starts, band=band)
+
+
+def started(bench: DrawnBench, band: tuple[float, float]) -> Iterator[Sequence[Joint]]:
+    """Joints to start from, by the data and the drawing alone: of the true joints only names and nodes are read."""
+    nodes = {joint.name: joint.node for joint in bench.joints}
+    components = components_of(list(nodes.values()), len(bench.model.mesh.named), bench.responses.inputs)
     try:
-        modes = estimate_modes(responses, band).modes
-        found = identify_joints(
-            bench.model, modes, {joint.name: joint.node for joint in bench.joints}, responses.inputs
-        )
-        start = [joint.joint for joint in found.values()]
+        modes = estimate_modes(bench.responses, band).modes
+        yield [joint.joint for joint in identify_joints(bench.model, modes, nodes, components).values()]
     except AnalysisError:
-        start = [replace(joint, dynamic_stiffness=1.25 * joint.dynamic_stiffness) for joint in bench.joints]
-    return identify_from_responses(bench.model, responses, start, band=band)
+        pass
+    drawn = [drawn_as_springs(name, node, bench.model) for name, node in nodes.items()]
+    yield from coarse_joints(bench.model, bench.responses, drawn, band)
 
 
 def holds(fit: JointFit, joint: Joint) -> list[bool]:

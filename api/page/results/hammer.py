@@ -14,7 +14,7 @@ from jointlab.identification.inverse import stabilisation_of
 from jointlab.identification.measurement import responses_of
 from jointlab.identification.read import StoredInverse, newest_joints, read_inverse
 from jointlab.identification.save import unobservable_reasons
-from jointlab.report.curves import FIGURED_POINTS
+from jointlab.report.curves import figured_points
 from jointlab.report.tables import READING, matrix_tables, modes_table
 from store.analyses import Analysis
 from store.bundle_setup import article_from
@@ -102,12 +102,11 @@ def _draw_accelerances(_run: Run, found: FoundAccelerances) -> None:
 
 def _measured_and_predicted(inverse: StoredInverse) -> None:
     """Figs. 7 to 9, of the points that were struck."""
-    for label, point in FIGURED_POINTS:
-        if point in inverse.measured.inputs:
-            where = f"accelerance at {inverse.measured.response} for a blow at {point}"
-            shown, name = (inverse.measured, inverse.predicted, point), label.replace(". ", "-").lower()
-            chart(f"{label}: {where}", charts.measured_and_predicted(*shown), name, height="24rem")
-            chart(f"{label}, phase: {where}", charts.measured_and_predicted(*shown, phase=True), f"{name}-phase")
+    for label, point in figured_points(inverse.measured):
+        where = f"accelerance at {inverse.measured.response} for a blow at {point}"
+        shown, name = (inverse.measured, inverse.predicted, point), label.replace(". ", "-").lower()
+        chart(f"{label}: {where}", charts.measured_and_predicted(*shown), name, height="24rem")
+        chart(f"{label}, phase: {where}", charts.measured_and_predicted(*shown, phase=True), f"{name}-phase")
 
 
 FoundJoints = tuple[list[tuple[Analysis, dict[str, JointMatrix]]], StoredInverse | None]
@@ -125,7 +124,11 @@ def _draw_joints(_run: Run, found: FoundJoints) -> None:
             for each in matrix_tables(joint, analysis.method, unobservable_reasons(analysis, joint.joint)):
                 show_table(each)
         show_origin(analysis)
-    if inverse is not None:
+    if inverse is None:
+        return
+    if inverse.paper_left_out:
+        paragraph(f"{inverse.paper_left_out}.")
+    else:
         caption = "Fig. 5: equations of the paper's method, observed against curve-fitted"
         chart(caption, charts.regression(inverse.regressions), "fig-5", height="24rem")
 

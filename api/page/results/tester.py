@@ -7,7 +7,8 @@ from api.page.controls import chart
 from api.page.markup import paragraph, show, show_table
 from api.page.results.part import Part, newest_of, show_origin, where_known
 from jointlab.identification.direct import Direct, series_of
-from jointlab.identification.read import METHODS, newest_joints, read_direct
+from jointlab.identification.inverse import METHODS
+from jointlab.identification.read import newest_joints, read_direct
 from jointlab.identification.sine_points import sine_point
 from jointlab.report.curves import (
     Panel,

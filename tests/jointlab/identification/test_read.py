@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.read import METHODS, newest_joints, read_direct, read_inverse
+from jointlab.identification.read import newest_joints, read_direct, read_inverse
 from jointlab.identification.run import identify_and_save
 from jointlab.identification.save import joint_matrix
 from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
@@ -29,7 +30,8 @@ def test_pictures_from_the_store_are_those_of_the_identification(
 ) -> None:
     stored, inverse = read_inverse(measured_catalogue, run), found.inverse
     assert inverse is not None
-    routes = {METHODS[route.method]: route for route in (inverse.likelihood, inverse.paper)}
+    assert inverse.paper is not None
+    routes = {METHODS[route.method]: route for route in inverse.results}
     assert list(stored.predicted) == list(routes)
     for name, route in routes.items():
         np.testing.assert_allclose(stored.predicted[name].accelerance, route.responses.accelerance, rtol=1e-9)

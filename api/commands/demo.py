@@ -21,11 +21,11 @@ from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
-from jointlab.report.gap import gap_sections, write_gap_report
+from jointlab.report.gap import write_gap_report
 from jointlab.report.page import write_report
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
-from jointlab.trials.demonstration import demonstrate, seal_section
+from jointlab.trials.demonstration import demonstrate, seal_section, sealed_bench_sections
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
 from jointlab.trials.simulated_truth import (
     SineTruth,
@@ -91,9 +91,9 @@ def demo(
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
         observing = partial(SequenceProgress, console=progress_console)
         sealed = demonstrate(seed, speed, catalogue, observing, progress_bar)
-    gap = (*gap_sections(sealed.diagnosed.document), seal_section(sealed))
     with watch.stage("report"):
-        write_report(found, folder / "report.html", more=(truth_section(found, truth, sines), *gap))
+        truths = (truth_section(found, truth, sines),)
+        write_report(found, folder / "report.html", more=truths, last=sealed_bench_sections(sealed))
         write_gap_report(sealed.diagnosed.document, folder / "gap.html", more=(seal_section(sealed),))
     watch.seconds["total"] = round(time.perf_counter() - started, 2)
     summary = identification_document(found) | {

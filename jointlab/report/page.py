@@ -16,13 +16,21 @@ from jointlab.report.summary import suspended_section
 from store.version import software_version
 
 
-def write_report(found: Identification, path: Path, *, more: tuple[Section, ...] = (), standing: str = "") -> None:
+def write_report(
+    found: Identification,
+    path: Path,
+    *,
+    more: tuple[Section, ...] = (),
+    last: tuple[Section, ...] = (),
+    standing: str = "",
+) -> None:
     """Write the report of an identification.
 
     Args:
         found: the identification.
         path: the HTML file.
         more: sections that come before the methods' own.
+        last: sections that come after everything, such as those of another bench.
         standing: a sentence on how it compares with the stored identification, or nothing.
 
     Raises:
@@ -35,7 +43,7 @@ def write_report(found: Identification, path: Path, *, more: tuple[Section, ...]
         sections += inverse_sections(found.inverse, found.measurement)
     if found.levels:
         sections.append(levels_section(found.levels))
-    sections += direct_sections(found)
+    sections += [*direct_sections(found), *last]
     said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
     write_page(found.measurement.title, " ".join(said), sections, path)
 

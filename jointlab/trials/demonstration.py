@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from jointlab.diagnosis.load import subject_of_run
@@ -10,7 +10,8 @@ from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.diagnosis.wording import named
 from jointlab.errors import JointlabError
-from jointlab.report.section import Section, Table
+from jointlab.report.gap import gap_sections
+from jointlab.report.section import Notice, Section, Table
 from jointlab.trials.instruments import measured_at, sequence_of
 from jointlab.trials.simulated_laboratory import simulated_laboratory
 from rig.events import Observer
@@ -92,6 +93,14 @@ def demonstrate(
     if commitment(seal) != committed:
         raise JointlabError("the bench opened another truth than it had committed to")
     return Demonstration(run, committed, found, seal["truth"])
+
+
+def sealed_bench_sections(shown: Demonstration) -> tuple[Section, ...]:
+    """The diagnosis of the sealed bench and its seal, for the end of a report on another bench; titles say so."""
+    own = (*gap_sections(shown.diagnosed.document), seal_section(shown))
+    notice = Notice("From here on it is the second, sealed bench; nothing of it is of the bench above.")
+    first, *others = (replace(each, title=f"The second, sealed bench: {each.title}") for each in own)
+    return replace(first, content=(notice, *first.content)), *others
 
 
 def seal_section(shown: Demonstration) -> Section:

@@ -183,8 +183,8 @@ def test_detectors_that_make_no_sense_are_refused_with_their_place(
     ("detectors", "words"),
     [
         ({"force": {"limit": 4500}}, "detector force 4500 N is outside the rig's limits of 0 to 4000 N"),
-        ({"upper_displacement": {"limit_mm": 1.4}}, "detector upper_displacement 0.0014 m is outside"),
-        ({"lower_displacement": {"limit_mm": -0.4}}, "detector lower_displacement -0.0004 m is outside"),
+        ({"upper_displacement": {"limit_mm": 1.4}}, "detector upper_displacement 1.4 mm is outside"),
+        ({"lower_displacement": {"limit_mm": -0.4}}, "detector lower_displacement -0.4 mm is outside"),
     ],
 )
 def test_a_detector_beyond_the_rigs_own_limit_is_refused_before_anything_is_connected_to(

@@ -252,7 +252,7 @@ def test_an_address_of_another_form_is_refused_with_the_two_forms_there_are(url:
 @pytest.mark.parametrize(
     ("amplitude_pp", "frequency", "words"),
     [
-        (3.1e-4, 10.0, "amplitude 0.00031 m is outside"),
+        (3.1e-4, 10.0, "amplitude 0.31 mm is outside"),
         (float("nan"), 10.0, "amplitude nan m"),
         (1e-4, 0.5, "frequency 0.5 Hz"),
         (1e-4, 251.0, "frequency 251 Hz"),

@@ -255,6 +255,14 @@ def test_the_report_has_the_papers_figures_and_tables(demo: Path) -> None:
     assert "Identified against true" in page
 
 
+def test_what_is_of_the_sealed_bench_comes_last_and_says_so(demo: Path) -> None:
+    titles = re.findall(r"<h2>(.*?)</h2>", (demo / "report.html").read_text(encoding="utf-8"))
+    marked = [title.startswith("The second, sealed bench: ") for title in titles]
+    assert marked == sorted(marked)
+    assert sum(marked) == 4
+    assert not any("gap" in title.lower() or "seal" in title.lower() for title in titles[: -sum(marked)])
+
+
 def test_ids_in_the_report_are_unique_and_references_find_them(demo: Path) -> None:
     page = (demo / "report.html").read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([^"]+)"', page)

@@ -24,7 +24,7 @@ def test_limits_bind_the_next_run_and_outlive_the_service(
     headers = acting() | {"If-Match": read.headers["etag"]}
     assert rig_client.put("/api/rig/limits", json=tight, headers=headers).json() == tight
     refused = rig_client.post("/api/runs", json={"sequence": paper()}, headers=acting())
-    assert (refused.status_code, "limits of 0 to 2e-05 m" in refused.json()["detail"]) == (422, True)
+    assert (refused.status_code, "limits of 0 to 0.02 mm" in refused.json()["detail"]) == (422, True)
     with closing(RunManager(catalogue, rig_settings, starts=False)) as restarted:
         assert restarted.instruments.limits == TesterLimits(amplitude_pp=2e-5)
     stale = acting() | {"If-Match": read.headers["etag"]}

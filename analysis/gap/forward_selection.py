@@ -72,15 +72,16 @@ class ForwardSelection:
         best = leading(weigh(self.none, self.visited, self.calibration)).model
         if not self.search.rivals or (best.misfit.significance <= CHANCE and len(best.effects) <= FEW):
             return
-        start = self.none
+        start, closest = self.none, self._best_single()
         for _ in range(RIVAL_ROUNDS):
-            ranked = self.search.screened(start, self.search.rivals)
-            kinds = len({each.effect.law for each in ranked})
-            self.visited += self.search.fitted(start, ranked, 1, laws=kinds)
-            closest = best_by_id([each for each in self.visited if len(each.effects) == 1])[0]
-            if closest.clean:
+            self.visited += self.search.fitted_everywhere(start, self.search.rivals, known=[closest])
+            found = self._best_single()
+            if found.clean or (found is closest and start is not self.none):
                 break
-            start = without_effects(closest, self.none)
+            start, closest = without_effects(found, self.none), found
+
+    def _best_single(self) -> Model:
+        return next(iter(best_by_id([each for each in self.visited if len(each.effects) == 1])), self.none)
 
     def _replace_laws(self) -> None:
         """Mechanisms as smooth functions in place of laws, where the best explanation leaves more than noise would.

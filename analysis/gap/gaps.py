@@ -129,11 +129,15 @@ SAME = 0.01
 
 
 def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
-    """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none."""
+    """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none.
+
+    A gap is lower by its share of the response or by its standard deviations, and higher by both: where it is no more
+    than noise and set-ups leave, one of them rises by chance.
+    """
     parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
     pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
     lowered = [new.sigma < old.sigma or new.percent < old.percent for rig, (old, new) in pairs.items() if parts[rig]]
-    raised = [new.percent > (1 + SAME) * old.percent for old, new in pairs.values()]
+    raised = [new.percent > (1 + SAME) * old.percent and new.sigma > old.sigma for old, new in pairs.values()]
     return any(lowered) and not any(raised)
 
 

@@ -219,6 +219,13 @@ class Search:
                 remaining = remaining[:FITTED_AFTER_CLEAN]
         return sorted(found, key=lambda model: -model.log_evidence)
 
+    def fitted_everywhere(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
+        """Each law of some candidates fitted on top of a model: from all its variants, and the best of them to the end.
+
+        One step from a model that does not hold tells little of where on the beam something is.
+        """
+        return self._fitted(on, self.screened(on, candidates), 1, _hopeless((on, *known)))
+
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
 

@@ -26,6 +26,17 @@ class JointMass(Effect):
         return joints + inertia(np.full(joints.shape[2], given["m"]), pole)
 
 
+class TurningMass(JointMass):
+    """The same mass at every joint, which turns with the beam: it has an inertia about the joint's axis, too."""
+
+    law = "equal masses with their inertia"
+    own_parameters = (*JointMass.own_parameters, Parameter("radius", "m", 0.012, 0.5, positive=True))
+
+    def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
+        masses = np.full(joints.shape[2], given["m"])
+        return joints + inertia(masses, pole, given["radius"])
+
+
 class MassOfEachJoint(EffectOfEachJoint):
     """A mass of its own at each joint."""
 
@@ -43,9 +54,9 @@ class MassOfEachJoint(EffectOfEachJoint):
         return joints + inertia(self.at_joints(given, "m"), pole)
 
 
-def inertia(masses: Real, pole: Complex) -> Complex:
-    """(lines, joints, 3, 3) dynamic stiffness of point masses (joints,) in kg."""
-    return np.asarray(np.multiply.outer(pole**2, np.multiply.outer(masses, np.diag([1.0, 1.0, 0.0]))))
+def inertia(masses: Real, pole: Complex, radius: float = 0.0) -> Complex:
+    """(lines, joints, 3, 3) dynamic stiffness of masses (joints,) in kg with a radius of gyration in m."""
+    return np.asarray(np.multiply.outer(pole**2, np.multiply.outer(masses, np.diag([1.0, 1.0, radius**2]))))
 
 
 @dataclass(frozen=True)

@@ -84,19 +84,22 @@ class PreloadWithSomeLoss(PreloadStiffening):
 class ConditioningDrift(Effect):
     """Specimens soften while they are cycled (slow part of Mullins' effect), up to 10 %.
 
-    Stiffness and loss fall in proportion to the share of the test that is done.
+    Stiffness and loss fall in proportion to the share of the test that is done. The beam may have been struck before
+    it or after it.
     """
 
     id = "conditioning_drift"
     title = "drift in the order of measuring"
     mechanism = Mechanism.JOINT_STATE
     law = "straight"
-    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("d", "1", 0.0, 0.067),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("d", "1", 0.0, 0.067),
+        Parameter("under_beam", "1", 0.5, 0.5),
+    )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        if not loading.tester:
-            return cylinders
-        factor = 1 - given["d"] * self._done(given, loading.fraction)
+        done = self._done(given, loading.fraction) if loading.tester else given["under_beam"]
+        factor = 1 - given["d"] * done
         return cylinders.scaled(factor, factor)
 
     def _done(self, _given: Given, fraction: Real) -> Real:

@@ -11,7 +11,13 @@ from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting, joint_matrices
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.effects.attachment import FoundationBothWays, FoundationCompliance, JointMass, MassOfEachJoint
+from analysis.gap.effects.attachment import (
+    FoundationBothWays,
+    FoundationCompliance,
+    JointMass,
+    MassOfEachJoint,
+    TurningMass,
+)
 from analysis.gap.effects.beam import (
     REFERENCE,
     AccelerometerMass,
@@ -118,6 +124,13 @@ def test_joint_mass_adds_inertia_to_both_translations(cylinders: Cylinders, moun
     expected = np.zeros((1, 2, 2, 3, 3))
     expected[..., 0, 0] = expected[..., 1, 1] = (pole**2 * 0.2).real[:, None]
     assert np.allclose(added, expected, rtol=1e-9, atol=1e-6)
+
+
+def test_a_mass_that_turns_has_its_inertia_about_the_joint(cylinders: Cylinders, mounting: Mounting) -> None:
+    pole = 2j * np.pi * np.array([400.0])
+    joints = joint_matrices(cylinders, mounting)
+    added = TurningMass().joints({"m": 0.2, "radius": 0.01}, joints, pole) - joints
+    assert np.allclose(added[0, 0, 1], np.diag([0.2, 0.2, 2e-5]) * pole[0] ** 2, atol=1e-9)
 
 
 def test_mass_of_each_joint_stays_at_its_joint(cylinders: Cylinders, mounting: Mounting) -> None:

@@ -2,6 +2,7 @@
 
 import html
 import math
+import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,16 +20,15 @@ from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
 from jointlab.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.load import measurement_of_bundle
-from jointlab.identification.measurement import dof
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.pipeline import identify as identify_measurement
+from jointlab.identification.responses_file import read_responses
 from jointlab.identification.run import identify_and_save, identify_run
 from jointlab.identification.statements import fit_statements
 from jointlab.report.gap import write_gap_report
 from jointlab.report.page import write_report as write_identification_report
 from jointlab.settings import load_settings
-from store.accelerance_file import read_accelerances
 from store.bundle import Bundle
 from store.bundle import read_bundle as read_bundle_folder
 from store.catalogue import Catalogue
@@ -81,11 +81,15 @@ class Result(Generic[Details]):
         return "".join(parts)
 
 
-def read_uff(path: str | Path) -> FrequencyResponses:
+def read_uff(path: str | Path, accelerometer: str | None = None) -> FrequencyResponses:
     """Read the accelerances of one roving-hammer set from a UFF file (datasets 58 and 58b, function type 4).
+
+    Other units are converted, mobility and receptance too. Where the accelerometer roves, the set is that of a roving
+    hammer by reciprocity. What was converted or passed over is a Python warning.
 
     Args:
         path: of the file.
+        accelerometer: its place, such as ``"3y"``; needed where the file has more than one.
 
     Returns:
         ``frequency`` (lines,) in Hz, ``accelerance`` (rows, lines) in (m/s^2)/N, ``coherence`` (rows, lines) or None,
@@ -93,14 +97,21 @@ def read_uff(path: str | Path) -> FrequencyResponses:
 
     Raises:
         StoreError: the file cannot be read as UFF, or holds no accelerances that belong together.
+        JointlabError: there is no such accelerometer, or more than one and none was chosen.
 
     For example:
 
         responses = jointlab.read_uff("beam.unv").band(20, 1000)
     """
-    read = read_accelerances(Path(path))
-    inputs = tuple(dof(point) for point in read.inputs)
-    return FrequencyResponses(read.frequency, read.accelerance, dof(read.response), inputs, read.coherence)
+    found = read_responses(Path(path), accelerometer)
+    if len(found.sets) > 1:
+        have = ", ".join(str(each.response) for each in found.sets)
+        raise JointlabError(
+            f"{Path(path).name} has accelerometers at {have}; choose one: accelerometer={str(found.sets[0].response)!r}"
+        )
+    for note in found.notes:
+        warnings.warn(note, stacklevel=2)
+    return found.sets[0]
 
 
 def read_bundle(path: str | Path) -> Bundle:

@@ -1,15 +1,16 @@
 """A single blow in one UFF file: force and acceleration on one clock."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from store.accelerance_file import ACCELERATION_LABELS, FORCE_LABELS, has_unit, to_dof, to_uff
+from store.accelerance_file import read_in_plane, stated_unit, to_dof, to_uff
 from store.dof import StoredDof
 from store.errors import StoreError
-from store.uff import FunctionKind, Quantity, UffFunction, read_uff, write_uff
+from store.uff import FunctionKind, UffFunction, write_uff
+from store.uff_units import FORCES, Quantity
 from store.waveform import Waveform, WaveformChannel
 
 Real = NDArray[np.float64]
@@ -41,15 +42,21 @@ class BundleBlow:
 def read_blow(path: Path) -> BundleBlow:
     """Read a blow.
 
-    Raises StoreError if the file is not readable as UFF, does not hold one force in N and one acceleration in m/s^2, or
+    Raises StoreError if the file is not readable as UFF, does not hold one force and one acceleration, or
     these differ in length, clock or point.
     """
-    functions = [function for function in read_uff(path) if function.kind == FunctionKind.TIME_RESPONSE]
-    forces = [f for f in functions if has_unit(f.unit, f.quantity, FORCE_LABELS, Quantity.FORCE)]
-    accelerations = [f for f in functions if has_unit(f.unit, f.quantity, ACCELERATION_LABELS, Quantity.ACCELERATION)]
+    functions = [f for f in read_in_plane(path).functions if f.kind == FunctionKind.TIME_RESPONSE]
+    units = [stated_unit(function.unit, function.quantity) for function in functions]
+    in_si = [
+        (unit.quantity, replace(function, values=unit.factor * function.values))
+        for function, unit in zip(functions, units, strict=True)
+        if unit is not None
+    ]
+    forces = [function for quantity, function in in_si if quantity in FORCES]
+    accelerations = [function for quantity, function in in_si if quantity == Quantity.ACCELERATION]
     if len(functions) != 2 or len(forces) != 1 or len(accelerations) != 1:
-        units = ", ".join(function.unit or "no unit" for function in functions)
-        raise StoreError(f"{path.name}: expected one force in N and one acceleration in m/s^2, found: {units}")
+        found = ", ".join(function.unit or "no unit" for function in functions)
+        raise StoreError(f"{path.name}: expected one force (N, lbf) and one acceleration (m/s^2, g), found: {found}")
     force, acceleration = forces[0], accelerations[0]
     if force.values.size != acceleration.values.size:
         raise StoreError(

@@ -2,9 +2,10 @@
 
 import hashlib
 import lzma
+import math
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +20,11 @@ from store.dof import StoredDof
 from store.errors import StoreError
 from store.frequency_responses import FrequencyResponseSet
 from store.states import HAMMER
+from store.uff import Position
 
 SETUP, BLOWS = "setup.json", "blows"
+_SAME_PLACE = 1e-3
+"""m by which a node of a file may lie elsewhere than in setup.json: the tolerance of marks on a beam."""
 # A bundle has a few MB; more than this in a zip is a mistake, or an attempt to fill the disk.
 _MOST_BYTES_IN_ZIP = 4 * 1024**3
 # Errors of Python's zipfile for a damaged, encrypted or unusual archive.
@@ -36,7 +40,8 @@ class Bundle:
         inverse: the sets, in the order of setup.json; the first is the reference set. None without beam.
         direct: the rows of the tester's table, in the order of the file. None without tester.
         blows: single blows, by file name.
-        warnings: of unknown keys and columns, unnamed files, and windows that cannot be corrected for; all are ignored.
+        warnings: of unknown keys and columns, unnamed files, and windows that cannot be corrected for, all ignored; of
+            values that were converted, and of nodes that lie elsewhere than in setup.json.
     """
 
     setup: BundleSetup
@@ -73,7 +78,8 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
     sets: list[FrequencyResponseSet] = []
     warnings: list[str] = []
     for number, entry in enumerate(setup.inverse, start=1):
-        measured = read_accelerances(_file(folder, entry.file), entry.excitation)
+        window, unknown = stated_window(entry.window, entry.block_seconds)
+        measured = read_accelerances(_file(folder, entry.file), entry.excitation, window.decay)
         for dof in (measured.response, *measured.inputs):
             setup.check_node(dof, entry.file)
         if entry.excitation == HAMMER:
@@ -84,7 +90,7 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
                 f"{entry.sample_rate:g} Hz of setup.json"
             )
         warnings += measured.warnings
-        _, unknown = stated_window(entry.window, entry.block_seconds)
+        warnings += _misplaced(measured.nodes, setup, entry.file)
         if unknown is not None:
             warnings.append(f"{entry.file}: {unknown}")
         sets.append(
@@ -101,6 +107,18 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
             )
         )
     return tuple(sets), tuple(warnings)
+
+
+def _misplaced(nodes: Mapping[int, Position], setup: BundleSetup, file: str) -> Iterator[str]:
+    """Nodes that the file has at another distance from the first than setup.json."""
+    places = {node: place for node, place in enumerate(setup.node_positions, start=1) if node in nodes}
+    if not places:
+        return
+    first = min(places)
+    for node, place in places.items():
+        drawn, stated = math.dist(nodes[node], nodes[first]), place - places[first]
+        if abs(drawn - stated) > _SAME_PLACE:
+            yield f"{file}: node {node} is {drawn:.4g} m from node {first} there, {stated:.4g} m in setup.json"
 
 
 def _read_blow(file: Path, setup: BundleSetup) -> BundleBlow:

@@ -24,7 +24,7 @@ from store.errors import NotFoundError, StoreError, UnknownOutcomeError
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
 from store.runs import Run, finish_run, get_run, start_run
 from store.states import HAMMER, AnalysisKind, RunState
-from store.uff import write_uff
+from store.uff import UffModel, write_uff
 from store.waveform import WaveformReference
 
 IMPORT, IMPORTED = "import", "imported"
@@ -154,6 +154,7 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         if not found and first.kind != IMPORT:
             raise StoreError(f"run {', '.join(map(str, runs))} has no {what} to export")
     setup = _setup(first, sets, bool(direct))
+    model = UffModel(first.article, setup.node_positions, first.started_at)
     for entry, measured in zip(setup.inverse, sets, strict=True):
         write_uff(
             folder / entry.file,
@@ -165,6 +166,7 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
                 measured.coherence,
                 measured.excitation,
             ),
+            model,
         )
     if setup.direct is not None:
         write_direct(folder / setup.direct.file, direct)

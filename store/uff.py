@@ -1,8 +1,12 @@
-"""Universal File Format, dataset 58 and 58b: functions at nodal degrees of freedom. Only this module uses pyuff."""
+"""Universal File Format: functions (datasets 58, 58b) in the units of dataset 164, with nodes (datasets 15, 2411).
+
+Only this module uses pyuff.
+"""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
 from enum import IntEnum
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,10 +17,16 @@ import pyuff
 from numpy.typing import NDArray
 
 from store.errors import StoreError
+from store.uff_units import FileUnits, Quantity, file_units, ratio_of, unit_of
+
+Position = tuple[float, float, float]
 
 # How pyuff finds the delimiters of a dataset: in a binary file they follow the data without a new line.
 _DELIMITER = re.compile(rb"    -1(?=[\r\n]|\Z| {74})")
-_DATASET_58, _DATASET_UNITS, _SI = 58, 164, 1
+_BINARY = re.compile(rb"^    58[bB]", re.MULTILINE)
+# Single precision in 13 columns: an axis that is even but for this rounding is even.
+_ROUNDING = 5e-6
+_MOMENTS = ("db_created", "db_saved", "file_written")
 _AXES = {1: "x", 2: "y", 3: "z", 4: "rx", 5: "ry", 6: "rz"}
 _COMPLEX_TYPES, _REAL_TYPES = (5, 6), (2, 4)
 
@@ -27,17 +37,6 @@ class FunctionKind(IntEnum):
     TIME_RESPONSE = 1
     FREQUENCY_RESPONSE = 4
     COHERENCE = 6
-
-
-class Quantity(IntEnum):
-    """Specific data types of dataset 58 with a name."""
-
-    UNKNOWN = 0
-    DISPLACEMENT = 8
-    ACCELERATION = 12
-    FORCE = 13
-    TIME = 17
-    FREQUENCY = 18
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class UffFunction:
         response, reference: degrees of freedom.
         start, step: of the abscissa, in s or Hz.
         values: (samples,) float64 or complex128.
-        abscissa_unit, unit, denominator_unit: labels of the file, empty for NONE.
+        abscissa_unit, unit, denominator_unit: labels of the file, empty for NONE: then values are in SI.
         quantity, denominator: specific data types of ordinate and denominator; a `Quantity` where it has a name.
         name: first identification line.
     """
@@ -85,61 +84,157 @@ class UffFunction:
         return np.asarray(self.start + np.arange(self.values.size) * self.step)
 
 
-def read_uff(path: Path) -> list[UffFunction]:
-    """Every function of a file, text or binary, in its order; datasets other than 58 are ignored.
+@dataclass(frozen=True, eq=False)
+class UffFile:
+    """The content of a file.
 
-    Raises StoreError if the file is missing, no UFF, cut short, in other units than SI, unevenly spaced, or holds NaN
-    or an unknown direction; the message names the file and the dataset.
+    Attributes:
+        functions: in the order of the file.
+        nodes: x, y, z of each node in m.
+        notes: what was passed over or contradicts itself, one sentence each.
+    """
+
+    functions: tuple[UffFunction, ...]
+    nodes: Mapping[int, Position]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class UffModel:
+    """The beam as other programs draw it: nodes in m along a line, in the order of `positions`."""
+
+    name: str
+    positions: Sequence[float]
+    created: datetime
+
+
+def read_uff(path: Path) -> UffFile:
+    """Read a file, text or binary.
+
+    A label of a unit says what values are in; where there is none, dataset 164 does, and values are converted to SI.
+
+    Raises StoreError if the file is missing, no UFF, cut short, unevenly spaced, in units that contradict each other,
+    or holds no function, NaN or an unknown direction; the message names the file and the dataset.
     """
     try:
         content = path.read_bytes()
     except OSError as error:
         raise StoreError(f"{path.name} cannot be read: {error.strerror or error}") from error
+    content = _without_quirks(content)
     delimiters = len(_DELIMITER.findall(content))
     if delimiters == 0:
         raise StoreError(f"{path.name} is not a UFF file: it has no dataset between lines of -1")
     if delimiters % 2:
         raise StoreError(f"{path.name} is cut short: its last dataset has no end")
-    functions = []
-    for index, dataset in enumerate(_datasets(path, delimiters // 2), start=1):
-        where = f"{path.name}, dataset {index}"
-        if dataset.get("type") == _DATASET_UNITS and dataset.get("units_code") != _SI:
-            raise StoreError(f"{where}: the file is in units code {dataset.get('units_code')}, expected 1 (SI)")
-        if dataset.get("type") == _DATASET_58:
-            functions.append(_function(dataset, where))
+    functions, nodes, passed = [], dict[int, Position](), set[int]()
+    units, stated, contradicted = FileUnits(), False, False
+    for index, dataset in enumerate(_datasets(path.name, content, delimiters // 2), start=1):
+        match int(dataset["type"]):
+            case 58:
+                function = _function(dataset, where := f"{path.name}, dataset {index}")
+                contradicted |= stated and _contradicts(function, units)
+                functions.append(_in_si(function, units, where))
+            case 164:
+                units, stated = file_units(dataset), True
+            case 15 | 2411 if (found := _nodes(dataset, units)) is not None:
+                nodes |= found
+            case 82 | 151:  # trace lines and the header hold nothing that was measured
+                continue
+            case other:
+                passed.add(other)
     if not functions:
         raise StoreError(f"{path.name} holds no function (dataset 58)")
-    return functions
+    notes = []
+    if passed:
+        notes.append(f"{path.name}: dataset {', '.join(map(str, sorted(passed)))} is passed over")
+    if contradicted:
+        notes.append(f"{path.name}: dataset 164 has other units than the labels of the functions; the labels are taken")
+    return UffFile(tuple(functions), nodes, tuple(notes))
 
 
-def write_uff(path: Path, functions: Sequence[UffFunction], *, binary: bool = True) -> None:
+def write_uff(
+    path: Path, functions: Sequence[UffFunction], model: UffModel | None = None, *, binary: bool = True
+) -> None:
     """Write functions in double precision; text keeps twelve digits, binary every value.
+
+    Where a model is given, a header (151), units (164), nodes (15) and a trace line (82) come first.
 
     Raises StoreError if a value is not finite, a name does not fit, or the file cannot be written.
     """
+    parts = [] if model is None else [_bytes_of(dataset) for dataset in _model_datasets(model)]
+    parts += [_dataset_bytes(function, binary) for function in functions]
     try:
-        path.write_bytes(b"".join(_dataset_bytes(function, binary) for function in functions))
+        path.write_bytes(b"".join(parts))
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
-def _datasets(path: Path, expected: int) -> list[dict[str, Any]]:
+def _without_quirks(content: bytes) -> bytes:
+    """Text without blanks at the ends of lines and without Fortran's exponent D, which stop pyuff; binary as it is."""
+    if _BINARY.search(content):
+        return content
+    lines = (line.rstrip() for line in content.splitlines())
+    return b"\n".join(re.sub(rb"(\d)[Dd]([+-]\d)", rb"\1E\2", line) for line in lines) + b"\n"
+
+
+def _datasets(name: str, content: bytes, expected: int) -> list[dict[str, Any]]:
+    """Those that hold functions, units or nodes as pyuff reads them, of others the type."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "file.unv"
+        path.write_bytes(content)
+        try:
+            file = pyuff.UFF(str(path))
+            if int(file.get_n_sets()) != expected:
+                raise StoreError(f"{name} is damaged: {expected} datasets begin, {file.get_n_sets()} are whole")
+            return [_dataset(file, index, int(kind)) for index, kind in enumerate(file.get_set_types())]
+        except StoreError:
+            raise
+        except Exception as error:
+            # pyuff raises bare Exception, and any error of its parser.
+            raise StoreError(f"{name} is damaged or not a UFF file: {str(error) or type(error).__name__}") from error
+
+
+def _dataset(file: Any, index: int, kind: int) -> dict[str, Any]:
+    if kind in (58, 164):
+        return dict(file.read_sets(index))
     try:
-        file = pyuff.UFF(str(path))
-        if int(file.get_n_sets()) != expected:
-            raise StoreError(f"{path.name} is damaged: {expected} datasets begin, {file.get_n_sets()} are whole")
-        return [dict(file.read_sets(index)) for index in range(expected)]
-    except StoreError:
-        raise
-    except Exception as error:
-        # pyuff raises bare Exception, and any error of its parser.
-        raise StoreError(f"{path.name} is damaged or not a UFF file: {str(error) or type(error).__name__}") from error
+        return dict(file.read_sets(index)) if kind in (15, 2411) else {"type": kind}
+    except Exception:  # noqa: BLE001  pyuff raises it bare; the caller tells that these nodes are passed over
+        return {"type": kind}
+
+
+def _nodes(dataset: dict[str, Any], units: FileUnits) -> dict[int, Position] | None:
+    """Positions in m; None where pyuff did not find whole rows of numbers, or the unit of length is in doubt."""
+    columns = [np.asarray(dataset.get(each, ()), float) for each in ("node_nums", "x", "y", "z")]
+    whole = columns[0].size > 0 and len({column.size for column in columns}) == 1
+    if units.doubt or not whole or not all(np.isfinite(column).all() for column in columns):
+        return None
+    numbers, x, y, z = columns[0], *(units.length * column for column in columns[1:])
+    if np.any(numbers != np.round(numbers)):
+        return None
+    places = zip(x.tolist(), y.tolist(), z.tolist(), strict=True)
+    return dict(zip(numbers.astype(int).tolist(), places, strict=True))
+
+
+def _contradicts(function: UffFunction, units: FileUnits) -> bool:
+    found = (unit_of(function.unit), unit_of(function.denominator_unit))
+    return any(unit and units.factor(unit.quantity) not in (None, unit.factor) for unit in found)
+
+
+def _in_si(function: UffFunction, units: FileUnits, where: str) -> UffFunction:
+    """With the units of the file taken out where no label says what values are in."""
+    top = None if function.unit else units.factor(function.quantity)
+    stated = function.denominator_unit or ratio_of(function.unit)
+    bottom = None if stated else units.factor(function.denominator)
+    if (top, bottom) != (None, None) and units.doubt:
+        raise StoreError(
+            f"{where}: {units.doubt}, and the function has no label of its unit; state the unit in one place"
+        )
+    return replace(function, values=function.values * ((top or 1.0) / (bottom or 1.0)))
 
 
 def _function(dataset: dict[str, Any], where: str) -> UffFunction:
     values = np.asarray(dataset["data"])
-    if dataset["abscissa_spacing"] != 1:
-        raise StoreError(f"{where}: abscissa is unevenly spaced; export it with even spacing")
     if dataset["ord_data_type"] not in _COMPLEX_TYPES + _REAL_TYPES:
         raise StoreError(f"{where}: ordinate data type {dataset['ord_data_type']} is none of 2, 4, 5, 6")
     if values.size != dataset["num_pts"] or values.size == 0:
@@ -147,6 +242,8 @@ def _function(dataset: dict[str, Any], where: str) -> UffFunction:
     if not np.all(np.isfinite(values)):
         raise StoreError(f"{where}: value {int(np.argmin(np.isfinite(values))) + 1} is not a finite number")
     start, step = float(dataset["abscissa_min"]), float(dataset["abscissa_inc"])
+    if dataset["abscissa_spacing"] != 1:
+        start, step = _even(np.asarray(dataset["x"], float), where)
     if not (np.isfinite(start) and np.isfinite(step) and step > 0):
         raise StoreError(f"{where}: abscissa begins at {start} with step {step}; expected finite and rising")
     return UffFunction(
@@ -163,6 +260,16 @@ def _function(dataset: dict[str, Any], where: str) -> UffFunction:
         denominator=dataset["orddenom_spec_data_type"],
         name=_label(dataset["id1"]),
     )
+
+
+def _even(abscissa: NDArray[np.float64], where: str) -> tuple[float, float]:
+    """Start and step of an axis that is written out; some programs do so where it is even."""
+    start, steps = float(abscissa[0]), max(1, abscissa.size - 1)
+    step = (float(abscissa[-1]) - start) / steps
+    off = np.max(np.abs(start + step * np.arange(abscissa.size) - abscissa))
+    if not off <= min(2 * _ROUNDING * np.max(np.abs(abscissa)), 0.1 * abs(step)):
+        raise StoreError(f"{where}: abscissa is unevenly spaced; export it with even spacing")
+    return start, step
 
 
 def _dof(node: int, direction: int, where: str) -> UffDof:
@@ -182,7 +289,7 @@ def _dataset_bytes(function: UffFunction, binary: bool) -> bytes:
         # pyuff would write zeros.
         raise StoreError(f"{function.name or 'function'} at {function.response}: holds values that are not finite")
     header = {
-        "type": _DATASET_58,
+        "type": 58,
         "binary": 0,
         "func_type": int(function.kind),
         "id1": _fitting(function.name, 80),
@@ -205,10 +312,7 @@ def _dataset_bytes(function: UffFunction, binary: bool) -> bytes:
         # For binary data pyuff miscounts the bytes and leaves files open: there it writes the header only.
         "data": function.values[:1] if binary else function.values,
     }
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "dataset.unv"
-        pyuff.UFF(str(path)).write_sets(header, mode="overwrite")
-        lines = path.read_bytes().split(b"\n", 13)
+    lines = _bytes_of(header).split(b"\n", 13)
     is_complex = np.iscomplexobj(function.values)
     # pyuff gives the abscissa six digits where twelve fit.
     axis = f"{_field(function.start)}{_field(function.step)}{0.0:13.5e}"
@@ -220,6 +324,27 @@ def _dataset_bytes(function: UffFunction, binary: bool) -> bytes:
     return b"\n".join(lines)
 
 
+def _model_datasets(model: UffModel) -> list[dict[str, Any]]:
+    day, time = model.created.strftime("%d-%b-%y"), model.created.strftime("%H:%M:%S")
+    numbers, along = np.arange(1, len(model.positions) + 1), np.asarray(model.positions, float)
+    zeros = np.zeros(along.size)
+    moments = {f"{what}_{each}": value for what, value in (("date", day), ("time", time)) for each in _MOMENTS}
+    texts = {"model_name": _shortened(model.name), "description": "NONE", "db_app": "Jointlab", "program": "Jointlab"}
+    return [
+        {"type": 151, **texts, **moments},
+        {"type": 164, "units_code": 1, "units_description": "SI", "length": 1, "force": 1, "temp": 1, "temp_offset": 0},
+        {"type": 15, "node_nums": numbers, "x": along, "y": zeros, "z": zeros},
+        {"type": 82, "trace_num": 1, "id": "beam", "nodes": numbers},
+    ]
+
+
+def _bytes_of(dataset: dict[str, Any]) -> bytes:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "dataset.unv"
+        pyuff.UFF(str(path)).write_sets(dataset, mode="overwrite")
+        return path.read_bytes()
+
+
 def _direction(dof: UffDof) -> int:
     numbers = {axis: number for number, axis in _AXES.items()}
     return dof.sign * numbers[dof.axis] if dof.axis else 0
@@ -229,6 +354,11 @@ def _fitting(text: str, width: int) -> str:
     if len(text) > width or not text.isascii() or not (text.isprintable()):
         raise StoreError(f"{text!r} does not fit a UFF header; use up to {width} plain characters")
     return text or "NONE"
+
+
+def _shortened(text: str) -> str:
+    """A name that people gave, with a ? for each letter that a header cannot hold."""
+    return "".join(each if each.isascii() and each.isprintable() else "?" for each in text)[:80] or "NONE"
 
 
 def _field(value: float) -> str:

@@ -1,6 +1,7 @@
 """`jointlab gap`: where simulation and measurement differ, which effect causes it, how far the gap then shrinks."""
 
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,6 +29,7 @@ from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
 from jointlab.trials.run import Trial, carry_out, judged_marks
 from store.bundle import read_bundle
+from store.uff import UffModel
 
 Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
 SHOWN_PLACES, SHOWN_RANKS = 5, 5
@@ -70,7 +72,9 @@ def diagnose(
             raise JointlabError(
                 f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json"
             )
-        files = write_predictions(predictions, found.found.predicted, asked)
+        positions = found.subject.measurement.drawing.node_positions
+        model = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))
+        files = write_predictions(predictions, found.found.predicted, asked, model)
         out.print(" and ".join(map(str, files)) + " written")
     if report is not None:
         write_gap_report(found.document, report)

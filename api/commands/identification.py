@@ -13,6 +13,7 @@ from api.commands.terminal import (
     open_catalogue,
     out,
     progress_bar,
+    progress_console,
     run_number,
     show_sections,
     show_table,
@@ -47,28 +48,35 @@ def identify(
 
 def modes(
     file: Annotated[Path, typer.Argument(help="UFF file with accelerances (dataset 58 or 58b, function type 4).")],
+    accelerometer: Annotated[
+        str | None, typer.Option(help="Use this accelerometer alone, such as 3y; by default each by itself.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
-    """Estimate natural frequencies, loss factors and shapes; poles are chosen automatically."""
+    """Estimate natural frequencies, loss factors and shapes; poles are chosen automatically.
+
+    Each accelerometer of the file has modes of its own; where it roves, each point of the force has.
+    """
     import json
 
-    from analysis.frequency_response import FrequencyResponses
     from analysis.modal.estimation import estimate_modes
     from jointlab.identification.document import modes_document, plain
-    from jointlab.identification.measurement import dof
+    from jointlab.identification.responses_file import read_responses
     from jointlab.identification.save import mode_set
     from jointlab.report.tables import modes_table
-    from store.accelerance_file import read_accelerances
 
-    read = read_accelerances(file)
-    inputs = tuple(dof(point) for point in read.inputs)
-    estimate = estimate_modes(
-        FrequencyResponses(read.frequency, read.accelerance, dof(read.response), inputs, read.coherence)
-    )
+    found = read_responses(file, accelerometer)
+    for note in found.notes:
+        progress_console.print(f"note: {note}", soft_wrap=True)
+    estimates = {str(each.response): estimate_modes(each) for each in found.sets}
     if as_json:
-        out.print_json(json.dumps(plain(modes_document(estimate))))
-    else:
-        show_table(modes_table(mode_set(estimate)))
+        documents = [{"accelerometer": place, **modes_document(each)} for place, each in estimates.items()]
+        out.print_json(json.dumps(plain(documents[0] if len(documents) == 1 else documents)))
+        return
+    for place, each in estimates.items():
+        if len(estimates) > 1:
+            out.print(f"accelerometer at {place}")
+        show_table(modes_table(mode_set(each)))
 
 
 @takes_options

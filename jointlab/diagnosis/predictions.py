@@ -11,14 +11,15 @@ from analysis.gap.diagnosis import Predicted
 from jointlab.errors import JointlabError
 from store.accelerance_file import even_spacing, to_uff
 from store.dof import StoredDof
-from store.uff import FunctionKind, Quantity, UffFunction, write_uff
+from store.uff import FunctionKind, UffFunction, UffModel, write_uff
+from store.uff_units import Quantity
 
 Asked = tuple[Dof, Dof]
 """Response and input."""
 
 
-def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked]) -> tuple[Path, Path]:
-    """Write before.unv and after.unv, a function for each of `asked`, and return their paths.
+def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked], model: UffModel) -> tuple[Path, Path]:
+    """Write before.unv and after.unv, the beam and a function for each of `asked`, and return their paths.
 
     Raises:
         JointlabError: the folder cannot be made.
@@ -32,7 +33,7 @@ def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked]
     start, step = even_spacing(predicted.frequency)
     for file, accelerances in zip(files, (predicted.before, predicted.after), strict=True):
         functions = [_function(pair, row, start, step) for pair, row in zip(asked, accelerances, strict=True)]
-        write_uff(file, functions)
+        write_uff(file, functions, model)
     return files
 
 

@@ -6,6 +6,7 @@ import shutil
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.runs import list_runs
-from store.uff import read_uff, write_uff
+from store.uff import UffModel, read_uff, write_uff
 from tests.recordings import Recording
 
 EXAMPLES = (
@@ -154,7 +155,7 @@ BLOW = "blow_1y_set1_01.unv"
     ("change", "said"),
     [
         ({"values": np.ones(7)}, "7 samples of force, 100 of acceleration|100 samples of force, 7"),
-        ({"unit": "lbf"}, "found: (N, )?lbf"),
+        ({"unit": "V"}, "found: (N, )?V"),
         ({"step": 0.1}, "not on one clock"),
         ({"abscissa_unit": "ms"}, "time is in 'ms'"),
         ({"values": np.ones(100, complex)}, "is complex"),
@@ -164,7 +165,7 @@ BLOW = "blow_1y_set1_01.unv"
 def test_a_blow_that_makes_no_sense_is_refused_by_file(
     bundle: Path, row: int, change: dict[str, Any], said: str
 ) -> None:
-    functions = read_uff(bundle / "blows" / BLOW)
+    functions = list(read_uff(bundle / "blows" / BLOW).functions)
     functions[row] = replace(functions[row], **change)
     write_uff(bundle / "blows" / BLOW, functions)
     with pytest.raises(StoreError, match=f"{BLOW}.*({said})"):
@@ -172,22 +173,37 @@ def test_a_blow_that_makes_no_sense_is_refused_by_file(
 
 
 def test_a_blow_that_begins_after_its_trigger_is_refused(bundle: Path) -> None:
-    functions = [replace(function, start=1.0) for function in read_uff(bundle / "blows" / BLOW)]
+    functions = [replace(function, start=1.0) for function in read_uff(bundle / "blows" / BLOW).functions]
     write_uff(bundle / "blows" / BLOW, functions)
     with pytest.raises(StoreError, match=f"{BLOW}: time runs from 1 s"):
         read_bundle(bundle)
 
 
 def test_an_acceleration_for_a_blow_elsewhere_is_refused(bundle: Path) -> None:
-    force, acceleration = read_uff(bundle / "blows" / BLOW)
+    force, acceleration = read_uff(bundle / "blows" / BLOW).functions
     write_uff(bundle / "blows" / BLOW, [force, replace(acceleration, reference=acceleration.response)])
     with pytest.raises(StoreError, match=f"{BLOW}: the force is at 1y, the acceleration is for a blow elsewhere"):
         read_bundle(bundle)
 
 
+def test_nodes_that_lie_elsewhere_than_in_the_setup_are_told(bundle: Path) -> None:
+    setup = read_bundle(bundle).setup
+    file = bundle / setup.inverse[0].file
+    positions = list(setup.node_positions)
+    drawn = UffModel("beam", [0.1 + place for place in positions], datetime(2026, 3, 1, tzinfo=UTC))
+    write_uff(file, read_uff(file).functions, drawn)
+    assert read_bundle(bundle).warnings == ()
+    write_uff(file, read_uff(file).functions, replace(drawn, positions=[*positions[:-1], positions[-1] + 0.02]))
+    (warning,) = read_bundle(bundle).warnings
+    assert warning.startswith(f"{file.name}: node {len(positions)} is ")
+    assert warning.endswith(" m in setup.json")
+
+
 def test_a_force_without_its_acceleration_is_refused(bundle: Path) -> None:
-    write_uff(bundle / "blows" / BLOW, read_uff(bundle / "blows" / BLOW)[:1])
-    with pytest.raises(StoreError, match=f"{BLOW}: expected one force in N and one acceleration in m/s.2, found: N"):
+    write_uff(bundle / "blows" / BLOW, read_uff(bundle / "blows" / BLOW).functions[:1])
+    with pytest.raises(
+        StoreError, match=rf"{BLOW}: expected one force \(N, lbf\) and one acceleration \(m/s\^2, g\), found: N"
+    ):
         read_bundle(bundle)
 
 

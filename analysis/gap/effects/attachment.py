@@ -20,7 +20,7 @@ class JointMass(Effect):
     mechanism = Mechanism.ATTACHMENT
     law = "equal masses"
     form_is_known = True
-    own_parameters = (Parameter("m", "kg", 0.0, 0.2, least=0.0),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("m", "kg", 0.0, 0.2, least=0.0),)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
         return joints + inertia(np.full(joints.shape[2], given["m"]), pole)

@@ -7,7 +7,9 @@
 3. A candidate stays if the chi-square that it explains pays for its parameters, by Schwarz's criterion: each
    parameter costs the logarithm of the number of data. The number of residual terms is chosen by the same rule.
 4. Where noise of known variance cannot explain what is left around some frequency, a pole is tried there and kept by
-   the same rule. This separates near-repeated modes that noise has merged in the chart.
+   the same rule. This separates near-repeated modes that noise has merged in the chart. Where the noise is not stated,
+   it is estimated together with the modes, and poles are added where the likelihood of both pays (`unstated_noise`).
+5. A pole whose loss factor is at the bound within its uncertainty is background and no mode.
 
 Covariances are what the scatter of single blows leads to, where that is known, and else that of noise independent from
 line to line. They are multiplied by chi-square per degree of freedom where that exceeds one, so a model that does not
@@ -35,8 +37,9 @@ from analysis.modal.mode_selection import (
     resolved,
     without_idle_modes,
 )
-from analysis.modal.response_variance import standard_deviation, variance_from_residual
+from analysis.modal.response_variance import standard_deviation
 from analysis.modal.stabilisation import Stabilisation, read_chart
+from analysis.modal.unstated_noise import with_unstated_noise
 from analysis.modes import Modes, frequency_and_loss_factor_slope
 
 _NORMAL_97_5 = 1.959964
@@ -57,6 +60,9 @@ class ModalEstimate:
         chi_square_per_line: (lines,) mean over rows of squared deviations over their variance; 1 is noise alone.
         degrees_of_freedom: (2 modes,) behind the variances of [f_1, eta_1, f_2, ...]; infinite without single blows.
         noise_scale: what the covariances were multiplied by; 1 where the stated noise explains the deviations.
+        explained: part of the measured energy, the sum of |H|^2 over rows and lines, that the fit explains.
+        residual_over_noise: root mean square of what is left over the noise, which is the stated one or else that of
+            neighbouring lines; 1 is noise alone.
         stabilisation: the chart.
         damping: where the mirror poles were assumed.
     """
@@ -68,8 +74,15 @@ class ModalEstimate:
     chi_square_per_line: Real
     degrees_of_freedom: Real
     noise_scale: float
+    explained: float
+    residual_over_noise: float
     stabilisation: Stabilisation
     damping: DampingKind
+
+    @property
+    def quality(self) -> dict[str, float]:
+        """How well the fit tells what was measured, as it is stored and shown."""
+        return {"explained": self.explained, "residual_over_noise": self.residual_over_noise}
 
     @property
     def frequency_ci95(self) -> Real:
@@ -100,7 +113,8 @@ def estimate_modes(
     Args:
         responses: accelerances; their variance is the noise and weighs the lines, their scatter, where there is one,
             gives the covariances. Where the variance is None, noise is estimated from the scatter about the fit, as a
-            floor and a part proportional to the response. What their window adds to the damping is taken out exactly.
+            floor that may vary with frequency and a part proportional to the response. What their window adds to the
+            damping is taken out exactly.
         band: lowest and highest frequency in Hz; all lines above 0 Hz by default.
         damping: what the structure's damping is like. It places the mirror poles only: viscously damped modes of loss
             factor 0.11, fitted as structurally damped, come out 0.01 % off in frequency and 0.1 % in loss factor.
@@ -125,11 +139,10 @@ def estimate_modes(
             f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {highest_order}"
         )
     data = ModalData(lines.frequency, lines.accelerance, standard_deviation(lines), damping, lines.decay)
-    fit = resolved(data, chart.candidates, _FIRST_TERMS)
     if lines.variance is None:
-        for _ in range(3):
-            data = replace(data, deviation=np.sqrt(variance_from_residual(lines.accelerance, fit.accelerance)))
-            fit = resolved(data, fit.poles, _FIRST_TERMS)
+        data, fit = with_unstated_noise(data, chart.candidates, _FIRST_TERMS)
+    else:
+        fit = resolved(data, chart.candidates, _FIRST_TERMS)
     poles_to_add = _MOST_MISSED if lines.variance is not None else 0
     fit = grown(data, without_idle_modes(data, fit), most_poles=poles_to_add)
     fit = without_idle_modes(data, fit)
@@ -159,6 +172,7 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
         widening = np.maximum(1.0, student * np.sqrt(np.diag(between_rows) / np.diag(covariance)))
         covariance = covariance * widening * widening[:, None]
         shape_covariance = shape_covariance * np.max(widening.reshape(-1, 2), axis=1)[:, None, None] ** 2
+    left = np.abs(lines.accelerance - fit.accelerance)
     modes = Modes(
         poles=poles,
         shapes=fit.constants[rising],
@@ -174,6 +188,8 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
         chi_square_per_line=chi_square_per_line(data, fit),
         degrees_of_freedom=freedom,
         noise_scale=scale,
+        explained=float(1 - np.sum(left**2) / np.sum(np.abs(lines.accelerance) ** 2)),
+        residual_over_noise=float(np.sqrt(np.mean((left / standard_deviation(lines)) ** 2) / 2)),
         stabilisation=chart,
         damping=data.kind,
     )

@@ -52,6 +52,15 @@ class ModalBasis:
         lines = self.modes.shape[0]
         return np.concatenate([self.modes.reshape(lines, -1), self.residuals.reshape(lines, -1)], axis=1)
 
+    def slope(self, constants: Real) -> Complex:
+        """(lines, 2 modes) of a row's accelerance by [Re, Im, Re, ...] of the poles.
+
+        Args:
+            constants: (modes, 2) real and imaginary parts of the row's modal constants.
+        """
+        each = self.derivatives[:, :, 0] * constants[:, 0, None] + self.derivatives[:, :, 1] * constants[:, 1, None]
+        return np.asarray(each.reshape(len(each), -1))
+
 
 def modal_basis(frequency: Real, poles: Complex, terms: int, kind: DampingKind, decay: float = 0.0) -> ModalBasis:
     """The model's functions at `frequency` (lines,) in Hz for `poles` (modes,) in rad/s and `terms` residual terms.

@@ -20,7 +20,15 @@ _NO_STEP_HELPS = 1e10  # damping at which steps have shrunk below rounding
 
 
 class UnresolvedModesError(AnalysisError):
-    """The lines do not tell the modes apart."""
+    """The lines do not tell the modes apart.
+
+    Attributes:
+        reached: the fit where the search ended, or None where there was none to start from.
+    """
+
+    def __init__(self, message: str, reached: "ModalFit | None" = None) -> None:
+        super().__init__(message)
+        self.reached = reached
 
 
 @dataclass(frozen=True)
@@ -120,7 +128,7 @@ class ModalFit:
 def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
     """Weighted least squares for everything that is linear, the poles (modes,) held."""
     basis = modal_basis(data.frequency, poles, terms, data.kind, data.decay)
-    modes, lines = poles.size, data.frequency.size
+    modes = poles.size
     columns = stacked(basis.columns)
     rows, count = data.accelerance.shape[0], columns.shape[1]
     coefficients = np.empty((rows, count))
@@ -141,8 +149,7 @@ def fit_constants(data: ModalData, poles: Complex, terms: int) -> ModalFit:
         coefficients[row] += correction
         residual -= weighted @ correction
         constants = coefficients[row, : 2 * modes].reshape(modes, 2)
-        slope = np.einsum("lmfp,mf->lmp", basis.derivatives, constants).reshape(lines, 2 * modes)
-        slope = stacked(slope) * weight[:, None]
+        slope = stacked(basis.slope(constants)) * weight[:, None]
         mixed = weighted.T @ slope
         sensitivity[row] = -covariance[row] @ mixed
         row_information[row] = slope.T @ slope + mixed.T @ sensitivity[row]
@@ -173,7 +180,7 @@ def refine(data: ModalData, start: Complex, terms: int) -> ModalFit:
         return _iterated(data, fit_constants(data, start, terms))
     except np.linalg.LinAlgError as singular:
         raise UnresolvedModesError(
-            f"two of the {start.size} modes to start from cannot be told apart in these lines; narrow the band"
+            f"two of the {start.size} modes to start from cannot be told apart in these lines; give a narrower band"
         ) from singular
 
 
@@ -195,14 +202,14 @@ def _iterated(data: ModalData, fit: ModalFit) -> ModalFit:
                 return fit  # at the limit of floating point
         fit, damping = trial, damping / 10
     raise UnresolvedModesError(
-        f"the modal fit did not converge in {_MOST_STEPS} steps from {fit.poles.size} modes; narrow the band"
+        f"the modal fit did not converge in {_MOST_STEPS} steps from {fit.poles.size} modes; give a narrower band", fit
     )
 
 
 def _fit_if_possible(data: ModalData, poles: Complex, terms: int) -> ModalFit | None:
     """The fit, or None where a pole grows instead of decaying, has no resonance, or coincides with another."""
     square = -(poles**2)
-    if np.any(poles.real >= 0) or np.any(square.imag > LARGEST_LOSS_FACTOR * square.real):
+    if np.any(poles.real >= 0) or np.any(poles.imag <= 0) or np.any(square.imag > LARGEST_LOSS_FACTOR * square.real):
         return None
     try:
         return fit_constants(data, poles, terms)

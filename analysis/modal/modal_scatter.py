@@ -71,7 +71,7 @@ def modal_scatter(data: ModalData, fit: ModalFit, scatter: Complex) -> ModalScat
 def _changes(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:
     """Of the poles (rows blows, 2 modes) and of the constants (rows blows, rows, 2 modes) by each blow alone."""
     modes, rows = fit.constants.shape
-    blows, lines = scatter.shape[1:]
+    blows = scatter.shape[1]
     basis = modal_basis(data.frequency, fit.poles, len(fit.residual_terms), data.kind, data.decay)
     columns = stacked(basis.columns)
     parts = np.stack([fit.constants.real, fit.constants.imag], axis=-1)
@@ -82,8 +82,8 @@ def _changes(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Re
         moved = np.concatenate([scatter[row].real, scatter[row].imag], axis=1) * weight
         weighted = columns * weight[:, None]
         linear = moved @ weighted @ fit.linear_covariance[row]
-        slope = np.einsum("lmfp,mf->lmp", basis.derivatives, parts[:, row]).reshape(lines, 2 * modes)
-        gradients[row] = (moved - linear @ weighted.T) @ (stacked(slope) * weight[:, None])
+        slope = stacked(basis.slope(parts[:, row]))
+        gradients[row] = (moved - linear @ weighted.T) @ (slope * weight[:, None])
         held[row, :, row] = linear[:, : 2 * modes]
     poles = gradients.reshape(-1, 2 * modes) @ fit.pole_covariance
     by_poles = np.einsum("rcp,bp->brc", fit.sensitivity[:, : 2 * modes], poles)

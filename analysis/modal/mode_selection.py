@@ -21,8 +21,9 @@ from scipy.ndimage import uniform_filter1d
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.modal.modal_model import LARGEST_LOSS_FACTOR
 from analysis.modal.modal_refinement import ModalData, ModalFit, UnresolvedModesError, fit_constants, refine
-from analysis.modes import poles_from
+from analysis.modes import frequency_and_loss_factor_slope, poles_from
 
 _MOST_TERMS = 12
 _SUSPICIOUS = 6.0  # standard deviations of the mean chi-square of a run of lines
@@ -42,21 +43,40 @@ def noise_scale(fit: ModalFit) -> float:
 def resolved(data: ModalData, start: Complex, terms: int) -> ModalFit:
     """Maximum-likelihood poles near `start` (modes,), fewer where the lines do not tell all of them apart.
 
+    Where there is no best fit, the closest two are merged, or the pole that explains the least is dropped.
+
     Raises:
-        UnresolvedModesError: no best fit, and no two of them close to each other.
+        UnresolvedModesError: not even one pole has a best fit.
     """
     while True:
         try:
             return refine(data, start, terms)
-        except UnresolvedModesError:
-            distance = _distances(start)
-            if np.min(distance) > _MERGED:
+        except UnresolvedModesError as unresolved:
+            if start.size == 1:
                 raise
-            closest = np.unravel_index(np.argmin(distance), distance.shape)
-            start = np.append(np.delete(start, closest), np.mean(start[list(closest)]))  # the two merged half-way
+            distance = distances(start)
+            if np.min(distance) <= _MERGED or unresolved.reached is None:
+                closest = np.unravel_index(np.argmin(distance), distance.shape)
+                merged = np.mean(start[list(closest)])  # half-way
+                start = np.append(np.delete(start, closest), merged)
+            else:
+                start = np.delete(unresolved.reached.poles, _least(unresolved.reached))
 
 
-def _distances(poles: Complex) -> Real:
+def _least(fit: ModalFit) -> int:
+    """The mode whose loss factor has run up to the bound, or else that explains the least."""
+    return int(np.argmin(np.where(_at_bound(fit), 0.0, evidence(fit))))
+
+
+def _at_bound(fit: ModalFit) -> NDArray[np.bool_]:
+    """(modes,) whether a loss factor, within its uncertainty, is as large as any that is taken for a mode."""
+    slope = frequency_and_loss_factor_slope(fit.poles)[1::2]
+    spread = np.sqrt(np.einsum("mi,ij,mj->m", slope, noise_scale(fit) * fit.pole_covariance, slope))
+    square = -(fit.poles**2)
+    return np.asarray(square.imag / square.real + 2 * spread > LARGEST_LOSS_FACTOR)
+
+
+def distances(poles: Complex) -> Real:
     """(modes, modes) between poles, in units of the smaller half bandwidth; infinite from a pole to itself."""
     half_bandwidth = -poles.real
     distance = np.abs(poles[:, None] - poles) / np.minimum(half_bandwidth[:, None], half_bandwidth)
@@ -74,15 +94,14 @@ def evidence(fit: ModalFit) -> Real:
 
 
 def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
-    """Drop, one at a time, modes that have left the band, do not pay, or are the weaker of twins.
+    """Drop, one at a time, modes that have left the band or reached the bound of damping, do not pay, or are the weaker
+    of twins.
 
     Raises:
         AnalysisError: no mode is left.
     """
     while True:
-        frequency = np.sqrt(-(fit.poles**2).real) / (2 * np.pi)
-        outside = (frequency < data.frequency[0]) | (frequency > data.frequency[-1])
-        worth = np.where(outside | _weaker_twins(fit), 0.0, evidence(fit))
+        worth = worths(data, fit)
         weakest = int(np.argmin(worth))
         if worth[weakest] > 1:
             return fit
@@ -93,10 +112,17 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
         fit = resolved(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
 
 
+def worths(data: ModalData, fit: ModalFit) -> Real:
+    """(modes,) `evidence`, and 0 for what is no mode of this band; to be kept a mode needs more than 1."""
+    frequency = np.sqrt(-(fit.poles**2).real) / (2 * np.pi)
+    outside = (frequency < data.frequency[0]) | (frequency > data.frequency[-1])
+    return np.where(outside | _weaker_twins(fit) | _at_bound(fit), 0.0, evidence(fit))
+
+
 def _weaker_twins(fit: ModalFit) -> NDArray[np.bool_]:
     """(modes,) whether a mode has a stronger one too close to be another."""
     strength = np.linalg.norm(fit.constants, axis=1)
-    return np.asarray(np.any((_distances(fit.poles) < _TWINS) & (strength[:, None] < strength), axis=1))
+    return np.asarray(np.any((distances(fit.poles) < _TWINS) & (strength[:, None] < strength), axis=1))
 
 
 def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:

@@ -14,6 +14,9 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 _MEDIAN_OF_EXPONENTIAL = np.log(2.0)
 _NEIGHBOURS = 31  # lines
 _ROUNDS = 100  # of multiplicative updates
+_KNOTS = 8
+_KNOT_RATIO = 0.4  # of its frequency, between a knot and the one below
+_LINES_A_KNOT = 60
 
 
 def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
@@ -78,29 +81,43 @@ def variance_from_neighbours(accelerance: Complex) -> Real:
     return np.asarray(np.pad(typical, ((0, 0), (2, 2)), mode="edge"))
 
 
-def variance_from_residual(accelerance: Complex, fitted: Complex) -> Real:
+def variance_from_residual(accelerance: Complex, fitted: Complex, frequency: Real | None = None) -> Real:
     """Variance (rows, lines) by the scatter of `accelerance` about `fitted`: a floor and a part proportional to |H|^2.
 
     Each row has its own floor; all share the proportion, otherwise rows that agree by chance would get all the weight.
-    The parts are the most likely ones for Gaussian errors, by multiplicative updates that never lower the likelihood
-    (C. Fevotte, N. Bertin, J.-L. Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence). A row that
-    fits exactly keeps a floor of 1e-9 of its largest value.
+    The parts are the most likely ones for Gaussian errors, by multiplicative updates (C. Fevotte, N. Bertin, J.-L.
+    Durrieu, Neural Computation 21, 2009, for the Itakura-Saito divergence; of an exponent of 1, which is quicker than
+    1/2). A row that fits exactly keeps a floor of 1e-9 of its largest value.
+
+    Args:
+        accelerance, fitted: (rows, lines).
+        frequency: (lines,) in Hz where the floor may vary with it, straight between knots; else it is constant.
     """
     square = np.abs(accelerance - fitted) ** 2 / 2
     power = np.abs(fitted) ** 2
-    floor = np.full_like(power, 1.0)
-    shapes = np.stack([floor, power])
+    hats = np.ones((1, power.shape[1])) if frequency is None else _hats(frequency)
     smallest = 1e-18 * np.max(np.abs(accelerance) ** 2, axis=1, keepdims=True)
-    half = np.mean(square, axis=1) / 2
-    parts = np.stack([half, np.full_like(half, np.mean(half) / np.mean(power))])[:, :, None]
-    variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
+    floor = square @ hats.T / np.sum(hats, axis=1) / 2
+    share = float(np.mean(square) / np.mean(power)) / 2
+    variance = np.maximum(floor @ hats + share * power, smallest)
     for _ in range(_ROUNDS):
-        explained = np.sum(shapes / variance, axis=2, keepdims=True)
-        found = np.sum(shapes * square / variance**2, axis=2, keepdims=True)
-        explained[1], found[1] = np.sum(explained[1]), np.sum(found[1])
-        parts = parts * np.sqrt(found / explained)
-        variance = np.maximum(np.sum(parts * shapes, axis=0), smallest)
+        weight, found = 1 / variance, square / variance**2
+        floor = floor * (found @ hats.T) / (weight @ hats.T)
+        share *= float(np.sum(found * power) / np.sum(weight * power))
+        variance = np.maximum(floor @ hats + share * power, smallest)
     return np.asarray(variance)
+
+
+def _hats(frequency: Real) -> Real:
+    """(knots, lines) that add up to one, an eighth of the band apart, and closer towards 0 Hz, as noise falls there."""
+    lowest, highest = float(frequency[0]), float(frequency[-1])
+    closest = _LINES_A_KNOT * (highest - lowest) / (frequency.size - 1)
+    widest = max((highest - lowest) / _KNOTS, closest)
+    knots = [highest]
+    while knots[-1] - closest > lowest:
+        knots.append(max(lowest, knots[-1] - min(widest, max(_KNOT_RATIO * knots[-1], closest))))
+    knots[-1] = lowest
+    return np.array([np.interp(frequency, knots[::-1], each) for each in np.eye(len(knots))])
 
 
 def standard_deviation(responses: FrequencyResponses) -> Real:

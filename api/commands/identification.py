@@ -51,6 +51,10 @@ def modes(
     accelerometer: Annotated[
         str | None, typer.Option(help="Use this accelerometer alone, such as 3y; by default each by itself.")
     ] = None,
+    band: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="LOW HIGH", help="Frequencies in Hz to fit between; by default all lines above 0 Hz."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Estimate natural frequencies, loss factors and shapes; poles are chosen automatically.
@@ -68,7 +72,7 @@ def modes(
     found = read_responses(file, accelerometer)
     for note in found.notes:
         progress_console.print(f"note: {note}", soft_wrap=True)
-    estimates = {str(each.response): estimate_modes(each) for each in found.sets}
+    estimates = {str(each.response): estimate_modes(each, band) for each in found.sets}
     if as_json:
         documents = [{"accelerometer": place, **modes_document(each)} for place, each in estimates.items()]
         out.print_json(json.dumps(plain(documents[0] if len(documents) == 1 else documents)))
@@ -76,7 +80,7 @@ def modes(
     for place, each in estimates.items():
         if len(estimates) > 1:
             out.print(f"accelerometer at {place}")
-        show_table(modes_table(mode_set(each)))
+        show_table(modes_table(mode_set(each), each.quality))
 
 
 @takes_options

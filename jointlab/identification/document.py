@@ -69,6 +69,7 @@ def modes_document(modal: ModalEstimate) -> dict[str, Any]:
         "loss_factor": modes.loss_factor,
         "frequency_ci95": modal.frequency_ci95,
         "loss_factor_ci95": modal.loss_factor_ci95,
+        "fit": modal.quality,
         "points": [str(point) for point in modes.dofs],
         "shapes": {"real": modes.shapes.real, "imaginary": modes.shapes.imag},
     }

@@ -93,6 +93,7 @@ class _Saving:
             "damping_ratios": list(suspended.result.damping_ratios),
             "beam": {name: [estimate.value, estimate.standard_error] for name, estimate in parameters.items()},
             "statements": list(suspended.result.statements),
+            "fit": suspended.modal.quality,
             "run": test.run,
             "decay": test.responses.decay,
         }
@@ -120,7 +121,7 @@ class _Saving:
     def modes(self, inverse: Inverse, parent: int) -> int:
         """Modes of the supported beam."""
         modal = inverse.modal
-        settings = {"damping": modal.damping.value, "noise_scale": float(modal.noise_scale)}
+        settings = {"damping": modal.damping.value, "noise_scale": float(modal.noise_scale), "fit": modal.quality}
         method = "least-squares complex frequency domain, refined by maximum likelihood"
         analysis = self._add(AnalysisKind.MODES, method, settings, [parent])
         add_modes(self.session, analysis, mode_set(modal, inverse.likelihood.errors))

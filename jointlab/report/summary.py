@@ -25,7 +25,7 @@ def summary_sections(found: Identification) -> list[Section]:
     """An identification on a screen or two."""
     sections = [] if found.suspended is None else [suspended_section(found.suspended)]
     if found.inverse is not None:
-        modes = modes_table(mode_set(found.inverse.modal, found.inverse.likelihood.errors))
+        modes = modes_table(mode_set(found.inverse.modal, found.inverse.likelihood.errors), found.inverse.modal.quality)
         sections.append(Section("Modes of the supported beam", (*fault_notices(found.measurement), modes)))
         sections.append(_joints(found.inverse))
     if found.levels:

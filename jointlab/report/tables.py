@@ -25,8 +25,13 @@ READING = (
 )
 
 
-def modes_table(modes: ModeSet) -> Table:
-    """Frequencies and loss factors with 95 % intervals, and the predicted frequencies where there are any."""
+def modes_table(modes: ModeSet, fit: Mapping[str, float] | None = None) -> Table:
+    """Frequencies and loss factors with 95 % intervals, and the predicted frequencies where there are any.
+
+    Args:
+        modes: what is shown.
+        fit: `ModalEstimate.quality`, which the caption tells; modes that older versions stored have none.
+    """
     known = modes.predicted_frequency
     predicted = known if known is not None and not np.isnan(known).all() else None
     no_interval = np.full((modes.frequency.size, 2), np.nan)
@@ -44,7 +49,15 @@ def modes_table(modes: ModeSet) -> Table:
         for mode in range(modes.frequency.size)
     )
     middle = () if predicted is None else ("predicted (Hz)",)
-    return Table("Modes", ("mode", "frequency (Hz)", "95 %", *middle, "loss factor", "95 %"), rows)
+    caption = "Modes" if fit is None else f"Modes, {_fit_words(fit)}"
+    return Table(caption, ("mode", "frequency (Hz)", "95 %", *middle, "loss factor", "95 %"), rows)
+
+
+def _fit_words(fit: Mapping[str, float]) -> str:
+    return (
+        f"which explain {number(100 * fit['explained'], 4)} % of the measured energy and leave "
+        f"{number(fit['residual_over_noise'])} times the noise"
+    )
 
 
 def translations_table(joints: JointsByMethod) -> Table:

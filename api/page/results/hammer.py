@@ -55,7 +55,7 @@ def _draw_modes(run: Run, found: FoundModes) -> None:
         total = np.abs(found.measured.accelerance[:, shown]).sum(axis=0)
         options = charts.stabilisation(found.chart, found.measured.frequency[shown], total, modes.frequency)
         chart("Stabilisation: poles of every model order; lines are the modes that were kept", options, "stabilisation")
-    show_table(modes_table(modes))
+    show_table(modes_table(modes, found.analysis.settings.get("fit")))
     show(f'<div class="cards">{"".join(_shapes(run, modes))}</div>')
     show_origin(found.analysis)
 

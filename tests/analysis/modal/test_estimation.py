@@ -206,8 +206,12 @@ def test_unknown_noise_is_estimated_from_the_fit() -> None:
     unknown = estimate_modes(replace(BEAM.measured(2), variance=None))
     assert unknown.chi_square_per_line.mean() == pytest.approx(1, abs=0.03)
     wider = np.ptp(unknown.frequency_ci95, axis=1) / np.ptp(known.frequency_ci95, axis=1)
-    assert np.all((wider > 0.95) & (wider < 2))
-    assert unknown.modes.frequency == pytest.approx(known.modes.frequency, rel=2e-5)
+    # what single modes add for rows that disagree scatters by half
+    assert np.all(wider > 0.95)
+    assert np.mean(wider) < 1.5
+    assert known.modes.pole_covariance is not None
+    spread = np.sqrt(np.diag(known.modes.pole_covariance))[::2]
+    assert np.all(np.abs(unknown.modes.frequency - known.modes.frequency) < 0.2 * spread)
 
 
 def test_a_mode_that_moves_between_rows_is_one_mode_with_a_wide_interval() -> None:

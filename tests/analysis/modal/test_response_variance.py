@@ -86,3 +86,13 @@ def test_the_mean_over_neighbours_of_lines_far_larger_is_still_positive() -> Non
     smoothed = smoothed_variance(variance)
     assert np.all(smoothed > 0)
     np.testing.assert_allclose(smoothed[0, [5, 30]], [1e12, 1e-12])
+
+
+def test_a_floor_that_rises_with_frequency_is_followed_row_by_row() -> None:
+    rng = np.random.default_rng(4)
+    frequency = np.arange(1.0, 2001.0)
+    true = np.array([[1.0], [3.0]]) * (0.01 + (frequency / 2000) ** 3)
+    fitted = np.array([[1.0], [-0.7]]) * frequency**2 / (900**2 * (1 + 0.05j) - frequency**2)
+    error = np.log(variance_from_residual(fitted + true * noise(rng, 2, 2000), fitted, frequency) / true**2)
+    assert np.max(np.abs(error)) < 0.6  # the true variance rises by a factor of 10 000
+    assert np.mean(error) == pytest.approx(0, abs=0.1)

@@ -1,4 +1,4 @@
-"""`jointlab modes` of files of other programs: several accelerometers, roving ones, receptance."""
+"""`jointlab modes`: quality, a band, and files of other programs: several accelerometers, roving ones, receptance."""
 
 import json
 from dataclasses import replace
@@ -13,11 +13,13 @@ from store.dof import StoredDof
 from store.states import SINE
 from store.uff import write_uff
 from tests.api.conftest import Command
+from tests.bench.bench_damped import LINES, draw
 
 FREQUENCY = np.arange(0, 400.5, 0.5)
 POINTS = tuple(StoredDof(node, "y") for node in (1, 3, 5, 7))
 SHAPES = np.array([[1.0, 0.4, -0.5, -1.2], [1.1, -0.8, -0.6, 0.9]])  # (modes, points)
 MODES = (90.0, 230.0)
+DRAWN = draw(4)
 
 
 def accelerance(response: int) -> NDArray[np.complex128]:
@@ -73,3 +75,27 @@ def test_receptance_of_a_roving_accelerometer_has_the_same_modes(jointlab: Comma
         "note: a.unv: the accelerometer roves; by reciprocity it is taken to be where the force is",
         "note: a.unv: receptance is converted to accelerance",
     ]
+
+
+@pytest.fixture
+def holder(tmp_path: Path) -> Path:
+    points = [StoredDof(node, "y") for node in range(1, len(DRAWN.accelerance) + 1)]
+    path = tmp_path / "holder.unv"
+    write_uff(path, accelerance_functions(points[0], points, LINES, DRAWN.accelerance), binary=False)
+    return path
+
+
+def test_the_table_says_how_well_the_modes_fit(jointlab: Command, holder: Path) -> None:
+    answer = jointlab("modes", holder)
+    caption, _, *rows = answer.stdout.splitlines()
+    assert caption.startswith("Modes, which explain 9")
+    assert caption.endswith(" times the noise:")
+    assert len(rows) == DRAWN.frequency.size
+
+
+def test_a_band_gives_the_modes_in_it_and_the_quality_of_its_fit(jointlab: Command, holder: Path) -> None:
+    middle = float(np.mean(DRAWN.frequency[1:3]))
+    found = json.loads(jointlab("modes", holder, "--band", 100, middle, "--json").stdout)
+    assert found["frequency_hz"] == pytest.approx(DRAWN.frequency[:2], rel=0.01)
+    assert 0.99 < found["fit"]["explained"] < 1
+    assert found["fit"]["residual_over_noise"] == pytest.approx(1, abs=0.2)

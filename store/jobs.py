@@ -94,6 +94,12 @@ def list_jobs(
     return [_job(row) for row in session.scalars(newest_first(query, JobRow.id, before, limit))]
 
 
+def find_open_job(session: Session, kind: str, parameters: dict[str, Any]) -> Job | None:
+    """The oldest job of this kind with these parameters that is not over."""
+    query = select(JobRow).where(JobRow.kind == kind, JobRow.state.not_in(OVER)).order_by(JobRow.id)
+    return next((_job(row) for row in session.scalars(query) if row.parameters == parameters), None)
+
+
 def count_open_jobs(session: Session, asked_by: str) -> int:
     """The number of jobs that somebody has asked for and that are not over."""
     query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(set(JobState) - set(OVER)))

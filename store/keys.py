@@ -70,6 +70,12 @@ def list_keys(session: Session, *, before: int | None = None, limit: int = 100) 
     return [_key(row) for row in session.scalars(newest_first(select(ApiKeyRow), ApiKeyRow.id, before, limit))]
 
 
+def list_valid_keys(session: Session, now: datetime) -> list[ApiKey]:
+    """Keys that open something at `now`, oldest first."""
+    rows = session.scalars(select(ApiKeyRow).filter_by(revoked_at=None).order_by(ApiKeyRow.id))
+    return [key for key in map(_key, rows) if key.is_valid(now)]
+
+
 def count_keys(session: Session) -> int:
     """Number of keys that were ever made. Without any, access is open."""
     return session.scalar(select(func.count()).select_from(ApiKeyRow)) or 0

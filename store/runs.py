@@ -53,6 +53,11 @@ class Run:
     software_version: str
     rig: str | None
 
+    @property
+    def began_at(self) -> datetime | None:
+        """UTC of its start; None where it has not begun, and `started_at` is when it was planned."""
+        return None if self.state is RunState.CREATED else self.started_at
+
 
 @dataclass(frozen=True)
 class RunEvent:

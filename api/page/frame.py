@@ -200,7 +200,7 @@ class Frame:
     async def _renew(self) -> None:
         """Keep the lease for a tab that stays open, as long as its key opens the page; else go to the form."""
         runs = self.services.runs
-        if runs is not None:
+        if runs is not None and self._client.tab_id is not None:  # one that never connected drives nothing
             runs.lease.keep(token_of(self.caller, self._tab()))
         try:
             await self.read(self.login.caller)

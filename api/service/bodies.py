@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 from fastapi import HTTPException, Request, Response
+from fastapi.dependencies.utils import get_flat_params
+from fastapi.params import ParamTypes
 from fastapi.routing import APIRoute
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -94,13 +96,21 @@ def parts_of(document: bytes) -> tuple[int, int]:
 
 
 class GuardedRoute(APIRoute):
-    """A route that knows its caller before it reads a body, and reads no document that is too deep."""
+    """A route that knows its caller before it reads a body, reads no document that is too deep, and ignores nothing.
+
+    A query parameter that it does not have is refused: a misspelt filter would give everything.
+    """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The route's handler behind the guard."""
         handle = super().get_route_handler()
+        parameters = get_flat_params(self.dependant)
+        known = sorted(each.alias for each in parameters if getattr(each.field_info, "in_", None) is ParamTypes.query)
 
         async def guarded(request: Request) -> Response:
+            if unknown := sorted(set(request.query_params) - set(known)):
+                there_are = f"there are {', '.join(known)}" if known else "there are none"
+                raise HTTPException(422, f"no query parameter {', '.join(unknown)}; {there_are}")
             if self.body_field is not None:
                 await caller_of(request)
             return await handle(BoundedRequest(request.scope, request.receive))

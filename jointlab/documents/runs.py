@@ -34,7 +34,7 @@ class RunSummary(BaseModel):
     state: RunState
     title: str
     article: str
-    started_at: datetime
+    started_at: datetime | None = Field(description="null where it has not begun")
     finished_at: datetime | None
     reason: str | None
     configuration_hash: str

@@ -43,14 +43,14 @@ class Kind:
         work: does it.
         longest: seconds that it may take.
         takes: names of its optional parameters.
-        gives_way: whether others may be begun beside it where all places are taken.
+        gives_way_to: kinds that may be begun beside it where all places are taken.
     """
 
     needs: tuple[str, ...]
     work: Work
     longest: float
     takes: tuple[str, ...] = ()
-    gives_way: bool = False
+    gives_way_to: tuple[str, ...] = ()
 
 
 def kind_named(name: str) -> Kind:
@@ -130,9 +130,9 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 
 FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
 KINDS: dict[str, Kind] = {
-    "diagnose": Kind(("run",), diagnose, 2 * HOUR),
+    "diagnose": Kind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
     "identify": Kind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
     "export": Kind(("run", "form"), export, HOUR),
-    "trial": Kind(("cases", "seed"), trial, 12 * HOUR, gives_way=True),
+    "trial": Kind(("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "identify", "export")),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

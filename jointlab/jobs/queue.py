@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from jointlab.errors import ConflictError
 from jointlab.jobs.executors import Executor, Lost
 from jointlab.jobs.kinds import HOUR, KINDS, kind_named
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
@@ -19,6 +20,7 @@ from store.jobs import (
     cancel_job,
     count_open_jobs,
     fail_job,
+    find_open_job,
     list_jobs,
     lose_job,
     signs_of_life,
@@ -62,10 +64,11 @@ class JobQueue:
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
         self._thread.start()
 
-    def add(self, kind: str, parameters: dict[str, Any], who: str) -> Job:
-        """Queue a job.
+    def add(self, kind: str, parameters: dict[str, Any], who: str, *, once: bool = False) -> Job:
+        """Queue a job; `once`: not beside the same one that is not over.
 
         Raises:
+            ConflictError: the same one is not over, and only one is wanted.
             JointlabError: there is no such kind.
             QuotaError: too many jobs of this caller are not over.
             StoreError: it cannot be stored.
@@ -76,6 +79,8 @@ class JobQueue:
         with self._catalogue.writing() as session:
             if (waiting := count_open_jobs(session, who)) >= self._limits.open_jobs:
                 raise QuotaError(f"{waiting} jobs of {who} are not over; wait for one of them, or cancel one")
+            if once and (same := find_open_job(session, kind, parameters)) is not None:
+                raise ConflictError(f"job {same.id} does that already; wait for it, or cancel it")
             job = add_job(session, kind, parameters, who)
         self._wake.set()
         return job
@@ -135,15 +140,13 @@ class JobQueue:
             self._begun[job.id] = _Begun(token, time.monotonic() + kind_named(job.kind).longest, job.kind)
 
     def _kinds_with_room(self) -> tuple[str, ...]:
-        """The kinds that may be begun now; beside those that give way, so many more of the others."""
+        """The kinds that may be begun now; beside every job that gives way to a kind, one more of that kind."""
         if self._executor.has_room():
             return tuple(KINDS)
         with self._catalogue.reading() as session:
-            running = list_jobs(session, state=JobState.RUNNING)
-        patient = [job for job in running if job.id in self._begun and kind_named(job.kind).gives_way]
-        if not (patient and self._executor.has_room(len(patient))):
-            return ()
-        return tuple(name for name, kind in KINDS.items() if not kind.gives_way)
+            running = [job for job in list_jobs(session, state=JobState.RUNNING) if job.id in self._begun]
+        patient = {name: sum(name in kind_named(job.kind).gives_way_to for job in running) for name in KINDS}
+        return tuple(name for name, count in patient.items() if count and self._executor.has_room(count))
 
     def _end_overdue(self) -> None:
         """End the jobs that were begun here and take longer than their kind may."""

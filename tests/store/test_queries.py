@@ -12,6 +12,8 @@ from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
 from store.models.base import Base
 from store.modes import add_modes
+from store.runs import start_run
+from store.states import RunState
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "queries.md").read_text(encoding="utf-8")
@@ -88,6 +90,15 @@ def test_a_run_counts_its_blows_and_records(laboratory: Catalogue) -> None:
     with laboratory.reading() as session:
         rows = [tuple(row) for row in session.execute(text(query))]
     assert rows == [("hammer", 4, 2, 0), ("sweep", 0, 0, 1), ("import", 4, 0, 0)]
+
+
+def test_a_run_that_has_not_begun_has_no_start(catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        for state in (RunState.CREATED, RunState.RUNNING):
+            start_run(session, kind="sequence", title="t", article="beam 3", setup={}, state=state)
+    with catalogue.reading() as session:
+        rows = session.execute(text("SELECT state, started_at IS NULL FROM v_runs ORDER BY run_id")).all()
+    assert [(state, bool(none)) for state, none in rows] == [("created", True), ("running", False)]
 
 
 def test_a_comparison_of_two_runs_shows_once(laboratory: Catalogue) -> None:

@@ -14,7 +14,7 @@ from api.service.access import Caller
 from api.service.context import queue
 from store.jobs import Job, list_jobs
 from store.runs import Run
-from store.states import JobState, Scope
+from store.states import OVER, JobState, Scope
 
 LOOK = 0.5  # s
 LABELS = {"bundle": "Bundle (UFF, CSV)", "hdf5": "HDF5", "report": "Report"}
@@ -30,6 +30,7 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) 
         for form, label in LABELS.items():
             button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
     listed = show("").props('aria-live="polite"')
+    cancels = ui.element("div").classes("row-of")
     show(_tables(run))
     seen: list[tuple[int, JobState, int]] = []
 
@@ -42,6 +43,11 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) 
         first = not seen
         seen[:] = now
         listed.set_content(_list(jobs))
+        cancels.clear()
+        with cancels:
+            for job in jobs:
+                if job.state not in OVER:
+                    button(f"Cancel job {job.id}", partial(_cancel, frame, job.id))
         if not first and any(job.id in changed and job.kind in CHANGING and _is_done(job) for job in jobs):
             await refresh()
 
@@ -50,9 +56,15 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) 
 
 def _queue(frame: Frame, kind: str, parameters: dict[str, object]) -> Awaitable[object]:
     def add(caller: Caller) -> Job:
-        return queue(frame.services).add(kind, parameters, caller.name)
+        return queue(frame.services).add(kind, parameters, caller.name, once=True)
 
     return frame.actions.act(Scope.ANALYSE, f"queue {kind}", f"run {parameters['run']}", add)
+
+
+def _cancel(frame: Frame, job_id: int) -> Awaitable[object]:
+    return frame.actions.act(
+        Scope.ANALYSE, "cancel job", f"job {job_id}", lambda _caller: queue(frame.services).cancel(job_id)
+    )
 
 
 def _jobs(frame: Frame, run: Run) -> list[Job]:

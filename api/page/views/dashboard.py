@@ -173,5 +173,5 @@ def _row(run: Run, rig: RigState | None) -> tuple[Link | str, ...]:
         run.title,
         run.article,
         run_state(run, rig),
-        moment(run.started_at),
+        moment(run.began_at),
     )

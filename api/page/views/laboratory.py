@@ -14,9 +14,10 @@ from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
 from api.service.context import Services
+from jointlab import access_keys
 from store.audit import AuditEntry, list_audit_entries
 from store.instruments import Calibration, KnownInstrument, list_calibrations, list_known_instruments
-from store.keys import ApiKey, add_key, list_keys, revoke_key
+from store.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
 INSTRUMENTS, KEYS, AUDIT = "Instruments", "Keys", "Audit log"
@@ -92,6 +93,11 @@ async def _keys(frame: Frame) -> None:
         show(f"<p>Only a key with the scope {Scope.ADMIN} manages keys.</p>")
         return
     place = ui.element("div").classes("w-full")
+    asked = set[int]()
+
+    async def ask(number: int) -> None:
+        asked.symmetric_difference_update({number})
+        await draw()
 
     async def draw() -> None:
         keys = await frame.read(lambda: _stored_keys(frame.services))
@@ -102,8 +108,15 @@ async def _keys(frame: Frame) -> None:
             show(table("Keys", ("key", "name", "scopes", "made", "ends", "revoked"), map(_key, keys)))
             with ui.element("div").classes("row-of"):
                 for key in keys:
-                    if key.is_valid(datetime.now(UTC)):
-                        button(f"Revoke key {key.id}", partial(_revoke, frame, key.id, draw))
+                    if not key.is_valid(datetime.now(UTC)):
+                        continue
+                    if key.id not in asked:
+                        button(f"Revoke key {key.id}", partial(ask, key.id))
+                        continue
+                    button(
+                        f"Yes, key {key.id} ({key.name}) opens nothing any more", partial(_revoke, frame, key.id, draw)
+                    )
+                    button(f"Keep key {key.id}", partial(ask, key.id))
 
     await draw()
     show("<h2>Make a key</h2>")
@@ -133,7 +146,7 @@ async def _keys(frame: Frame) -> None:
 async def _revoke(frame: Frame, number: int, draw: Callable[[], Awaitable[None]]) -> None:
     def revoke(_caller: Caller) -> ApiKey:
         with frame.services.catalogue.writing() as session:
-            return revoke_key(session, number)
+            return access_keys.revoke(session, number)
 
     if await frame.actions.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
         await draw()

@@ -12,7 +12,7 @@ from api.page.markup import filters, paragraph, show
 from api.service.access import Caller
 from api.service.context import Services
 from jointlab.errors import EXPECTED
-from jointlab.sequences import BUILT_IN, sequence_named
+from jointlab.sequences import BUILT_IN, NAMES, sequence_named
 from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
 from jointlab.sequences.wording import step_text
@@ -57,7 +57,7 @@ def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str
         if number(query, name) is not None:
             return {name: (label, query[name], (query[name],))}
     with services.catalogue.reading() as session:
-        names = (BUILT_IN, *(stored.name for stored in list_sequences(session)))
+        names = (*NAMES, *(stored.name for stored in list_sequences(session)))
     return {"sequence": ("Sequence", query.get("sequence", "") or names[0], names)}
 
 

@@ -99,7 +99,7 @@ async def _origin(frame: Frame, run: Run) -> None:
         return
     channels, events, amendments = found
     said: dict[str, Cell] = {
-        "started": moment(run.started_at),
+        "started": moment(run.began_at),
         "ended": moment(run.finished_at),
         "software": run.software_version,
         "configuration": run.configuration_hash,

@@ -76,7 +76,7 @@ def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
         run.kind,
         run_state(run, rig),
         run.reason or "",
-        moment(run.started_at),
+        moment(run.began_at),
         way_on,
     )
 

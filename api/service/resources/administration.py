@@ -13,10 +13,11 @@ from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, Paging
 from api.service.parameters import document, links, number_of
 from api.service.problems import problems
+from jointlab import access_keys
 from jointlab.documents.fields import OneLine, Request
 from jointlab.errors import JointlabError
 from store.audit import list_audit_entries
-from store.keys import ApiKey, add_key, list_keys, revoke_key
+from store.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
 keys = APIRouter(prefix="/keys", tags=["keys"], route_class=TaggedRoute)
@@ -95,7 +96,7 @@ def revoke(
 
     def end() -> KeyDocument:
         with request.services.catalogue.writing() as session:
-            return _key(revoke_key(session, key_id))
+            return _key(access_keys.revoke(session, key_id))
 
     return request.once(end)
 

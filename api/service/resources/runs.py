@@ -61,7 +61,7 @@ def list_(
     """List runs, newest first."""
     with context.catalogue.reading() as session:
         found = list_runs(session, kind=kind, state=state, article=article, before=paging.number, limit=paging.rows)
-    return paging.of_rows([document(RunSummary, run) for run in found])
+    return paging.of_rows([document(RunSummary, run, started_at=run.began_at) for run in found])
 
 
 @router.post("", status_code=201, response_model=RunSummary, responses=problems(404, 409) | NEXT)
@@ -81,7 +81,8 @@ def create(
 def get(context: ReaderContext, run_id: RunNumber) -> RunDetails:
     """One run."""
     with context.catalogue.reading() as session:
-        return document(RunDetails, get_run(session, run_id))
+        run = get_run(session, run_id)
+    return document(RunDetails, run, started_at=run.began_at)
 
 
 @router.get("/{run_id}/history", responses=problems(404))
@@ -221,4 +222,5 @@ def _sequence(context: Services, given: str | Sequence) -> Sequence:
 
 def _summary(context: Services, run_id: int) -> RunSummary:
     with context.catalogue.reading() as session:
-        return document(RunSummary, get_run(session, run_id))
+        run = get_run(session, run_id)
+    return document(RunSummary, run, started_at=run.began_at)

@@ -49,6 +49,8 @@ ROUTES: dict[str, Scope] = {
     "POST /api/runs": CONTROL,
     "GET /api/runs/{run_id}": READ,
     "GET /api/runs/{run_id}/history": READ,
+    "GET /api/runs/{run_id}/amendments": READ,
+    "POST /api/runs/{run_id}/amendments": CONTROL,
     "POST /api/runs/{run_id}/start": CONTROL,
     "POST /api/runs/{run_id}/pause": CONTROL,
     "POST /api/runs/{run_id}/resume": CONTROL,
@@ -117,6 +119,8 @@ BODIES: dict[str, dict[str, Any]] = {
     "POST /api/runs/{run_id}/answer": {"prompt": 1},
     "POST /api/runs/{run_id}/acknowledge-interlock": {"reason": "removed"},
     "POST /api/blows/{blow_id}/withdraw": {"reason": "struck beside"},
+    "POST /api/runs/{run_id}/amendments": {"article": {"beam": {"length": 0.914}}, "reason": "mistyped"},
+    "POST /api/alarms/{alarm_id}/acknowledge": {"note": "seen"},
     "POST /api/diagnoses": {"run": 77},
     "POST /api/identifications": {"run": 77},
     "POST /api/trials": {"cases": 1},
@@ -159,7 +163,17 @@ def ask(everybody: Everybody, route: str, caller: str) -> httpx.Response:
     """Ask as somebody, with everything that the route needs but the right to it."""
     method, path = route.split(" ")
     names = {"name": "other", "set_number": "1", "point": "3y"}
-    for name in ("run_id", "blow_id", "record_id", "job_id", "key_id", "instrument_id", "specimen_id", "diagnosis_id"):
+    for name in (
+        "run_id",
+        "blow_id",
+        "record_id",
+        "job_id",
+        "key_id",
+        "alarm_id",
+        "instrument_id",
+        "specimen_id",
+        "diagnosis_id",
+    ):
         path = path.replace(f"{{{name}}}", "77")
     path = path.format(**names)
     secret = everybody.secrets[caller]

@@ -51,6 +51,14 @@ def test_a_revoked_key_opens_nothing(client: httpx.Client, acting: Acting, make_
     assert answer.json()["detail"].startswith("key 2 (test) was revoked at ")
 
 
+def test_the_last_key_that_manages_keys_is_kept(client: httpx.Client, acting: Acting, make_key: MakeKey) -> None:
+    admin, _ = make_key(Scope.ADMIN), make_key(Scope.ADMIN, revoked=True)
+    refused = client.post("/api/keys/1/revoke", headers=acting(admin))
+    assert (refused.status_code, "the last one that manages keys" in refused.json()["detail"]) == (409, True)
+    other = make_key(Scope.ADMIN)
+    assert client.post("/api/keys/1/revoke", headers=acting(other)).status_code == 200
+
+
 def test_a_key_that_ends_in_the_past_is_refused(client: httpx.Client, acting: Acting, make_key: MakeKey) -> None:
     body = {"name": "late", "scopes": ["read:data"], "expires_at": "2020-01-01T00:00:00Z"}
     answer = client.post("/api/keys", json=body, headers=acting(make_key(Scope.ADMIN)))

@@ -19,6 +19,7 @@ from tests.store.conftest import fill, frequency_response_set, mode_set
 LISTS = {
     "/runs/1/channels": 2,
     "/runs/1/history": 2,
+    "/runs/2/amendments": 1,
     "/runs/1/points": 2,
     "/runs/1/blows": 6,
     "/runs/1/analyses": 7,
@@ -53,6 +54,16 @@ def lab(filled: Catalogue, client: httpx.Client, make_key: MakeKey) -> httpx.Cli
     """A service in front of it, to be read."""
     client.headers["Authorization"] = f"Bearer {make_key(Scope.READ)}"
     return client
+
+
+def test_a_query_parameter_that_does_not_exist_is_refused_with_those_that_do(client: httpx.Client) -> None:
+    answer = client.get("/api/runs", params={"artcle": "beam 3"})
+    assert (answer.status_code, answer.json()["detail"]) == (
+        422,
+        "GET /api/runs: no query parameter artcle; there are article, cursor, kind, limit, state",
+    )
+    none = client.get("/api/runs/1", params={"full": 1})
+    assert (none.status_code, "there are none" in none.json()["detail"]) == (422, True)
 
 
 def pages(client: httpx.Client, path: str, limit: int) -> Iterator[list[Any]]:

@@ -43,6 +43,7 @@ def lease(rig_client: httpx.Client, acting: Acting) -> str:
 def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> int:
     answer = rig_client.post("/api/runs", json={"sequence": small}, headers=acting())
     assert (answer.status_code, answer.json()["state"]) == (201, "created"), answer.text
+    assert answer.json()["started_at"] is None
     return int(answer.json()["id"])
 
 

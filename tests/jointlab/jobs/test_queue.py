@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from sqlalchemy import text
 
-from jointlab.errors import JointlabError
+from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.kinds import KINDS, exports_folder
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
@@ -46,6 +46,23 @@ class Full(ProcessExecutor):
 
     def has_room(self, beyond: int = 0) -> bool:
         return False
+
+
+class Holding(ProcessExecutor):
+    """Begins jobs that never end."""
+
+    def __init__(self) -> None:
+        super().__init__(workers=1)
+        self.begun = dict[int, str]()
+
+    def has_room(self, beyond: int = 0) -> bool:
+        return len(self.begun) < 1 + beyond
+
+    def begin(self, place: Place, job_id: int, token: str) -> None:
+        self.begun[job_id] = token
+
+    def drop(self, job_id: int) -> None:
+        self.begun.pop(job_id, None)
 
 
 @pytest.fixture
@@ -178,6 +195,33 @@ def test_a_caller_has_a_number_of_jobs_that_are_not_over(catalogue: Catalogue, i
     idle.add("identify", {"run": 1}, "bob")
     idle.cancel(first.id)
     idle.add("identify", {"run": 1}, "ann")
+
+
+def test_the_same_job_is_queued_once_where_that_is_wanted(idle: JobQueue) -> None:
+    first = idle.add("diagnose", {"run": 1}, "ann", once=True)
+    with pytest.raises(ConflictError, match=f"job {first.id} does that already"):
+        idle.add("diagnose", {"run": 1}, "ann", once=True)
+    idle.add("diagnose", {"run": 2}, "ann", once=True)
+    idle.cancel(first.id)
+    idle.add("diagnose", {"run": 1}, "ann", once=True)
+
+
+def test_an_export_is_begun_beside_a_diagnosis_and_both_beside_a_trial(catalogue: Catalogue) -> None:
+    """Each job holds the only place until it is dropped."""
+    held = Holding()
+    queue = JobQueue(catalogue, held)
+    jobs = {}
+    for kind, parameters in (
+        ("trial", {"cases": 1, "seed": 1}), ("diagnose", {"run": 1}), ("export", {"run": 1, "form": "hdf5"}),
+    ):  # fmt: skip
+        jobs[kind] = queue.add(kind, parameters, "ann").id
+        until(lambda: jobs[kind] in held.begun)  # noqa: B023 - called within the loop
+    second = queue.add("diagnose", {"run": 2}, "ann").id
+    export = queue.add("export", {"run": 1, "form": "report"}, "ann").id
+    queue.cancel(jobs["export"])
+    until(lambda: export in held.begun)
+    assert second not in held.begun  # two diagnoses are not done at a time
+    queue.close()
 
 
 def test_what_a_person_waits_for_is_done_before_trials(catalogue: Catalogue, idle: JobQueue) -> None:

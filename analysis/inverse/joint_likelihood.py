@@ -104,7 +104,7 @@ def identify_from_responses(
         for _ in range(2):
             fitted = target.response(found.values).accelerance
             target = replace(target, deviation=np.sqrt(variance_from_residual(lines.accelerance, fitted)))
-            found = minimise(target, found.values, FINAL_TOLERANCE, MOST_STEPS)
+            found = minimise(target, found.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=True)
     return describe_fit(target, found, standard_deviation(lines), lines.scatter)
 
 
@@ -131,7 +131,7 @@ def _search(target: ResponseLikelihood, starts: Iterable[Real]) -> Minimum:
                 break
     nearest = min(reached, key=lambda found: found.at.cost)
     arrived = minimise(fewer, nearest.values, SEARCH_TOLERANCE, MOST_STEPS)
-    return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS)
+    return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=True)
 
 
 def _approached(target: ResponseLikelihood, start: Real, approach: Sequence[tuple[float, float]]) -> Minimum:

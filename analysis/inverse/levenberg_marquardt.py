@@ -1,6 +1,9 @@
 """Levenberg's and Marquardt's method for sums of squares given by their normal equations.
 
-D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431-441, with the columns scaled to one.
+D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431-441, with the columns scaled to one. Where one direction is
+known a million times worse than others the minimum lies in a narrow valley, which bends: straight steps would have to
+be as short as it is narrow. So steps follow its parabola (as M. K. Transtrum, J. P. Sethna, arXiv:1201.5885, 2012, do;
+here from a second step instead of second derivatives).
 """
 
 from collections.abc import Callable
@@ -16,6 +19,9 @@ FIRST_DAMPING = 1e-3
 PUSH = 8.0  # factor of the damping after a rejected step, doubled at each further rejection
 RELIEF = 0.1  # factor after a good step; directions a million times weaker than others move only without damping
 LEAST_DAMPING = 1e-14
+STRAIGHT = 0.7  # gain of a step over what was predicted, below which the valley is taken to bend
+ACROSS = 1e3  # factor of the damping for a step that goes across a valley and not along it
+STRAY = 100.0  # times the predicted gain, by which a step may miss the floor of the valley for the way back to count
 MOST_DAMPING = 1e8
 
 
@@ -85,11 +91,14 @@ class Minimum:
     converged: bool
 
 
-def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_steps: int = 50) -> Minimum:
+def minimise(
+    target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_steps: int = 50, *, along_valleys: bool = False
+) -> Minimum:
     """Lower a sum of squares until a step would gain less than `tolerance`, times what a square is on average.
 
     For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation. Where the
-    model does not fit, squares exceed one, and the variances are larger in proportion.
+    model does not fit, squares exceed one, and the variances are larger in proportion. `along_valleys` lets steps bend,
+    which costs another linearisation where a straight one does not come up to what it promised.
     """
     values, damping = start, FIRST_DAMPING
     at = target.at(values).linearised()
@@ -102,6 +111,9 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
             step, predicted = _step(at, damping)
             trial = target.at(values + step)
             gain = (at.cost - trial.cost) / predicted
+            if along_valleys and -STRAY < gain < STRAIGHT:
+                step, trial = _along_valley(target, values, step, trial, damping)
+                gain = (at.cost - trial.cost) / predicted
             if gain > 1e-3:
                 break
             damping, push = push * damping, 2 * push
@@ -113,6 +125,21 @@ def minimise(target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_st
     _, expected = _step(at, 0.0)
     converged = 0 <= expected < tolerance * max(1.0, at.cost / target.data)
     return Minimum(values, at, expected, most_steps, converged)
+
+
+def _along_valley(target: SumOfSquares, start: Real, step: Real, trial: Trial, damping: float) -> tuple[Real, Trial]:
+    """A step from `start` that bends, and the trial at its end; those given where it leads no lower.
+
+    The second step leads back from the side of a bent valley to its floor; the parabola of both is followed downhill.
+    """
+    back, _ = _step(trial.linearised(), ACROSS * damping)
+    found, share = (step, trial), 1.0
+    while True:
+        bent = share * step + share**2 * back
+        there = target.at(start + bent)
+        if not there.cost < found[1].cost:
+            return found
+        found, share = (bent, there), 2 * share
 
 
 def inverse(normal: Real) -> Real:

@@ -77,7 +77,7 @@ def variance_from_neighbours(accelerance: Complex) -> Real:
     """
     difference = np.apply_along_axis(np.convolve, 1, accelerance, _DIFFERENCE, mode="valid")
     square = np.abs(difference) ** 2 / (2 * np.sum(_DIFFERENCE**2))
-    typical = median_filter(square, size=(1, _NEIGHBOURS), mode="nearest") / _MEDIAN_OF_EXPONENTIAL
+    typical = median_filter(square, size=(1, _NEIGHBOURS), mode="reflect") / _MEDIAN_OF_EXPONENTIAL
     return np.asarray(np.pad(typical, ((0, 0), (2, 2)), mode="edge"))
 
 

@@ -57,6 +57,14 @@ def test_damping_that_was_a_little_too_small_is_raised_a_little() -> None:
     assert found.converged
 
 
+def test_steps_that_bend_with_a_valley_get_to_its_end_in_fewer() -> None:
+    bent = minimise(Narrow(), np.array([-1.0, 1.0]), tolerance=1e-6, most_steps=100, along_valleys=True)
+    straight = minimise(Narrow(), np.array([-1.0, 1.0]), tolerance=1e-6, most_steps=100)
+    assert bent.converged
+    assert not straight.converged
+    np.testing.assert_allclose(bent.values, 1.0, atol=1e-3)
+
+
 def test_a_direction_below_rounding_is_no_minimum_and_has_a_variance() -> None:
     class Flat(Rosenbrock):
         def at(self, values: Real) -> Trial:

@@ -59,6 +59,14 @@ def test_neighbouring_lines_tell_the_noise_under_a_resonance() -> None:
     assert np.median(found) == pytest.approx(1e-4, rel=0.05)
 
 
+def test_the_noise_of_the_first_and_last_lines_is_that_of_many_lines_too() -> None:
+    rng = np.random.default_rng(7)
+    found = variance_from_neighbours(0.01 * noise(rng, 400, 64))
+    for line in (0, 32, -1):
+        assert np.median(found[:, line]) == pytest.approx(1e-4, rel=0.1)
+        assert np.std(np.log(found[:, line])) < 0.6
+
+
 def test_residuals_tell_a_floor_from_a_part_that_grows_with_the_response() -> None:
     rng = np.random.default_rng(2)
     fitted = (10 ** rng.uniform(-2, 2, (2, LINES))).astype(np.complex128)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.api.conftest import Command
+from tests.jointlab.identification.layouts import LAYOUTS, write_bundle
 
 
 def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_stored(
@@ -33,6 +34,16 @@ def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_store
     for effect in prior["joints"].values():
         assert effect["k_prior_share"][1][1] < effect["k_prior_share"][0][0] < 1
         assert np.shape(effect["h_bias"]) == (3, 3)
+
+
+def test_a_bundle_of_three_joints_is_identified_without_the_papers_method(jointlab: Command, tmp_path: Path) -> None:
+    answer = jointlab("identify", write_bundle(LAYOUTS["three joints"], tmp_path / "bundle"), "--json", "found.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "The paper's method is left out" in answer.stdout
+    document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    assert set(document["inverse"]) == {"I", "II", "III", "weak_directions"}
+    assert document["inverse_paper"] is None
+    assert "measure x at one point for each joint" in document["inverse_paper_left_out"]
 
 
 def test_remedies_for_the_experiment_are_listed(jointlab: Command, measured: int, tmp_path: Path) -> None:

@@ -53,4 +53,4 @@ class NewTrial(Request):
 class NewExport(OfRun):
     """Which run, and in which form."""
 
-    form: Literal["bundle", "hdf5", "report"] = Field(description="UFF and JSON in a .zip; waveforms; HTML")
+    form: Literal["bundle", "hdf5", "report"] = Field(description="UFF and JSON in a .zip; records and results; HTML")

@@ -107,7 +107,7 @@ def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 
 
 def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """A file of a run: its bundle, its waveforms as HDF5, or its report."""
+    """A file of a run: its bundle, all of it as HDF5, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
     folder = exports_folder(catalogue)
     name = f"run-{run}-{job.id}-{job.attempts}{FORMS[form]}"

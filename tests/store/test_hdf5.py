@@ -1,5 +1,6 @@
-"""The waveforms of a run as HDF5: raw samples with their scaling."""
+"""A run as HDF5: records in physical units, results with intervals and where they come from."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,35 +10,69 @@ import pytest
 
 from store.catalogue import Catalogue
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.hdf5 import export_hdf5
+from store.hdf5 import Exported, export_hdf5
 from store.runs import list_runs
 
 
-def test_every_blow_is_there_with_scale_and_verdict(
+def test_every_blow_is_there_in_its_unit_with_verdict(
     catalogue: Catalogue, filled: int, tmp_path: Path, samples: SimpleNamespace
 ) -> None:
-    assert export_hdf5(catalogue, filled, tmp_path / "run.h5") == 6
+    assert export_hdf5(catalogue, filled, tmp_path / "run.h5") == Exported(waveforms=6, analyses=3)
     waveform = samples.waveform("hammer", "N", "accelerometer", "m/s^2")
     with h5py.File(tmp_path / "run.h5") as file:
         assert sorted(file["blows"]) == ["1y", "4y"]
         group = file["blows/1y/set1/02"]
         assert not group.attrs["accepted"]
         assert group.attrs["reason"].startswith("double hit")
-        hammer = group["hammer"]
-        np.testing.assert_array_equal(hammer[:], waveform.samples[0])
-        volts = np.polynomial.polynomial.polyval(hammer[:].astype(float), hammer.attrs["coefficients"])
-        np.testing.assert_array_equal(volts / hammer.attrs["sensitivity"], waveform.value("hammer"))
-        assert hammer.attrs["unit"] == "N"
+        for channel, unit in (("hammer", "N"), ("accelerometer", "m/s^2")):
+            np.testing.assert_array_equal(group[channel][:], waveform.value(channel))
+            assert group[channel].attrs["units"] == unit
+        assert group["hammer"].attrs["sensitivity"] == 0.0023
+        assert file.attrs["format"] == "jointlab-hdf5/2"
+        assert json.loads(file["setup"].asstr()[()]) == samples.setup
 
 
-def test_sine_records_are_there(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:
+def test_sine_records_and_their_stiffness_are_there(
+    catalogue: Catalogue, filled: int, tmp_path: Path, samples: SimpleNamespace
+) -> None:
     with catalogue.reading() as session:
         (sweep,) = list_runs(session, kind="sweep")
-    assert export_hdf5(catalogue, sweep.id, tmp_path / "run.h5") == 1
+    assert export_hdf5(catalogue, sweep.id, tmp_path / "run.h5") == Exported(waveforms=1, analyses=1)
     with h5py.File(tmp_path / "run.h5") as file:
         group = file["sine_records/0001"]
         assert (group.attrs["specimen"], group.attrs["frequency"]) == ("I", 5.0)
-        assert set(group) == {"displacement", "force"}
+        assert {name: group[name].attrs["units"] for name in group} == {"displacement": "m", "force": "N"}
+        (points,) = file["results/dynamic_stiffness"].values()
+        assert points.attrs["method"] == "sine fit"
+        assert points.attrs["software_version"]
+        for column, unit in (("stiffness", "N/m"), ("stiffness_se", "N/m"), ("frequency", "Hz"), ("thd_percent", "%")):
+            expected = [getattr(each, column) for each in samples.dynamic_stiffness()]
+            np.testing.assert_array_equal(points[column][:], expected)
+            assert points[column].attrs["units"] == unit
+        assert list(points["specimen"].asstr()) == ["I"] * 4
+        assert np.isnan(points["sd_rel"][:]).all()
+
+
+def test_responses_modes_and_joints_are_there_with_intervals_and_provenance(
+    catalogue: Catalogue, filled: int, tmp_path: Path, samples: SimpleNamespace
+) -> None:
+    export_hdf5(catalogue, filled, tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        (responses,), (modes,), (joints,) = (
+            file[f"results/{kind}"].values() for kind in ("frequency_responses", "modes", "joint_matrices")
+        )
+        expected = samples.frequency_responses()
+        np.testing.assert_array_equal(responses["set1/accelerance"][:], expected.accelerance)
+        np.testing.assert_array_equal(responses["set1/variance"][:], expected.variance)
+        assert responses["set1/accelerance"].attrs["units"] == "(m/s^2)/N"
+        assert list(responses["set1"].attrs["inputs"]) == ["1y", "4y"]
+        np.testing.assert_array_equal(modes["frequency_ci95"][:], samples.modes().frequency_ci95)
+        assert list(modes.attrs["dofs"]) == ["1y", "4y"]
+        matrix = samples.joint_matrix("I", 2)
+        for name in ("stiffness", "stiffness_ci95", "damping", "loss_factor_ci95", "observable", "covariance"):
+            np.testing.assert_array_equal(joints[f"I/{name}"][:], getattr(matrix, name))
+        assert f"analysis_{joints.attrs['parents'][0]}" in file["results/modes"]
+        assert json.loads(joints.attrs["settings"]) == {"order": 20}
 
 
 def test_a_damaged_waveform_leaves_no_file(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:

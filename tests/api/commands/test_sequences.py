@@ -1,5 +1,6 @@
 """`jointlab run` on simulated instruments, from a configuration file, and what it says when they are not there."""
 
+import re
 import socket
 from contextlib import closing
 from dataclasses import asdict
@@ -52,6 +53,8 @@ def test_a_sequence_is_measured_identified_exported_and_imported_back(
     assert query("SELECT count(*) FROM v_dynamic_stiffness WHERE latest") == [(12,)]
 
     assert jointlab("export", 1, "bundle.zip").returncode == 0
+    hdf5 = jointlab("export", 1, "run.h5", "--format", "hdf5")
+    assert re.fullmatch(r"run\.h5 written: \d+ waveforms, [1-9]\d* analyses\n", hdf5.stdout)
     assert jointlab("import", "bundle.zip", "--article", "again").returncode == 0
     assert query("SELECT run_id, kind, article FROM v_runs ORDER BY run_id")[1] == (2, "import", "again")
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:

@@ -92,6 +92,10 @@ class Settings(BaseSettings):
         default=None, description='"tcp://host:port" or "rtu:///dev/ttyS0"; left out where the rig has no tester'
     )
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
+    simulated_operator: str | None = Field(
+        default=None,
+        description='"host:port" of who strikes and mounts on a simulated bench (jointlab simulate)',
+    )
     channels: tuple[ChannelSettings, ...] = Field(default=(), max_length=256, description="the channel table")
     rig: str = Field(
         default="rig",

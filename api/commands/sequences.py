@@ -25,6 +25,7 @@ from jointlab.settings import Settings, load_settings
 from jointlab.supervision.automatic_operator import obey
 from jointlab.supervision.manager import RunManager
 from jointlab.supervision.stored_limits import stored_limits
+from jointlab.trials.simulated_laboratory import operator_at
 from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
 from rig.operator import Operator
@@ -153,16 +154,19 @@ def _carry_out(
 ) -> None:
     """Carry out a run that keys pause and stop, show its progress, and say how to go on with it."""
     with (
+        operator_at(settings.simulated_operator) as simulated,
         closing(RunManager(catalogue, settings, name="jointlab run")) as rig,
         SequenceProgress(document, progress_console) as progress,
     ):
         rig.lease.take(who_is_here(), "terminal")
-        observer = notify_all(progress, partial(_note, catalogue, progress))
+        operator = simulated or TerminalOperator(progress_console)
+        observers = (progress, partial(_note, catalogue, progress))
+        observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:
             with steering_by_keys(_Keys(rig), progress_console):
                 after = rig.journal.latest
                 run_id = begin(rig)
-                _follow(rig, run_id, after, observer)
+                _follow(rig, run_id, after, observer, operator)
             rig.wait()
             rig.check_outcome()
         except (KeyboardInterrupt, RunStoppedError):
@@ -174,9 +178,9 @@ def _carry_out(
         out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
 
 
-def _follow(rig: RunManager, run_id: int, after: int, observer: Observer) -> None:
+def _follow(rig: RunManager, run_id: int, after: int, observer: Observer, operator: Operator) -> None:
     """Show what happens and let the operator obey prompts, until the run has ended; an error here ends it."""
-    operator, obeyed = TerminalOperator(progress_console), 0
+    obeyed = 0
     try:
         while True:
             for entry in rig.journal.wait(after, FOLLOW_INTERVAL):

@@ -25,7 +25,12 @@ from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_laboratory import (
+    SimulatedOperator,
+    operator_at,
+    simulated_laboratory,
+    simulated_settings,
+)
 from store.catalogue import Catalogue
 from store.keys import count_keys
 
@@ -94,7 +99,8 @@ def _laboratory(
 ) -> Iterator[tuple[Settings, AutomaticOperator | None]]:
     """The settings to work with, and an automatic operator where the bench is simulated."""
     if not simulated:
-        yield settings, None
+        with operator_at(settings.simulated_operator) as operator:
+            yield settings, operator
         return
     with simulated_laboratory(seed, speed) as laboratory:
         kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers", "alarms")

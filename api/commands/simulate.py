@@ -29,7 +29,7 @@ def simulate(
     frame = TesterFrame(frame_compliance, fixture_mass, channel_delay)
     with Laboratory(seed, speed, BenchConditions(frame=frame)) as laboratory:
         if config is not None:
-            write_new(config, as_toml(laboratory.addresses))
+            write_new(config, as_toml(laboratory.addresses, strikes=True))
         if as_json:
             out.print(json.dumps(asdict(laboratory.addresses)))
         else:

@@ -38,8 +38,8 @@ class Driver:
         """Pause the run; returns with the actuator at rest."""
         return self._post(f"/runs/{run}/pause")
 
-    def resume(self, run: int, *, automatic: bool = False, reset: bool = False) -> RunSummary:
-        """Continue a run that was paused, stopped, failed or cut off."""
+    def resume(self, run: int, *, automatic: bool | None = None, reset: bool = False) -> RunSummary:
+        """Continue a run that was paused, stopped, failed or cut off; by default with its former operator."""
         return self._post(f"/runs/{run}/resume", {"automatic": automatic, "reset": reset})
 
     def answer(self, run: int, prompt: int) -> RunSummary:

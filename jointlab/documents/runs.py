@@ -87,8 +87,10 @@ class NewRun(Request):
 class Beginning(Request):
     """How a run begins or goes on."""
 
-    automatic: bool = Field(
-        default=False, description="let the automatic operator of a simulated bench strike and mount, without prompts"
+    automatic: bool | None = Field(
+        default=None,
+        description="let the automatic operator of a simulated bench strike and mount, without prompts; null: not at a "
+        "start, and as it was begun where a run is resumed",
     )
     reset: bool = Field(default=False, description="reset a tripped tester, because the cause has been removed")
 

@@ -106,6 +106,7 @@ class RunManager:
         self._limits_lock = threading.Lock()
         self._automatic_operator = automatic_operator
         self._automatic = False  # whether the operator obeys without an answer
+        self._automatic_runs = set[int]()  # that were begun so
         self._obeying = Obeying(self._obey, self._fail)
         self._obeyed = 0, 0
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
@@ -146,6 +147,11 @@ class RunManager:
         if prompt is None or self._automatic_operator is None:
             return prompt
         return None if self._automatic else replace(prompt, waits=True)
+
+    @property
+    def has_automatic_operator(self) -> bool:
+        """Whether a program can strike and mount here."""
+        return self._automatic_operator is not None
 
     @property
     def not_stored(self) -> str | None:
@@ -223,9 +229,13 @@ class RunManager:
         self._begin(order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who), automatic, lease)
 
     def resume(
-        self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None
+        self, run_id: int, who: str, *, automatic: bool | None = None, reset: bool = False, lease: int | None = None
     ) -> None:
         """Continue a run that is paused, was stopped, failed, or lost its process.
+
+        Args:
+            run_id, who, reset, lease: as for `start`.
+            automatic: as for `start`; None: as it was begun by this program.
 
         Raises:
             ConflictError: another run is being carried out.
@@ -240,7 +250,7 @@ class RunManager:
         limits = self._instruments.limits
         self._begin(
             order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who),
-            automatic,
+            run_id in self._automatic_runs if automatic is None else automatic,
             lease,
         )
 
@@ -402,6 +412,8 @@ class RunManager:
         before, self._automatic = self._automatic, automatic and self._automatic_operator is not None
         if self.state.phase is Phase.IDLE:
             self._obeyed = 0, 0  # prompts are counted again
+        if self._automatic:
+            self._automatic_runs.add(order.run_id)
         try:
             self._ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         except ConflictError:

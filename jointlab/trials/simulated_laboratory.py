@@ -1,5 +1,7 @@
 """A simulated laboratory as configuration and as operator: in place of cables and a technician."""
 
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from datetime import date
 from typing import Any
 
@@ -100,8 +102,32 @@ class SimulatedOperator(Operator):
             raise RequestError(f"the simulated laboratory does not answer: {error}") from error
 
 
-def as_toml(addresses: Addresses) -> str:
-    """A configuration file that points at the simulated instruments, and shows how to point at real ones."""
+@contextmanager
+def operator_at(address: str | None) -> Iterator[SimulatedOperator | None]:
+    """The operator of a simulated bench at "host:port", while the context lasts; None where there is no address.
+
+    Raises:
+        JointlabError: nobody answers there.
+    """
+    if address is None:
+        yield None
+        return
+    try:
+        client = OperatorClient(address)
+    except (OSError, ValueError) as error:
+        raise JointlabError(
+            f"simulated_operator {address}: nobody answers ({error}); start jointlab simulate, or take the line out of "
+            "jointlab.toml"
+        ) from error
+    with closing(client):
+        yield SimulatedOperator(client)
+
+
+def as_toml(addresses: Addresses, *, strikes: bool = False) -> str:
+    """A configuration file that points at the simulated instruments, and shows how to point at real ones.
+
+    `strikes`: whether the simulated bench strikes and mounts by itself.
+    """
     lines = [
         '# Instruments of a simulated laboratory. For real ones: daq_address = "local", the tester\'s and the',
         "# thermometer's own addresses, and the channel table from your calibration certificates.",
@@ -109,6 +135,8 @@ def as_toml(addresses: Addresses) -> str:
         f'tester_url = "{addresses.tester}"',
         f'thermometer_url = "{addresses.thermometer}"',
     ]
+    if strikes:
+        lines.append(f'simulated_operator = "{addresses.operator}"  # strikes and mounts; a real bench has none')
     for channel in CHANNELS:
         lines += ["", "[[channels]]"]
         for name, value in channel.model_dump(mode="json").items():

@@ -86,7 +86,9 @@ def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) ->
                     inputs[name] = field.classes("w-full")
         show("<h2>What will be done</h2>")
         steps = show("")
-        automatic = ui.checkbox("Let a simulated bench strike and mount by itself (on a real rig this changes nothing)")
+        runs = frame.services.runs
+        automatic = ui.checkbox("Let the simulated bench strike and mount by itself", value=True)
+        automatic.set_visibility(runs is not None and runs.has_automatic_operator)
         show(
             "<p>Decimals may be written 0.1 or 0,1. The rig checks every point against its limits before anything "
             "moves. Keep clear of the actuator once the run has started.</p>"

@@ -126,6 +126,7 @@ def start(
 ) -> Response:
     """Begin a run that was created; answers when its instruments have answered, and the run is under way."""
     given = (how or Beginning()).model_dump()
+    given["automatic"] = bool(given["automatic"])
     return _drive(
         request, run_id, lambda: rig.start(run_id, request.caller.name, lease=request.lease, **given), **given
     )

@@ -15,7 +15,7 @@ from jointlab.instruments import instruments_of
 from jointlab.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses
-from tests.api.conftest import Command
+from tests.api.conftest import Command, Write
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def simulating(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def test_its_file_leads_to_three_instruments_until_ctrl_c(
-    simulating: subprocess.Popen[str], jointlab: Command, tmp_path: Path
+    simulating: subprocess.Popen[str], jointlab: Command, sequence: Write, tmp_path: Path
 ) -> None:
     assert simulating.stdout is not None
     assert simulating.stderr is not None
@@ -49,6 +49,12 @@ def test_its_file_leads_to_three_instruments_until_ctrl_c(
         assert 15 < thermometer.celsius() < 35
     with instruments.tester() as tester:
         assert tester.status().state is State.HYDRAULICS_OFF
+    # the bench strikes and mounts by itself
+    with (tmp_path / "jointlab.toml").open("a", encoding="utf-8") as config:
+        config.write(f'[drive]\nfolder = "{tmp_path / "drive"}"\nstop_port = 0\n')
+    measured = jointlab("run", sequence(hammer={"points": ["5y"]}, sweep={"configurations": ["shear"]}))
+    assert measured.returncode == 0, measured.stderr
+    assert "run 1 finished" in measured.stdout
     os.kill(simulating.pid, signal.SIGINT)
     out, err = simulating.communicate(timeout=30)
     assert (simulating.returncode, out, err) == (0, "stopped\n", "")

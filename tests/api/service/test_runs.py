@@ -13,6 +13,7 @@ from store.runs import finish_run, start_run
 from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -203,6 +204,21 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert resumed.status_code == 200, resumed.text
     assert rig.wait(60)
     assert rig_client.get(run).json()["state"] == "finished"
+
+
+def test_a_run_that_was_begun_automatically_is_resumed_so(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, small: dict[str, Any]
+) -> None:
+    small["steps"] = [small["steps"][1] | {"frequencies": {"first": 20, "last": 200, "step": 0.02}}]
+    created = rig_client.post("/api/runs", json={"sequence": small}, headers=acting()).json()["id"]
+    run = f"/api/runs/{created}"
+    rig_client.post(f"{run}/start", json={"automatic": True}, headers=acting(lease=lease))
+    until(lambda: rig.state.sines > 0)
+    rig_client.post(f"{run}/stop", headers=acting())
+    measured = rig.state.sines
+    rig_client.post(f"{run}/resume", headers=acting(lease=lease))
+    until(lambda: rig.state.sines > measured)  # what was to be mounted is
+    rig_client.post(f"{run}/stop", headers=acting())
 
 
 def test_stop_needs_neither_key_nor_lease_and_may_be_repeated(

@@ -17,6 +17,7 @@ _ROUNDS = 100  # of multiplicative updates
 _KNOTS = 8
 _KNOT_RATIO = 0.4  # of its frequency, between a knot and the one below
 _LINES_A_KNOT = 60
+_QUIETEST = 1e-3  # deviation of a line, over the median of its row
 
 
 def blow_scatter(force: Complex, acceleration: Complex, accelerance: Complex) -> Complex:
@@ -123,9 +124,17 @@ def _hats(frequency: Real) -> Real:
 def standard_deviation(responses: FrequencyResponses) -> Real:
     """(rows, lines) from the stated variance or else from neighbouring lines; at least 1e-9 of the largest value."""
     stated = responses.variance
-    variance = variance_from_neighbours(responses.accelerance) if stated is None else stated
+    if stated is None:
+        deviation = levelled(np.sqrt(variance_from_neighbours(responses.accelerance)))
+    else:
+        deviation = np.sqrt(stated)
     floor = 1e-9 * np.max(np.abs(responses.accelerance), axis=1, keepdims=True)
-    return np.asarray(np.maximum(np.sqrt(variance), floor))
+    return np.asarray(np.maximum(deviation, floor))
+
+
+def levelled(deviation: Real) -> Real:
+    """(rows, lines) with lines of next to no noise, such as those near 0 Hz, kept from taking all of the weight."""
+    return np.maximum(deviation, _QUIETEST * np.median(deviation, axis=1, keepdims=True))
 
 
 def smoothed_variance(variance: Real, lines: int = 5) -> Real:

@@ -20,14 +20,13 @@ from analysis.frequency_response import Complex, Real
 from analysis.modal.modal_refinement import ModalData, ModalFit, UnresolvedModesError, refine
 from analysis.modal.mode_selection import distances, resolved, without_idle_modes, worths
 from analysis.modal.pole_search import best_new_pole
-from analysis.modal.response_variance import variance_from_residual
+from analysis.modal.response_variance import levelled, variance_from_residual
 
 _ROUNDS = 3  # of noise and modes in turn
 _MOST_POLES = 40
 _REACH = 3.0  # bandwidths on either side of a mode
 _ALIKE = 0.9  # modal assurance criterion
 _OVERLAP = 2.5  # of the smaller half bandwidth, between two poles
-_QUIETEST = 1e-3  # deviation of a line, over the median of its row
 _FEWEST_LINES = 3.0  # in the bandwidth of a mode that is added
 
 
@@ -42,7 +41,6 @@ def with_unstated_noise(data: ModalData, start: Complex, terms: int) -> tuple[Mo
     Raises:
         AnalysisError: there is no mode.
     """
-    data = replace(data, deviation=_levelled(data.deviation))
     data, fit = _settled(data, resolved(data, start, terms), _ROUNDS)
     fit = without_idle_modes(data, fit)
     while fit.poles.size < _MOST_POLES:
@@ -80,14 +78,9 @@ def _settled(data: ModalData, fit: ModalFit, rounds: int) -> tuple[ModalData, Mo
     """Noise and modes in turn."""
     for _ in range(rounds):
         variance = variance_from_residual(data.accelerance, fit.accelerance, data.frequency)
-        data = replace(data, deviation=_levelled(np.sqrt(variance)))
+        data = replace(data, deviation=levelled(np.sqrt(variance)))
         fit = resolved(data, fit.poles, fit.residual_terms.shape[0])
     return data, fit
-
-
-def _levelled(deviation: Real) -> Real:
-    """(rows, lines) with lines of next to no noise, such as those near 0 Hz, kept from taking all of the weight."""
-    return np.maximum(deviation, _QUIETEST * np.median(deviation, axis=1, keepdims=True))
 
 
 def _surprise(data: ModalData, fit: ModalFit) -> Real:

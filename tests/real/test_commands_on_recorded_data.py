@@ -7,9 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
 
+import numpy as np
 import pytest
 
 from api.cli import main
+from store.accelerance_file import accelerance_functions
+from store.dof import StoredDof
+from store.uff import write_uff
 from tests.recordings import Recording
 
 Command = Callable[..., CompletedProcess[str]]
@@ -42,6 +46,21 @@ def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: 
     for name in ("loss_factor", "frequency_ci95", "loss_factor_ci95"):
         assert len(found[name]) == len(BEAM_MODES)
     assert all(0 < loss < 0.05 for loss in found["loss_factor"])
+    assert found["fit"]["explained"] > 0.995
+    assert 1 < found["fit"]["residual_over_noise"] < 10  # peaks narrower than their lines
+
+
+def test_one_recorded_response_of_a_bench_has_modes_and_a_quality(
+    jointlab: Command, recording: Recording, tmp_path: Path
+) -> None:
+    frequency, size, phase, *_ = np.loadtxt(recording("data/testbench/Y_B_exp_o3_i0.csv"), delimiter=",", skiprows=2).T
+    point = StoredDof(1, "y")
+    functions = accelerance_functions(point, [point], frequency, (size * np.exp(1j * phase))[None])
+    write_uff(tmp_path / "bench.unv", functions, binary=False)
+    found = json.loads(jointlab("modes", tmp_path / "bench.unv", "--json").stdout)
+    assert min(abs(f - 699.4) for f in found["frequency_hz"]) < 0.5
+    assert found["fit"]["explained"] > 0.998
+    assert found["fit"]["residual_over_noise"] > 3  # lines of 5 Hz, smooth: more than noise is left
 
 
 def test_modes_are_a_table_for_people(jointlab: Command, recording: Recording) -> None:

@@ -70,8 +70,9 @@ def loss_factor_terms(estimates: Iterable[IdentifiedJoint]) -> tuple[TermRow, ..
 def _terms(joint: IdentifiedJoint, symbol: str, values: Real, intervals: Real) -> list[TermRow]:
     """Rows of one joint, from (3, 3) values and (3, 3, 2) intervals."""
     return [
-        TermRow(joint.name, f"{symbol}{p + 1}{q + 1}", float(values[p, q]), low, high, bool(joint.observable[p, q]))
+        TermRow(joint.name, f"{symbol}{p + 1}{q + 1}", value, low, high, is_known)
         for p in range(3)
         for q in range(3)
-        for low, high in [intervals[p, q].tolist()]
+        for value, (low, high) in [(float(values[p, q]), intervals[p, q].tolist())]
+        for is_known in [bool(joint.observable[p, q]) and not high - low > abs(value)]
     ]

@@ -19,6 +19,7 @@ NORMAL = float(quantile(np.inf))
 
 Scalar = TypeVar("Scalar", np.float64, np.str_)
 NOT_REAL = "its 95 % interval includes zero"
+TOO_WIDE = "its 95 % interval is wider than the value"
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +160,14 @@ def joint_from_terms(
         h_ci95=square(limits[HALF:]),
         loss_factor=square(ratio),
         loss_factor_ci95=square(ratio_limits),
-        why_not=square(np.where(real | (undetermined[:HALF] != ""), undetermined[:HALF], NOT_REAL)),
+        why_not=square(_why_not(terms[:HALF], half[:HALF], real, undetermined[:HALF])),
     )
+
+
+def _why_not(terms: Real, half: Real, real: NDArray[np.bool_], undetermined: Reasons) -> Reasons:
+    """(6,) why a stiffness is not observable, by its own interval where the data would suffice; empty where it is."""
+    own = np.where(real, np.where(2 * half > np.abs(terms), TOO_WIDE, ""), NOT_REAL)
+    return np.where(undetermined == "", own, undetermined)
 
 
 def ratio_interval(numerator: float, denominator: float, covariance: Real, width: float) -> tuple[float, float] | None:

@@ -76,7 +76,10 @@ def widths(covariance: Real, values: Real) -> Real:
 def _too_wide(what: str, width: float) -> str:
     if width >= 1:
         return f"the 95 % interval that {what} is wider than the value"
-    return f"{what} ±{100 * width:.0f} % (95 %), ±{100 * DETERMINED_HALF_WIDTH:.0f} % would be enough"
+    enough = 100 * DETERMINED_HALF_WIDTH
+    # with so many decimals that it is seen to be more
+    decimals = next((count for count in range(4) if round(100 * width, count) > enough), 0)
+    return f"{what} ±{100 * width:.{decimals}f} % (95 %), less than ±{enough:.0f} % would be enough"
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,8 @@ TEXTS: Mapping[Experiment, str] = {
 }
 """Requests; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
 
+CLEAR = 20
+"""Standard deviations of a separation beyond which its size is not told."""
 CORRECTIONS: Mapping[str, str] = {
     "double_hit": "strike again so that the hammer does not bounce",
     "mains_hum": "shield the accelerometer and its cable from the mains and strike again",
@@ -59,8 +61,13 @@ def sentence(experiment: NextExperiment) -> str:
     said, effects = request(experiment), experiment.effects
     if experiment.separation:
         purpose = f"tell {' from '.join(effects)}" if experiment.tells_apart else f"confirm {' and '.join(effects)}"
-        said += f": expected to {purpose} by {experiment.separation:.0f} standard deviations"
+        said += f": expected to {purpose} by {_deviations(experiment.separation)} standard deviations"
     return "; ".join([said, *corrections])
+
+
+def _deviations(separation: float) -> str:
+    """More than `CLEAR` say nothing more: no law is known so well."""
+    return f"more than {CLEAR}" if separation > CLEAR else f"{separation:.0f}"
 
 
 def experiment_of(verdict: Mapping[str, Any]) -> NextExperiment | None:

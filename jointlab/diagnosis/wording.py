@@ -19,6 +19,14 @@ MECHANISMS = {
     "measuring_chain": "sensors, cables and windows",
     "tester": "the elastomer tester itself",
 }
+RIG_OF = {
+    "attachment": "inverse",
+    "beam": "inverse",
+    "blow": "inverse",
+    "measuring_chain": "inverse",
+    "tester": "direct",
+}
+"""The rig at which a mechanism acts; those of joints act at both."""
 NUISANCES = {
     "setup_scatter": "joints from one set-up to the next",
     "configuration_gain": "the tester from one configuration to another",
@@ -171,6 +179,20 @@ def place_words(place: Mapping[str, Any]) -> str:
         where = [str(place[name]) for name in ("specimen", "configuration") if name in place]
         where += [f"{_plain(place['amplitude_pp_mm'])} mm"] if "amplitude_pp_mm" in place else []
     return ", ".join([RIGS[place["rig"]], *where])
+
+
+def places_caption(document: Mapping[str, Any]) -> str:
+    """What the places are of; where they name another rig than the verdict's cause, why that is no contradiction."""
+    caption = "Places where the model without any effect misses, the largest share of the misfit first"
+    named = [each for each in document.get("effects", ()) if each["id"] in document["verdict"]["effects"]]
+    at = {RIG_OF.get(each["mechanism"], "") for each in named}
+    shown = [place["rig"] for place in document["where"][:1]]
+    if len(at) != 1 or "" in at or not set(shown) - at:
+        return caption
+    return (
+        f"{caption}. The cause is at the {RIGS[at.pop()]}: through the joints, a model without it takes its error to "
+        f"the {RIGS[shown[0]]}"
+    )
 
 
 def curve_words(curve: Mapping[str, Any]) -> str:

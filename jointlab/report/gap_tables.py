@@ -55,4 +55,4 @@ def places_table(document: Mapping[str, Any], count: int | None = None) -> Table
         for place in document["where"][:count]
     )
     head = ("place", "band", "mostly", "share", "standard deviations")
-    return Table("Places, the largest share of the misfit first", head, rows) if rows else None
+    return Table(wording.places_caption(document), head, rows) if rows else None

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from analysis.frequency_response import Real
+from analysis.inverse.joint_estimate import TOO_WIDE
 from jointlab.report.curves import JointsByMethod
 from jointlab.report.section import Cell, Table, Unknown, ends, number
 from store.comparisons import Comparison
@@ -108,6 +109,8 @@ def _matrix_table(
         unit = "" if is_ratio else UNITS[row][column]
         scale = SCALES[unit]
         text = f"{number(float(value[at]) / scale)} [{ends(interval[at] / scale)}] {unit}".strip()
+        if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
+            return Unknown(text, TOO_WIDE)
         return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
 
     rows = tuple((AXES[row], *(cell(row, column) for column in range(3))) for row in range(3))

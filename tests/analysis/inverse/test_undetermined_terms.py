@@ -27,8 +27,14 @@ def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
         "only k11(I) + k11(II) is seen",
         "only k11(II) + k11(I) is seen",
         "",
-        "these data leave ±28 % (95 %), ±25 % would be enough",
+        "these data leave ±28 % (95 %), less than ±25 % would be enough",
     ]
+
+
+@pytest.mark.parametrize(("width", "said"), [(0.2502, "25.02"), (0.2504, "25.04"), (0.254, "25.4"), (0.26, "26")])
+def test_a_width_is_told_with_the_decimals_that_show_it_is_too_much(width: float, said: str) -> None:
+    (text,) = too_wide(np.array([[(width / HALF_WIDTH) ** 2]]), np.array([1.0]), "these data leave")
+    assert text == f"these data leave ±{said} % (95 %), less than ±25 % would be enough"
 
 
 def test_what_is_seen_is_named_by_the_direction_that_is_known() -> None:

@@ -28,6 +28,10 @@ def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correc
             "deviations",
         ),
         (
+            NextExperiment(Experiment.HALF_FORCE, ("impact_angle",), separation=850.0),
+            "strike again at half the peak force: expected to confirm impact_angle by more than 20 standard deviations",
+        ),
+        (
             NextExperiment(Experiment.CORRECT_EFFECTS, ("density", "mesh_error")),
             "repeat the measurement with density and mesh_error corrected",
         ),

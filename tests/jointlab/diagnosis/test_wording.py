@@ -52,6 +52,18 @@ def test_places_in_both_rigs_are_named(document: Make) -> None:
     assert wording.place_words(tester) == "elastomer tester, I, shear, 0.1 mm"
 
 
+def test_places_at_another_rig_than_the_cause_are_no_contradiction(document: Make) -> None:
+    found = document()
+    plain = wording.places_caption(found)
+    assert plain == "Places where the model without any effect misses, the largest share of the misfit first"
+    found["where"] = [place for place in found["where"] if place["rig"] == "direct"]
+    assert wording.places_caption(found) == (
+        f"{plain}. The cause is at the beam rig: through the joints, a model without it takes its error to the "
+        "elastomer tester"
+    )
+    assert wording.places_caption(found | {"effects": []}) == plain
+
+
 def test_parameters_are_those_of_the_verdict(document: Make) -> None:
     assert wording.parameter_lines(document()) == [("out_of_plane_bending", "coupling", "0.02", "0.018 … 0.022")]
     assert wording.parameter_lines(document(status=Status.UNKNOWN, effects=())) == []

@@ -1,0 +1,24 @@
+"""Tables of stored results."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.inverse.joint_estimate import TOO_WIDE
+from jointlab.report.section import Unknown
+from jointlab.report.tables import matrix_tables
+from tests.store.conftest import joint_matrix
+
+
+def test_a_loss_factor_that_is_wider_than_itself_is_greyed_with_the_reason() -> None:
+    stored = joint_matrix("I", 2)
+    assert stored.loss_factor_ci95 is not None
+    wide = stored.loss_factor_ci95.copy()
+    wide[2, 2] = [-0.02, 0.25]
+    joint = replace(stored, loss_factor_ci95=wide, observable=np.ones((3, 3), dtype=bool))
+    stiffness, _, loss_factor = matrix_tables(joint, "a method", {})
+    assert isinstance(stiffness.rows[2][3], str)
+    cell = loss_factor.rows[2][3]
+    assert isinstance(cell, Unknown)
+    assert cell.why == TOO_WIDE
+    assert isinstance(loss_factor.rows[1][2], str)

@@ -11,6 +11,9 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
+RADIUS = Parameter("radius", "m", 0.012, 0.5, positive=True)
+"""Radius of gyration of caps and bolts about the axis of a joint; their outer one is of the size of a cylinder."""
+
 
 class JointMass(Effect):
     """Caps and bolts move with the beam: the same mass at every joint, up to 0.3 kg."""
@@ -30,7 +33,7 @@ class TurningMass(JointMass):
     """The same mass at every joint, which turns with the beam: it has an inertia about the joint's axis, too."""
 
     law = "equal masses with their inertia"
-    own_parameters = (*JointMass.own_parameters, Parameter("radius", "m", 0.012, 0.5, positive=True))
+    own_parameters = (*JointMass.own_parameters, RADIUS)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
         masses = np.full(joints.shape[2], given["m"])
@@ -38,7 +41,7 @@ class TurningMass(JointMass):
 
 
 class MassOfEachJoint(EffectOfEachJoint):
-    """A mass of its own at each joint."""
+    """A mass of its own at each joint, all with the same radius of gyration."""
 
     id = "joint_mass"
     title = "mass at the joints"
@@ -48,10 +51,10 @@ class MassOfEachJoint(EffectOfEachJoint):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(Parameter(f"m_{name}", "kg", 0.0, 0.2, least=-0.01) for name in self.names)
+        return (*(Parameter(f"m_{name}", "kg", 0.0, 0.2, least=-0.01) for name in self.names), RADIUS)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        return joints + inertia(self.at_joints(given, "m"), pole)
+        return joints + inertia(self.at_joints(given, "m"), pole, given["radius"])
 
 
 def inertia(masses: Real, pole: Complex, radius: float = 0.0) -> Complex:

@@ -16,8 +16,12 @@ SOFTENING = Parameter("softening", "1/K", 0.008, 0.5, positive=True)
 """Share by which stiffness falls per K: 0.5 to 1 % for filled natural rubber about room temperature (ISO 18437-4)."""
 
 
+THERMOMETER = 1.0
+"""Standard deviation, K, of a specimen's temperature about that of the thermometer beside it."""
+
+
 class TemperatureShift(Effect):
-    """The tester is warmer than the beam by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
+    """The beam is warmer than the tester by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
 
     The softening of a rubber is known to a factor, and so delta_t is known no better.
     """
@@ -25,13 +29,47 @@ class TemperatureShift(Effect):
     id = "temperature_shift"
     title = "another temperature in each rig"
     mechanism = Mechanism.JOINT_STATE
-    own_parameters = (Parameter("delta_t", "K", 0.0, 6.7), Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING)
+    law = "whatever thermometers show"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (self.difference, Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING)
+
+    @property
+    def difference(self) -> Parameter:
+        """Of the temperatures."""
+        return Parameter("delta_t", "K", 0.0, 6.7)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        softer = given["softening"] * given["delta_t"]
-        return cylinders.scaled(np.exp(-softer), np.exp(-softer * given["loss_ratio"]))
+        stiffer = given["softening"] * given["delta_t"]
+        return cylinders.scaled(np.exp(stiffer), np.exp(stiffer * given["loss_ratio"]))
+
+
+@dataclass(frozen=True)
+class ShownTemperatureShift(TemperatureShift):
+    """The thermometers of the two rigs show different temperatures, and specimens have them.
+
+    Attributes:
+        shown: of the beam above the tester, K.
+    """
+
+    law = "as the thermometers show"
+    shown: float = 0.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """None where a temperature is unknown, or all are alike."""
+        if measurement.points is None or not measurement.sets:
+            return ()
+        beam = np.mean([each.temperature for each in measurement.sets])
+        shown = float(beam - np.mean(measurement.points.temperature))
+        return (cls(shown),) if abs(shown) > THERMOMETER else ()
+
+    @property
+    def difference(self) -> Parameter:
+        return Parameter("delta_t", "K", self.shown, THERMOMETER)
 
 
 @dataclass(frozen=True)
@@ -140,19 +178,19 @@ def _by_way(given: Given, part: str, loading: Loading) -> Real:
 
 @dataclass(frozen=True)
 class PreloadOfEachConfiguration(PreloadStiffening):
-    """The preset loads cylinders differently in each configuration, and stiffens them by its own share there."""
+    """The preset loads cylinders differently in each configuration: s is for compression, others have a share of it."""
 
     law = "each configuration by its share"
     own_parameters = (
         *PreloadStiffening.own_parameters,
-        *(Parameter(f"share_{way}", "1", 1.0, 0.5) for way in WAYS),
+        *(Parameter(f"share_{way}", "1", 0.7, 0.5) for way in ("shear", "angled")),
         Parameter("loss_share", "1", 0.5, 0.35),
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        more = given["s"] * self.preset_mm * _by_way(given, "share", loading)
+        more = given["s"] * self.preset_mm * _by_way({"share_compression": 1.0, **given}, "share", loading)
         return cylinders.scaled(1 + more, 1 + given["loss_share"] * more)
 
 

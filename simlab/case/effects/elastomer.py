@@ -175,7 +175,7 @@ class LossLaw(SimulatedEffect):
 
 
 class TemperatureShift(SimulatedEffect):
-    """The tester's room is warmer or colder; its thermometer may hang elsewhere and not show it.
+    """The tester's room is colder than the beam's by delta_t; its thermometer may hang elsewhere and not show it.
 
     log10 a_T by Williams, Landel and Ferry (J. Am. Chem. Soc. 77, 1955, 3701) with their universal constants about a
     glass transition of 223 K, or by Arrhenius; on a rubber's plateau stiffness and loss go as small powers of a_T.
@@ -197,13 +197,13 @@ class TemperatureShift(SimulatedEffect):
     def measured(self, campaign: Campaign) -> Campaign:
         if self.values["thermometer"] == "hides":
             return campaign
-        shown = campaign.points.temperature + self.number("delta_t")
+        shown = campaign.points.temperature - self.number("delta_t")
         return replace(campaign, points=replace(campaign.points, temperature=shown))
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
         if not state.in_tester:
             return stiffness
-        shift = self._log_shift(REFERENCE_KELVIN + self.number("delta_t")) - self._log_shift(REFERENCE_KELVIN)
+        shift = self._log_shift(REFERENCE_KELVIN - self.number("delta_t")) - self._log_shift(REFERENCE_KELVIN)
         elastic = float(np.exp(self.number("stiffness_power") * shift))
         loss = float(np.exp(self.number("loss_power") * shift))
         return stiffness.real * elastic + 1j * stiffness.imag * elastic * loss

@@ -147,7 +147,7 @@ class LossLaw(SimulatedEffect):
 
 
 class TemperatureShift(SimulatedEffect):
-    """The tester's room is warmer or colder, by a slope that changes with frequency; it may not show."""
+    """The tester's room is colder than the beam's by delta_t; the slope changes with frequency; it may not show."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TemperatureShift:
@@ -162,15 +162,15 @@ class TemperatureShift(SimulatedEffect):
     def measured(self, campaign: Campaign) -> Campaign:
         if self.values["thermometer"] == "hides":
             return campaign
-        shown = campaign.points.temperature + self.number("delta_t")
+        shown = campaign.points.temperature - self.number("delta_t")
         return replace(campaign, points=replace(campaign.points, temperature=shown))
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
         if not state.in_tester:
             return stiffness
         shape = 1.0 + 0.15 * curve(self.values, "slope", logarithmic(state.frequency, *FREQUENCIES))
-        elastic = np.exp(-self.number("stiffness_slope") * self.number("delta_t") * shape)[:, None]
-        loss = np.exp(-self.number("loss_slope") * self.number("delta_t") * shape)[:, None]
+        elastic = np.exp(self.number("stiffness_slope") * self.number("delta_t") * shape)[:, None]
+        loss = np.exp(self.number("loss_slope") * self.number("delta_t") * shape)[:, None]
         return np.asarray(stiffness.real * elastic + 1j * stiffness.imag * elastic * loss)
 
 

@@ -136,7 +136,7 @@ def test_a_mass_that_turns_has_its_inertia_about_the_joint(cylinders: Cylinders,
 def test_mass_of_each_joint_stays_at_its_joint(cylinders: Cylinders, mounting: Mounting) -> None:
     pole = 2j * np.pi * np.array([400.0])
     joints = joint_matrices(cylinders, mounting)
-    added = MassOfEachJoint(("I", "II")).joints({"m_I": 0.0, "m_II": 0.1}, joints, pole) - joints
+    added = MassOfEachJoint(("I", "II")).joints({"m_I": 0.0, "m_II": 0.1, "radius": 0.01}, joints, pole) - joints
     assert np.allclose(added[0, 0, 0], 0.0)
     assert added[0, 0, 1, 1, 1] == pytest.approx((pole[0] ** 2).real * 0.1)
 

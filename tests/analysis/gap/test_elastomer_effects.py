@@ -1,5 +1,7 @@
 """Effects of the elastomer by their laws: what each makes of the cylinders, in the tester and under blows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given as examples
@@ -36,6 +38,7 @@ from analysis.gap.effects.joint_state import (
     PreloadWithLoss,
     PreloadWithSomeLoss,
     SaturatingDrift,
+    ShownTemperatureShift,
     TemperatureShift,
 )
 from analysis.gap.measurement import Measurement
@@ -266,8 +269,17 @@ def test_temperature_shows_in_the_tester_alone_and_takes_loss_along() -> None:
     given = {"delta_t": 5.0, "loss_ratio": 2.0, "softening": 0.006}
     assert np.allclose(ratios(effect, given, struck()), 1.0)
     storage, loss = ratios(effect, given, in_tester())
-    assert np.allclose(storage, np.exp(-5 * 0.006))
+    assert np.allclose(storage, np.exp(5 * 0.006))
     assert np.allclose(loss, storage**2)
+
+
+def test_thermometers_that_differ_say_by_how_much(empty: Measurement) -> None:
+    assert ShownTemperatureShift.variants(empty) == ()
+    assert empty.points is not None
+    colder = replace(empty.points, temperature=empty.points.temperature - 4.0)
+    (effect,) = ShownTemperatureShift.variants(replace(empty, points=colder))
+    (difference, *_) = effect.parameters
+    assert (difference.centre, difference.spread) == pytest.approx((4.0, 1.0))
 
 
 def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:

@@ -1,4 +1,4 @@
-"""What a beam does on joints that follow a power of frequency: its modes and its accelerances."""
+"""What a fitted bench does, whose joints may follow a power of frequency: its modes and its accelerances."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -9,7 +9,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.response_model import ResponseModel
-from analysis.inverse.tolerances import COMMON, REFERENCE_FREQUENCY, Deviations
+from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
 from analysis.structure.forward import accelerance, eigensolution
@@ -62,31 +62,28 @@ def modes_on(
 def accelerance_on(
     free_beam: FreeBeam,
     joints: Sequence[Joint],
-    exponents: Mapping[str, float],
+    bench: Deviations,
     frequency: Real,
     response: Dof,
     inputs: Sequence[Dof],
     decay: float = 0.0,
 ) -> FrequencyResponses:
-    """Accelerances, Eq. (46), with the joints at each line as they are at its frequency.
+    """Accelerances, Eq. (46), of a bench that is not quite as drawn, with the joints as they are at each frequency.
 
     Args:
-        free_beam: the beam without joints.
-        joints: at 100 Hz.
-        exponents: by joint; without one a joint is constant.
+        free_beam: the beam without joints, as drawn.
+        joints: at their true places, at 100 Hz.
+        bench: how it differs from the drawing.
         frequency, response, inputs, decay: as of `accelerance`; at 0 Hz a supported beam does not accelerate.
     """
-    if not exponents:
+    if not np.any(bench.values):
         return accelerance(free_beam, joints, frequency, response, inputs, decay)
     moving = frequency > 0
     nodes = tuple(joint.node for joint in joints)
     model = ResponseModel(free_beam, nodes, response, tuple(inputs), frequency[moving], decay)
-    values = Deviations.none(len(joints), len(inputs)).values
-    first = len(COMMON) + len(joints)
-    values[first : first + len(joints)] = [exponents.get(joint.name, 0.0) for joint in joints]
     stiffness = np.array([joint.dynamic_stiffness for joint in joints])
     found = np.zeros((len(inputs), frequency.size), dtype=complex)
-    found[:, moving] = model.condensed(Deviations(values, len(joints))).evaluate_on(stiffness).accelerance
+    found[:, moving] = model.condensed(bench).evaluate_on(stiffness).accelerance
     return FrequencyResponses(frequency, found, response, tuple(inputs), decay=decay)
 
 

@@ -10,7 +10,7 @@ the spring-pot (i w / w0)^beta, the power law of rubber far from its glass (R. L
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,6 +109,21 @@ class Deviations:
     def none(cls, joints: int, rows: int) -> Deviations:
         """A bench as drawn."""
         return cls(np.zeros(len(COMMON) + 2 * joints + 2 * rows), joints)
+
+    @classmethod
+    def following(cls, exponents: Sequence[float], rows: int) -> Deviations:
+        """A bench as drawn but for the exponents of its joints."""
+        found = cls.none(len(exponents), rows)
+        found.joint_exponents[:] = exponents
+        return found
+
+    @classmethod
+    def labelled(
+        cls, values: Mapping[str, float], response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]
+    ) -> Deviations:
+        """From values by their `deviation_labels`; those that are not named are zero."""
+        labels = deviation_labels(response, inputs, joint_names)
+        return cls(np.array([values.get(label, 0.0) for label in labels]), len(joint_names))
 
     @property
     def gain(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 
@@ -189,6 +189,26 @@ class FreeBeam:
         """(..., rows, columns) derivative of `receptance` in lambda, m s/N."""
         rate = 2 * np.asarray(poles, dtype=complex)[..., None] + self.damping_rate
         return self._modal_sum(-rate / self.modal_stiffness(poles) ** 2, rows, columns)
+
+    def with_material(self, modulus: float, density: float) -> FreeBeam:
+        """The same of `modulus` times the stiffness and `density` times the mass, with the damping ratios of each mode.
+
+        Known point masses share the factor of the density.
+        """
+        return replace(
+            self,
+            beam=replace(
+                self.beam,
+                youngs_modulus=modulus * self.beam.youngs_modulus,
+                density=density * self.beam.density,
+            ),
+            mass=density * self.mass,
+            damping=np.sqrt(modulus * density) * self.damping,
+            stiffness=modulus * self.stiffness,
+            squared_frequency=modulus / density * self.squared_frequency,
+            damping_rate=np.sqrt(modulus / density) * self.damping_rate,
+            shapes=self.shapes / np.sqrt(density),
+        )
 
     def _modal_sum(self, weight: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Complex:
         return np.asarray((self.shapes[rows] * weight[..., None, :]) @ self.shapes[columns].T)

@@ -7,7 +7,6 @@ the tester's stiffnesses where both experiments were made, else from a coarse se
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -23,8 +22,8 @@ from analysis.inverse.identification import components_of, identify_joints, weak
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate, square
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
 from analysis.inverse.joint_likelihood import BAND, identify_from_responses, with_small_rotation_terms
-from analysis.inverse.joint_parameters import HALF, HeldTerms, held_terms
-from analysis.inverse.tolerances import FREEHAND_LEAN, Tolerances
+from analysis.inverse.joint_parameters import HALF, HeldTerms, held_terms, matrices
+from analysis.inverse.tolerances import FREEHAND_LEAN, Deviations, Tolerances
 from analysis.inverse.undetermined_terms import WeakDirection
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.lscf import lscf_poles
@@ -60,9 +59,10 @@ class MethodResult(Generic[JointT]):
         joints: identified joints by name.
         weak_directions: combinations of terms that the data hardly determine; None where the joints do not give back
             as many modes as were measured.
-        predicted: modes of the beam on these joints.
+        predicted: modes of the beam on these joints; by maximum likelihood of the fitted beam, otherwise of the drawn.
         errors: measured against predicted modes, for those that have a pair.
-        responses: accelerances of the beam on these joints at the measured lines and through their window, Eq. (46).
+        responses: accelerances of the same bench at the measured lines and through their window, Eq. (46); by maximum
+            likelihood with blows, sensor and joints at their most likely places, and the most likely gain.
     """
 
     method: str
@@ -108,6 +108,16 @@ class Inverse:
     remedies: tuple[Remedy, ...]
 
     @property
+    def fitted_beam(self) -> FreeBeam:
+        """The beam without joints, of the most likely modulus and density."""
+        return _fitted_beam(self.free_beam, self.fit)
+
+    @property
+    def held_by(self) -> list[Joint]:
+        """The most likely joints as they act at the drawing's nodes; `likelihood` has them at their own places."""
+        return _held_by(self.fit)
+
+    @property
     def results(self) -> tuple[MethodResult[Any], ...]:
         """Those of all methods that were possible, maximum likelihood first."""
         return (self.likelihood,) if self.paper is None else (self.likelihood, self.paper)
@@ -150,17 +160,21 @@ def inverse_of(
         joint_exponent=options.joint_exponent,
     )
     nodes = {joint.name: joint.node for joint in article.joints}
+    highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
     components = components_of(list(nodes.values()), len(article.node_positions), measured.inputs)
     paper, left_out = None, ""
     try:
         by_modes = identify_joints(beam, modal.modes, nodes, components)
         weak = weakest_directions(beam, modal.modes, by_modes, components)
-        paper = _result(PAPER, by_modes, weak, beam, measured, modal.modes)
+        found = [each.joint for each in by_modes.values()]
+        as_drawn = Deviations.none(len(nodes), len(measured.inputs))
+        paper = _result(PAPER, by_modes, weak, modes_on(beam, found, {}, highest), (beam, as_drawn), measured, modal)
     except AnalysisError as error:
         left_out = f"The paper's method is left out: {error}"
     starts = _starts(article, beam, measured, paper, in_tester)
     held = None if options.regularise is None else _held(paper, left_out, beam, options.regularise)
     fit = identify_from_responses(beam, measured, next(starts), further=starts, parameters=held, tolerances=tolerances)
+    predicted = modes_on(_fitted_beam(beam, fit), _held_by(fit), exponents_of(fit), highest)
     return Inverse(
         measured=measured,
         modal=modal,
@@ -169,7 +183,9 @@ def inverse_of(
         components=components,
         paper=paper,
         paper_left_out=left_out,
-        likelihood=_result(LIKELIHOOD, fit.joints, fit.weak_directions, beam, measured, modal.modes, exponents_of(fit)),
+        likelihood=_result(
+            LIKELIHOOD, fit.joints, fit.weak_directions, predicted, (beam, fit.deviations), measured, modal
+        ),
         fit=fit,
         regularised=options.regularise,
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
@@ -296,24 +312,36 @@ def tolerances_of(article: Article, material: Material | None = None, *, by_hand
     )
 
 
+def _fitted_beam(drawn: FreeBeam, fit: JointFit) -> FreeBeam:
+    return drawn.with_material(1 + fit.deviations.youngs_modulus, 1 + fit.deviations.density)
+
+
+def _held_by(fit: JointFit) -> list[Joint]:
+    parameters = fit.likelihood.parameters
+    terms = parameters.upper(fit.values[: len(parameters.labels)])
+    nodes = fit.likelihood.model.joint_nodes
+    return [Joint(name, node, z) for name, node, z in zip(parameters.names, nodes, matrices(terms), strict=True)]
+
+
 def _result(
     method: str,
     joints: Mapping[str, JointT],
     weak_directions: tuple[WeakDirection, ...] | None,
-    beam: FreeBeam,
+    predicted: Modes,
+    bench: tuple[FreeBeam, Deviations],
     measured: FrequencyResponses,
-    modes: Modes,
-    exponents: Mapping[str, float] = MappingProxyType({}),
+    modal: ModalEstimate,
 ) -> MethodResult[JointT]:
+    """A result with what the beam as drawn does on these joints, where `bench` differs from the drawing so far."""
+    beam, deviations = bench
     held_by = [found.joint for found in joints.values()]
-    predicted = modes_on(beam, held_by, exponents, HIGHEST_PREDICTED * float(np.max(modes.frequency)))
     return MethodResult(
         method=method,
         joints=joints,
         weak_directions=weak_directions,
         predicted=predicted,
-        errors=mode_errors(modes, predicted),
+        errors=mode_errors(modal.modes, predicted),
         responses=accelerance_on(
-            beam, held_by, exponents, measured.frequency, measured.response, measured.inputs, measured.decay
+            beam, held_by, deviations, measured.frequency, measured.response, measured.inputs, measured.decay
         ),
     )

@@ -7,6 +7,7 @@ from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.frequency_dependent_joints import accelerance_on
 from analysis.inverse.identification import identify_joints
+from analysis.inverse.tolerances import Deviations
 from analysis.modes import Modes, poles_from
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
@@ -28,7 +29,6 @@ from store.modes import get_modes
 from store.runs import Run
 from store.states import AnalysisKind
 
-EXPONENT = "exponent of joint "
 NEEDED_SETTINGS = {"youngs_modulus", "density", "elements", "parameters"}
 
 
@@ -105,7 +105,7 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
     newest = newest_joints(catalogue, run)
     if LIKELIHOOD not in newest:
         raise NotFoundError(f"run {run.id} has no joints by maximum likelihood")
-    likelihood, _ = newest[LIKELIHOOD]
+    likelihood, found = newest[LIKELIHOOD]
     if not set(likelihood.settings) >= NEEDED_SETTINGS:
         raise NotFoundError(f"analysis {likelihood.id} does not say on what beam its joints were found")
     with catalogue.reading() as session:
@@ -114,16 +114,13 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
         measured = responses_of(list_frequency_responses(session, run.id)[0])
         parents = [get_analysis(session, number) for number in likelihood.parents]
     beam = _beam(article, likelihood, parents)
-    exponents = {
-        label.removeprefix(EXPONENT): float(value)
-        for label, value in likelihood.settings["parameters"].items()
-        if label.startswith(EXPONENT)
-    }
+    names = list(found)
+    fitted = Deviations.labelled(likelihood.settings["parameters"], measured.response, measured.inputs, names)
     predicted = {
         METHODS[method]: accelerance_on(
             beam,
             _on_beam(joints),
-            exponents if method == LIKELIHOOD else {},
+            fitted if method == LIKELIHOOD else Deviations.none(len(names), len(measured.inputs)),
             measured.frequency,
             measured.response,
             measured.inputs,

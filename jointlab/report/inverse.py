@@ -47,9 +47,8 @@ def _modes(inverse: Inverse, measurement: Measurement) -> Section:
     modal = inverse.modal
     likelihood = {pair.measured: pair for pair in inverse.likelihood.errors}
     paper = {} if inverse.paper is None else {pair.measured: pair for pair in inverse.paper.errors}
-    joints = [found.joint for found in inverse.likelihood.joints.values()]
     highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
-    theory = supported_frequencies(inverse.free_beam.beam, inverse.free_beam.mesh, joints, highest)
+    theory = supported_frequencies(inverse.fitted_beam.beam, inverse.free_beam.mesh, inverse.held_by, highest)
     rows = tuple(
         (
             str(mode + 1),
@@ -140,8 +139,8 @@ def _shapes(inverse: Inverse) -> str:
     """Fig. 6, the prediction at every node of the mesh."""
     mesh = inverse.free_beam.mesh
     every = Mesh(mesh.positions, tuple(range(mesh.positions.size)))
-    beam = replace(inverse.free_beam, mesh=every)
-    joints = [replace(found.joint, node=mesh.named[found.node - 1] + 1) for found in inverse.likelihood.joints.values()]
+    beam = replace(inverse.fitted_beam, mesh=every)
+    joints = [replace(joint, node=mesh.named[joint.node - 1] + 1) for joint in inverse.held_by]
     nodes = [Dof(node, Direction.Y) for node in range(1, mesh.positions.size + 1)]
     highest = HIGHEST_PREDICTED * float(np.max(inverse.modal.modes.frequency))
     predicted = eigensolution(beam, joints, highest, nodes)

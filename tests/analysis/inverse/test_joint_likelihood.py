@@ -386,7 +386,8 @@ def of_bench(laboratory: Laboratory, point_masses: dict[int, float], exponents: 
     """Accelerances of the laboratory's bench with masses (kg by node) or joints that follow frequency."""
     mesh = Mesh.through(laboratory.nodes, 16)
     free = assemble(laboratory.model.beam, mesh, damping_ratios=RATIOS, point_masses=point_masses)
-    return accelerance_on(free, laboratory.joints, exponents, FREQUENCY, SENSOR, laboratory.inputs).accelerance
+    follow = Deviations.following([exponents.get(name, 0.0) for name in ("I", "II")], len(laboratory.inputs))
+    return accelerance_on(free, laboratory.joints, follow, FREQUENCY, SENSOR, laboratory.inputs).accelerance
 
 
 UNMODELLED = {

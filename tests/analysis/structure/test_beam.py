@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -158,3 +160,16 @@ def test_a_beam_without_density_is_refused() -> None:
 def test_a_poisson_ratio_above_a_half_is_refused() -> None:
     with pytest.raises(AnalysisError, match=r"poisson_ratio is 0\.6"):
         Beam(0.914, 0.0254, 0.0508, 207e9, 0.6, 7850.0)
+
+
+def test_another_material_scales_the_free_beam_exactly(paper_beam: Beam) -> None:
+    mesh, ratios = Mesh.through([0.0, 0.3, paper_beam.length]), (0.004, 0.001)
+    other = replace(paper_beam, youngs_modulus=1.02 * paper_beam.youngs_modulus, density=0.97 * paper_beam.density)
+    expected, found = assemble(other, mesh, damping_ratios=ratios), assemble(paper_beam, mesh, damping_ratios=ratios)
+    found = found.with_material(1.02, 0.97)
+    assert found.beam == other
+    pole = 2000j - 3.0
+    np.testing.assert_allclose(found.dynamic_stiffness(pole), expected.dynamic_stiffness(pole), rtol=1e-8, atol=1e-3)
+    rows = np.arange(mesh.degrees)
+    receptance = expected.receptance(np.array([pole]), rows, rows)
+    np.testing.assert_allclose(found.receptance(np.array([pole]), rows, rows), receptance, rtol=1e-6, atol=1e-16)

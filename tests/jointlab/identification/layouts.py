@@ -104,9 +104,10 @@ def exact(article: Article, joints: tuple[Joint, ...], inputs: list[StoredDof]) 
     return coupled.accelerance(modes.shape(sensor.direction, places[sensor.node - 1]), loads, held)
 
 
-def measured(layout: Layout, seed: int = 3) -> Measurement:
+def measured(layout: Layout, seed: int = 3, true: Article | None = None) -> Measurement:
+    """Of the bench `true`, which is that of the drawing where it is not given."""
     article, inputs = article_of(layout), [StoredDof.parse(point) for point in layout.struck.split()]
-    clean = exact(article, joints_of(article), inputs)
+    clean = exact(true or article, joints_of(article), inputs)
     parts = np.random.default_rng(seed).standard_normal((2, *clean.shape))
     struck = FrequencyResponseSet(
         number=1, response=StoredDof.parse(layout.accelerometer), inputs=tuple(inputs), frequency=FREQUENCY,
@@ -116,9 +117,9 @@ def measured(layout: Layout, seed: int = 3) -> Measurement:
     return Measurement("another layout", article, (struck,), (), raw=False)
 
 
-def write_bundle(layout: Layout, folder: Path) -> Path:
+def write_bundle(layout: Layout, folder: Path, true: Article | None = None) -> Path:
     """The same as a bundle with one set, whose noise is not stated."""
-    measurement = measured(layout)
+    measurement = measured(layout, true=true)
     (struck,) = measurement.sets
     folder.mkdir()
     write_uff(

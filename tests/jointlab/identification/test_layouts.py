@@ -3,11 +3,14 @@
 import json
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from analysis.errors import AnalysisError
+from analysis.structure.agreement import frac
 from jointlab.identification.document import identification_document
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
 from jointlab.identification.options import Options
@@ -20,7 +23,16 @@ from jointlab.report.summary import summary_sections
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
 from store.runs import get_run
-from tests.jointlab.identification.layouts import CYLINDERS, FURTHER, LAYOUTS, joints_of, measured, write_bundle
+from tests.jointlab.identification.layouts import (
+    CYLINDERS,
+    FURTHER,
+    LAYOUTS,
+    article_of,
+    exact,
+    joints_of,
+    measured,
+    write_bundle,
+)
 
 
 @pytest.fixture
@@ -69,6 +81,27 @@ def test_the_papers_method_is_left_out_with_the_reason(name: str, said: str, tmp
     assert said in page
     assert "Fig. 5" not in page
     assert "Fig. 7" in page
+
+
+def test_the_prediction_is_that_of_the_fitted_bench_and_not_of_the_drawing(
+    catalogue: Catalogue, tmp_path: Path
+) -> None:
+    layout = LAYOUTS["no driving point"]
+    drawn = article_of(layout)
+    places = [place + off for place, off in zip(drawn.node_positions, cycle((0.0, 0.001, -0.0015)), strict=False)]
+    beam = drawn.beam.model_copy(update={"youngs_modulus": 1.008 * drawn.beam.youngs_modulus, "density": 7830.0})
+    true = drawn.model_copy(update={"beam": beam, "node_positions": (*places[:-1], drawn.beam.length)})
+    number = import_bundle(catalogue, write_bundle(layout, tmp_path / "bundle", true))
+    found = identify_and_save(catalogue, number)
+    holds(found)
+    assert found.inverse is not None
+    struck = found.measurement.sets[0]
+    best = frac(struck.accelerance, exact(true, joints_of(true), list(struck.inputs)))  # noise is left of it
+    np.testing.assert_allclose(found.inverse.agreement["maximum likelihood"], best, atol=2e-4)
+    assert max(abs(pair.frequency_error) for pair in found.inverse.likelihood.errors) < 2e-4
+    with catalogue.reading() as session:
+        stored = read_inverse(catalogue, get_run(session, number)).predicted["maximum likelihood"].accelerance
+    np.testing.assert_allclose(stored, found.inverse.likelihood.responses.accelerance, rtol=1e-9)
 
 
 def test_terms_are_not_held_about_a_method_that_is_left_out() -> None:

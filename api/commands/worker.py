@@ -17,7 +17,8 @@ def worker(
 ) -> None:
     """Do jobs of the service for a dask scheduler (dask scheduler starts one), until interrupted (Ctrl-C).
 
-    It needs the extra `cluster`, and reaches the database and the folder of waveforms by the service's own addresses.
+    It needs the extra `cluster`, and database_url and waveform_folder in its own configuration, as the service has
+    them. It waits for a scheduler that is not there, and joins one again that comes back.
     """
     address = scheduler or load_settings().scheduler
     if address is None:
@@ -33,6 +34,8 @@ def worker(
 
 
 async def _work(make_worker: Any, address: str, jobs: int) -> None:
-    async with make_worker(address, nthreads=jobs, dashboard=False) as started:
-        out.print(f"works for {address}")
-        await started.finished()
+    while True:
+        async with make_worker(address, nthreads=jobs, dashboard=False) as started:
+            out.print(f"works for {address}")
+            await started.finished()
+        out.print(f"the scheduler at {address} has gone; waiting for it")

@@ -1,16 +1,23 @@
 """Executors of jobs: processes of this computer, or a dask.distributed cluster."""
 
+import logging
 import multiprocessing
+import socket
+import time
 from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing.context import ForkServerProcess
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from jointlab.errors import JointlabError
-from jointlab.jobs.work import carry_out
+from jointlab.jobs.work import carry_out, carry_out_as_configured
 from store.catalogue import Place
 
 GRACE = 5.0  # s that a process has to end when it is told to
+RETRY = 1.0  # s between two attempts to reach a scheduler
+CONNECT = 2.0  # s that a scheduler has to answer
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -23,7 +30,13 @@ class Lost:
 
 
 class Executor(Protocol):
-    """Carries out jobs, as many at a time as it has room for; used by one thread."""
+    """Carries out jobs, as many at a time as it has room for; used by one thread.
+
+    Attributes:
+        trouble: why it can begin none at all, or None; any thread may read it.
+    """
+
+    trouble: str | None
 
     def has_room(self, beyond: int = 0) -> bool:
         """Whether it can begin another job, with so many places more than it has."""
@@ -46,6 +59,8 @@ class ProcessExecutor:
 
     They are forked from a server that has loaded every module that they need, so that a process begins quickly.
     """
+
+    trouble: str | None = None
 
     def __init__(self, workers: int = 1) -> None:
         self._context = multiprocessing.get_context("forkserver")
@@ -94,29 +109,43 @@ class ProcessExecutor:
 
 
 class DaskExecutor:
-    """A dask.distributed cluster; its workers need the same database and the same folder of waveforms.
+    """A dask.distributed cluster, whose workers take database and folder of waveforms from their own configuration.
 
-    Raises JointlabError where dask is not installed, or no scheduler answers at `address`.
+    A scheduler may come late, die and come back: it is tried again every `RETRY` s, and `trouble` tells meanwhile. What
+    workers do without it goes on; a job whose worker died with it is found by its missing heartbeat.
+
+    Raises JointlabError where dask is not installed, or `address` is none.
     """
 
-    def __init__(self, address: str, timeout: float = 10.0) -> None:
+    def __init__(self, address: str) -> None:
         try:
-            connect: Any = import_module("distributed").Client
+            self._connect: Any = import_module("distributed").Client
         except ModuleNotFoundError as error:
             raise JointlabError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
-        try:
-            self._client = connect(address, timeout=timeout, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise JointlabError(f"no dask scheduler answers at {address}: {error}") from error
+        self._address = address
+        self._host = _host_of(address)
+        self._client: Any = None
+        self._tried = -RETRY
         self._futures = dict[int, tuple[Any, str]]()
+        self.trouble: str | None = None
 
     def has_room(self, beyond: int = 0) -> bool:
         """Whether there is a worker without a job; beyond its workers, dask keeps jobs until one is free."""
-        return len(self._futures) < int(sum(self._client.nthreads().values())) + beyond
+        if not self._is_connected():
+            return False
+        try:
+            threads = int(sum(self._client.nthreads().values()))
+        except (OSError, AttributeError) as error:  # the latter of a client that closes itself at this moment
+            self._leave(f"the dask scheduler at {self._address} is lost: {error}")
+            return False
+        self._say(None if threads else f"no worker (jointlab worker) has joined the dask scheduler at {self._address}")
+        return len(self._futures) < threads + (beyond if threads else 0)
 
-    def begin(self, place: Place, job_id: int, token: str) -> None:
+    def begin(self, _place: Place, job_id: int, token: str) -> None:
         """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""
-        future = self._client.submit(carry_out, place, job_id, token, key=f"job-{token}", pure=False)
+        if not self._is_connected():
+            raise JointlabError(self.trouble or f"the dask scheduler at {self._address} is lost")
+        future = self._client.submit(carry_out_as_configured, job_id, token, key=f"job-{token}", pure=False)
         self._futures[job_id] = (future, token)
 
     def lost(self) -> list[Lost]:
@@ -132,11 +161,51 @@ class DaskExecutor:
 
     def drop(self, job_id: int) -> None:
         """Cancel a job; a worker that has begun it learns this from its next heartbeat."""
-        if job_id in self._futures:
+        if job_id in self._futures and self._is_connected():
             self._futures.pop(job_id)[0].cancel()
 
     def close(self) -> list[Lost]:
         """Leave the cluster; its workers finish the jobs that they have begun, and store the results."""
-        self._client.close()
-        self._futures.clear()
+        self._leave(None)
         return []
+
+    def _is_connected(self) -> bool:
+        if self._client is not None and self._client.status == "running":
+            return True
+        if self._client is not None:
+            self._leave(f"the dask scheduler at {self._address} is lost")
+        if time.monotonic() - self._tried < RETRY:
+            return False
+        self._tried = time.monotonic()
+        try:
+            # a client that was made in vain reports this for ever: look first
+            socket.create_connection(self._host, CONNECT).close()
+            self._client = self._connect(self._address, timeout=CONNECT, set_as_default=False)
+        except OSError as error:
+            self._say(f"no dask scheduler answers at {self._address}: {error}")
+            return False
+        self._say(None)
+        return True
+
+    def _leave(self, why: str | None) -> None:
+        self._futures.clear()
+        client, self._client = self._client, None
+        self._say(why)
+        if client is not None and client.status != "closed":
+            client.close(timeout=CONNECT)
+
+    def _say(self, trouble: str | None) -> None:
+        if trouble != self.trouble:
+            log.warning("%s", trouble) if trouble else log.info("the dask scheduler at %s answers", self._address)
+        self.trouble = trouble
+
+
+def _host_of(address: str) -> tuple[str, int]:
+    try:
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if host is None or port is None:
+        raise JointlabError(f"{address!r} is no address of a dask scheduler; write tcp://host:8786")
+    return host, port

@@ -59,6 +59,7 @@ class JobQueue:
         self._dropped = set[int]()
         self._wake = threading.Event()
         self._closed = False
+        self._error: str | None = None
         self._checked = -STALE_CHECK
         self._stale_workers = StaleWorkers()
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
@@ -100,14 +101,25 @@ class JobQueue:
         self._thread.join()
         self._lose(self._executor.close())
 
+    @property
+    def trouble(self) -> str | None:
+        """Why jobs wait though there would be work, or None; never waits."""
+        return self._error or self._executor.trouble
+
     def _run(self) -> None:
         while not self._closed:
+            error: str | None = None
             try:
                 self._serve()
-            except StoreError as error:
-                log.warning("jobs wait, because the store does not answer: %s", error)
-            except Exception:  # of a cluster that is gone, say; the thread has to go on
-                log.exception("jobs wait, because of an unexpected error; the queue goes on")
+            except StoreError as failure:
+                error = f"the store does not answer: {failure}"
+                if error != self._error:
+                    log.warning("jobs wait: %s", error)
+            except Exception as failure:  # the thread has to go on
+                error = f"unexpected error: {type(failure).__name__}: {failure}"
+                if error != self._error:  # once, and not at every turn
+                    log.exception("jobs wait, because of an unexpected error; the queue goes on")
+            self._error = error
             self._wake.wait(POLL)
             self._wake.clear()
 

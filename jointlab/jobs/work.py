@@ -8,12 +8,13 @@ from typing import Self
 
 from threadpoolctl import threadpool_limits
 
-from jointlab.errors import EXPECTED
+from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.kinds import kind_named
+from jointlab.settings import load_settings
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, Place
 from store.errors import StoreError
-from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease
+from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease, signs_of_life
 from store.progress import Advance
 
 BEAT = 1.0  # s
@@ -82,19 +83,43 @@ def carry_out(place: Place, job_id: int, token: str) -> None:
         StoreError: the result cannot be stored; the job will be queued again.
     """
     with threadpool_limits(1), Catalogue.open(*place) as catalogue:
+        _carry_out(catalogue, job_id, token)
+
+
+def carry_out_as_configured(job_id: int, token: str) -> None:
+    """Carry out a job of the database that this computer's configuration names; arguments are those of `carry_out`.
+
+    Raises:
+        JointlabError: that database does not have the job as it was taken.
+        SettingsError, StoreError: the database cannot be opened, or the result cannot be stored.
+    """
+    settings = load_settings()
+    place = settings.database_url, settings.waveform_folder, settings.database_limits
+    with threadpool_limits(1), Catalogue.open(*place) as catalogue:
         with catalogue.reading() as session:
-            job = get_job(session, job_id)
-        try:
-            with Heartbeat(catalogue, job_id, token) as progress:
-                keep = kind_named(job.kind).work(catalogue, job, progress)
-            with catalogue.writing() as session:
-                finish_job(session, job_id, token, keep(session))
-        except LeaseLostError as lost:
-            log.info("%s", lost)
-        except Exception as error:
-            if not isinstance(error, EXPECTED):
-                log.exception("job %s ended with an unexpected error", job_id)
-            _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
+            taken = any((sign.job_id, sign.token) == (job_id, token) for sign in signs_of_life(session))
+        if not taken:
+            raise JointlabError(
+                f"{catalogue.address} does not have job {job_id} as it was taken; "
+                "set database_url and waveform_folder of this worker to those of the service"
+            )
+        _carry_out(catalogue, job_id, token)
+
+
+def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
+    with catalogue.reading() as session:
+        job = get_job(session, job_id)
+    try:
+        with Heartbeat(catalogue, job_id, token) as progress:
+            keep = kind_named(job.kind).work(catalogue, job, progress)
+        with catalogue.writing() as session:
+            finish_job(session, job_id, token, keep(session))
+    except LeaseLostError as lost:
+        log.info("%s", lost)
+    except Exception as error:
+        if not isinstance(error, EXPECTED):
+            log.exception("job %s ended with an unexpected error", job_id)
+        _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
 
 
 def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:

@@ -50,6 +50,8 @@ async def get_health(request: Request, context: Context) -> Health:
             found.append(f"the rig does not answer: {silent}")
         if (waiting := context.runs.records_wait) is not None:
             found.append(f"records of the rig wait to be stored: {waiting}")
+    if context.jobs is not None and (trouble := context.jobs.trouble) is not None:
+        found.append(f"jobs wait: {trouble}")
     return Health(
         status="impaired" if found else "ok", impairments=tuple(found), version=software_version(),
         drives_a_rig=context.runs is not None,

@@ -6,11 +6,17 @@ from contextlib import closing
 from pathlib import Path
 
 import httpx
+import pytest
 
+from api.service.application import create_app
+from api.service.context import Services
 from jointlab.drive.process import SPOOLS
+from jointlab.jobs.executors import DaskExecutor
+from jointlab.jobs.queue import JobQueue
 from jointlab.settings import Settings, drive_folder
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from tests.api.service.conftest import served
 from tests.jointlab.runs.campaign import spooled
 from tests.waiting import until
 
@@ -51,3 +57,10 @@ def test_records_that_cannot_be_stored_are_named(
         run.path.rename(folder / run.path.name)
         until(lambda: "records of the rig wait to be stored" in impairments(rig_client))
     until(lambda: impairments(rig_client) == "")
+
+
+def test_a_cluster_that_does_not_answer_is_named(catalogue: Catalogue) -> None:
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+    jobs = JobQueue(catalogue, DaskExecutor("tcp://127.0.0.1:9"))
+    with served(create_app(Services(catalogue, jobs=jobs))) as client:
+        until(lambda: "jobs wait: no dask scheduler answers at tcp://127.0.0.1:9" in impairments(client))

@@ -25,6 +25,8 @@ COMMANDS = {
     "resume": ("sequences", "Go on with a run that was stopped or failed."),
     "drive": ("drive", "Be the process that drives the rig, and listens for STOP."),
     "stop": ("drive", "Stop the machine: bring the actuator to rest at once."),
+    "runs": ("runs", "List the runs of the catalogue."),
+    "show": ("runs", "Show one run: how it was measured, and what came of it."),
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
     "export": ("exchange", "Write a run as a bundle."),

@@ -156,8 +156,13 @@ class Frame:
 
     def _tab(self) -> str:
         """The name of the browser's tab, which outlives its connection."""
+        tab = self._known_tab()
+        assert tab is not None, "no button is pressed before the browser has connected"
+        return tab
+
+    def _known_tab(self) -> str | None:
+        """The same; None for a page that was fetched by something that has not connected."""
         self._connected_as = self._client.tab_id or self._connected_as
-        assert self._connected_as is not None, "no button is pressed before the browser has connected"
         return self._connected_as
 
     def _show_stop(self) -> None:
@@ -200,8 +205,9 @@ class Frame:
     async def _renew(self) -> None:
         """Keep the lease for a tab that stays open, as long as its key opens the page; else go to the form."""
         runs = self.services.runs
-        if runs is not None and self._client.tab_id is not None:  # one that never connected drives nothing
-            runs.lease.keep(token_of(self.caller, self._tab()))
+        tab = self._known_tab()
+        if runs is not None and tab is not None:
+            runs.lease.keep(token_of(self.caller, tab))
         try:
             await self.read(self.login.caller)
         except AccessError as error:

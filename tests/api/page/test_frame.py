@@ -1,0 +1,38 @@
+"""The frame of a page that is fetched and never connects, as by a program that asks whether the page is there."""
+
+import asyncio
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from api.page.frame import Frame
+from api.service.access import Caller
+
+
+@pytest.fixture
+def kept() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def frame(kept: list[str]) -> Frame:
+    """One of a browser tab that is not there yet, in front of a rig."""
+    made: Any = object.__new__(Frame)  # what makes the elements of a page needs a browser
+    made.services = SimpleNamespace(runs=SimpleNamespace(lease=SimpleNamespace(keep=kept.append)))
+    made.login, made.caller = SimpleNamespace(caller=lambda: None), Caller("ann", frozenset())
+    made._client, made._connected_as = SimpleNamespace(tab_id=None), None
+    made._is_database_silent = False
+    assert isinstance(made, Frame)
+    return made
+
+
+def test_it_keeps_no_lease_and_a_tab_does_that_outlives_its_connection(frame: Frame, kept: list[str]) -> None:
+    client: Any = frame._client
+    asyncio.run(frame._renew())
+    assert kept == []
+    client.tab_id = "tab 1"
+    asyncio.run(frame._renew())
+    client.tab_id = None
+    asyncio.run(frame._renew())
+    assert kept == ["ann in tab tab 1"] * 2

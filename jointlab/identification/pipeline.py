@@ -1,5 +1,6 @@
 """The whole identification: joints by the hammer, cylinders in the tester, and their comparison."""
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -115,6 +116,7 @@ def _comparison(
         amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
         sums={"k11": _sum_of_k11(inverse.fit)},
         relative_uncertainty=measurement.article.tolerances.tester_gain,
+        inclination=math.radians(measurement.article.tolerances.inclination_deg),
     )
 
 

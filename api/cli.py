@@ -29,7 +29,7 @@ COMMANDS = {
     "show": ("runs", "Show one run: how it was measured, and what came of it."),
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
-    "export": ("exchange", "Write a run as a bundle."),
+    "export": ("exchange", "Write a run as a bundle or an HDF5 file."),
     "amend": ("amend", "Correct the article of a run after the measurement."),
     "identify": ("identification", "Identify k, h and gamma by both methods and compare them."),
     "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),

@@ -1,12 +1,17 @@
 """Requests by idempotency key: a request that is sent again gets the first answer, and nothing is done twice."""
 
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from store.models.service import RequestRow
 from store.rows import add_row, from_row
+
+KEPT = timedelta(days=30)
+ALWAYS_KEPT = 10_000
+"""Newest requests that stay whatever the clock says: one that is set forwards makes none of them old."""
 
 
 @dataclass(frozen=True)
@@ -47,3 +52,13 @@ def answer_request(session: Session, who: str, key: str, status: int, body: str)
 def forget_request(session: Session, who: str, key: str) -> None:
     """Remove a request that did nothing: it may be sent again."""
     session.execute(delete(RequestRow).filter_by(who=who, idempotency_key=key))
+
+
+def remove_old_requests(session: Session, kept: timedelta = KEPT, always_kept: int = ALWAYS_KEPT) -> int:
+    """Remove requests that are older than `kept` and not among the newest `always_kept`; how many."""
+    newest = select(RequestRow.id).order_by(RequestRow.id.desc()).offset(always_kept).limit(1)
+    last = session.scalars(newest).one_or_none()
+    if last is None:
+        return 0
+    old = delete(RequestRow).where(RequestRow.id <= last, RequestRow.created_at < datetime.now(UTC) - kept)
+    return len(session.scalars(old.returning(RequestRow.id)).all())

@@ -26,11 +26,12 @@ from store.jobs import (
     signs_of_life,
     take_job,
 )
+from store.requests import remove_old_requests
 from store.states import JobState
 
 POLL = 0.25  # s
 STALE_CHECK = 5.0  # s between two checks for workers without a sign of life
-CLEANING = 3600.0  # s between two looks for old exports
+CLEANING = 3600.0  # s between two looks for old exports and requests
 LIMITS = JobLimits()
 log = logging.getLogger(__name__)
 
@@ -131,6 +132,9 @@ class JobQueue:
         if time.monotonic() - self._cleaned > CLEANING:
             self._cleaned = time.monotonic()
             remove_old_exports(self._catalogue, self._limits.export_days)
+            with self._catalogue.writing() as session:
+                if removed := remove_old_requests(session):
+                    log.info("%s old idempotency keys are removed", removed)
         if time.monotonic() - self._checked > STALE_CHECK:
             self._checked = time.monotonic()
             with self._catalogue.reading() as session:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from jointlab.jobs.work import carry_out
 from store.catalogue import Catalogue, Place
 from store.errors import StoreError
 from store.jobs import add_job, take_job
+from store.requests import begin_request, find_request, remove_old_requests
 from store.states import JobState
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from tests.jointlab.jobs.conftest import Wait
@@ -265,6 +267,21 @@ def test_a_queue_removes_old_files_by_itself(catalogue: Catalogue) -> None:
     os.utime(old, (0, 0))
     queue = JobQueue(catalogue, ProcessExecutor(1))
     until(lambda: not old.exists())
+    queue.close()
+
+
+def test_a_queue_removes_old_idempotency_keys_by_itself(catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = partial(remove_old_requests, kept=timedelta(0), always_kept=0)
+    monkeypatch.setattr("jointlab.jobs.queue.remove_old_requests", old)
+    with catalogue.writing() as session:
+        begin_request(session, "bench", "key", "fingerprint")
+    queue = JobQueue(catalogue, ProcessExecutor(1))
+
+    def kept() -> bool:
+        with catalogue.reading() as session:
+            return find_request(session, "bench", "key") is not None
+
+    until(lambda: not kept())
     queue.close()
 
 

@@ -29,6 +29,8 @@ from analysis.interval import Estimate
 
 FIRST_HARMONIC_SHARE = 0.99
 LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
+HUM = "mains hum"
+"""How a remark about it begins."""
 SMALLEST_SIGNAL = 5.0  # displacement in standard errors; below, the ratio F/X is not nearly normal
 
 
@@ -77,6 +79,7 @@ class DynamicStiffness:
         corrections: that were applied, in this order; empty as measured.
         shared_errors: errors that other points share, by their source: change of k + i h by one standard deviation of
             the source, in N/m. They are in `covariance` too.
+        remarks: shortcomings that the figures above do not show, such as mains hum, a sentence each.
     """
 
     frequency: float
@@ -93,6 +96,7 @@ class DynamicStiffness:
     loop_energy_excess: Estimate | None = None
     corrections: tuple[AppliedCorrection, ...] = ()
     shared_errors: Mapping[str, complex] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     @property
     def stiffness(self) -> float:
@@ -181,7 +185,7 @@ class DynamicStiffness:
                     f"the loop holds {self.loop_energy:.4g} J, the ellipse of the first harmonic {ellipse:.4g} J; "
                     f"they may differ by {allowed:.2g} J"
                 )
-        return tuple(found)
+        return (*found, *self.remarks)
 
     @property
     def first_harmonic_sufficient(self) -> bool:

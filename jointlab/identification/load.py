@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
+from analysis.direct.mains_hum import hum_of, tones_beside, with_hum
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
 from analysis.direct.temperature import TemperatureCoefficients
 from analysis.errors import AnalysisError
@@ -303,8 +304,8 @@ def _reference(compound: Compound | None) -> ReferenceTemperature | None:
 
 
 def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
-    """k, h and gamma of every sine record."""
-    points = []
+    """k, h and gamma of every sine record, with what the mains adds to those at its multiples."""
+    points, durations, tones = [], [], []
     with progress("dynamic stiffness", len(records)) as advance:
         for record in records:
             where = (
@@ -314,13 +315,9 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
             if record.waveform is None:
                 raise JointlabError(f"{where}: there is no record of it; measure the point again")
             waveform = catalogue.waveforms.read(record.waveform)
+            signals, rate = np.stack([waveform.value(DISPLACEMENT), waveform.value(FORCE)]), waveform.sample_rate
             try:
-                result = dynamic_stiffness(
-                    waveform.value(DISPLACEMENT),
-                    waveform.value(FORCE),
-                    waveform.sample_rate,
-                    record.frequency,
-                )
+                result = dynamic_stiffness(signals[0], signals[1], rate, record.frequency)
             except AnalysisError as error:
                 raise AnalysisError(f"{where}: {error}") from error
             points.append(
@@ -336,5 +333,11 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
                     sine_record_id=record.id,
                 )
             )
+            durations.append(signals.shape[1] / rate)
+            tones.append(tones_beside(signals, rate, record.frequency))
             advance(1)
-    return tuple(points)
+    hum = hum_of(tones)
+    return tuple(
+        replace(point, result=with_hum(point.result, duration, hum))
+        for point, duration in zip(points, durations, strict=True)
+    )

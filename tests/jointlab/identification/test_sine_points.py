@@ -31,6 +31,12 @@ def sine_point_of(result: DynamicStiffness) -> SinePoint:
     )
 
 
+def test_a_remark_about_hum_comes_back_and_other_shortcomings_are_not_doubled() -> None:
+    distorted = replace(measured(), thd_force=0.2, remarks=("mains hum of 50 Hz shifts k",))
+    assert sine_point(stored_point(sine_point_of(distorted))).result.shortcomings == distorted.shortcomings
+    assert len(distorted.shortcomings) == 2
+
+
 def test_a_measured_point_comes_back_with_all_of_its_errors() -> None:
     before = sine_point_of(measured())
     after = sine_point(stored_point(before))

@@ -37,6 +37,7 @@ from analysis.gap.next_experiment import NextExperiment, next_experiment
 from analysis.gap.parameter import Estimate
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
+from analysis.gap.tester_change import changes_of_tester
 from analysis.gap.verdict import (
     UNKNOWN,
     Contest,
@@ -170,7 +171,7 @@ def diagnose(
     measurement = sound.measurement
     left_out = frozenset(mechanism_of(effect) for effect in without)
     free = law_free(measurement, left_out)
-    known, rivals = candidates(measurement, without), local_changes(measurement)
+    known, rivals = candidates(measurement, without), (*local_changes(measurement), *changes_of_tester(measurement))
     search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report("fitting the paper's model", 0.05)
     coarse = search.without_effects()

@@ -44,11 +44,12 @@ class EffectFound:
 
 @dataclass(frozen=True)
 class LocalFinding:
-    """A change at one place of the beam that is in no catalogue.
+    """A change that is in no catalogue, at one place of the beam or from one point of the test on.
 
     Attributes:
         kind: what it does.
-        parameters: by name; `position` is its place, m from the left end.
+        parameters: by name; `position` is its place on the beam, m from the left end; `from` the time, displacement or
+            force of the tester from which it acts.
     """
 
     kind: str
@@ -64,7 +65,7 @@ class Remainder:
         sigma: rms of the misfit beyond noise, over noise.
         significant: whether noise alone would not show as much.
         where: its places, the largest first; empty where it is not significant.
-        acts_at: what explains it best, where that is a change at one place of the beam.
+        acts_at: what explains it best, where that is one change of the beam or of the tester.
     """
 
     percent: float

@@ -70,7 +70,8 @@ class ForwardSelection:
         A gap moves the paper's model far off, and the best single cause so far may have moved it back.
         """
         best = leading(weigh(self.none, self.visited, self.calibration)).model
-        if not self.search.rivals or (best.misfit.significance <= CHANCE and len(best.effects) <= FEW):
+        by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)
+        if not self.search.rivals or (by_laws and best.misfit.significance <= CHANCE and best.clean_in_tester):
             return
         start, closest = self.none, self._best_single()
         for _ in range(RIVAL_ROUNDS):

@@ -103,13 +103,18 @@ def remainder_sentence(document: Mapping[str, Any]) -> str:
 
 
 def _acting(found: Mapping[str, Any] | None) -> str:
-    """What a cause in no catalogue looks like, where it acts at one place of the beam."""
+    """What a cause in no catalogue looks like, where it is one change of the beam or of the tester."""
     if found is None:
         return ""
     own = dict(found["parameters"])
-    place = own.pop("position")["value"]
+    if "position" in own:
+        where = f"at {own.pop('position')['value']:.3f} m from the left end"
+    else:
+        begins = own.pop("from")
+        unit = "of the test" if begins["unit"] == "1" else begins["unit"]
+        where = f"from {number(begins['value'])} {unit} on"
     sizes = ", ".join(f"{name} {number(each['value'])} {each['unit']}" for name, each in own.items())
-    return f". It acts like {found['kind']} at {place:.3f} m from the left end ({sizes})"
+    return f". It acts like {found['kind']} {where} ({sizes})"
 
 
 def mechanism_sentence(document: Mapping[str, Any]) -> str:

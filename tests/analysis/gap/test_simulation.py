@@ -12,6 +12,7 @@ from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.local_change import local_changes
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
+from analysis.gap.tester_change import changes_of_tester
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
 
@@ -61,7 +62,7 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
     baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
-    every = (*candidates(empty), *law_free(empty), *local_changes(empty))
+    every = (*candidates(empty), *law_free(empty), *local_changes(empty), *changes_of_tester(empty))
     own, laws = len(baseline.parameters), {type(each): each for each in every}
     for effect in laws.values():  # of variants, which differ in joint or row, the last
         simulation = Simulation(baseline, modes, (effect,))

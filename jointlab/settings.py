@@ -13,6 +13,7 @@ from pydantic_settings import SettingsError as EnvironmentSettingsError
 
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
+from jointlab.logs import LogSettings
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.validation import faults_text
 
@@ -106,6 +107,7 @@ class Settings(BaseSettings):
     service: ServiceSettings = Field(default=ServiceSettings(), description="how the service meets its network")
     drive: DriveSettings = Field(default=DriveSettings(), description="the drive process, table [drive]")
     alarms: AlarmSettings = Field(default=AlarmSettings(), description="whom to tell of what, table [alarms]")
+    log: LogSettings = Field(default=LogSettings(), description="what every process tells, table [log]")
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
 

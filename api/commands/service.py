@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 import typer
 
+from api.commands.log_options import LogFormOption, LogLevel, with_log_options
 from api.commands.terminal import open_catalogue, out
 from api.service.application import create_app
 from api.service.context import Services
@@ -21,6 +22,7 @@ from jointlab.errors import JointlabError
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
+from jointlab.logs import write_logs
 from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
@@ -52,6 +54,8 @@ def serve(
     tls_key: Annotated[
         Path | None, typer.Option(exists=True, dir_okay=False, help="Key of the certificate, a PEM file.")
     ] = None,
+    log_level: LogLevel = None,
+    log_form: LogFormOption = None,
 ) -> None:
     """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
     from api.page.routes import mount  # a second to import, which no other command is to wait for
@@ -59,7 +63,8 @@ def serve(
     if (tls_certificate is None) != (tls_key is None):
         raise JointlabError("--tls-certificate and --tls-key belong together; give both")
     tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)
-    given = load_settings()
+    given = with_log_options(load_settings(), log_level, log_form)
+    write_logs(given.log)
     channels = channels_of(given.alarms)
     with (
         _laboratory(given, simulated, seed, speed) as (settings, automatic_operator),
@@ -103,7 +108,16 @@ def _laboratory(
             yield settings, operator
         return
     with simulated_laboratory(seed, speed) as laboratory:
-        kept = ("database_url", "database_limits", "waveform_folder", "scheduler", "service", "workers", "alarms")
+        kept = (
+            "database_url",
+            "database_limits",
+            "waveform_folder",
+            "scheduler",
+            "service",
+            "workers",
+            "alarms",
+            "log",
+        )
         others = {name: getattr(settings, name) for name in kept}
         # of its own, so that no simulated rig meets a real one
         folder = settings.drive.folder or state_folder() / f"simulated-{urlsplit(laboratory.addresses.tester).port}"
@@ -126,7 +140,7 @@ def _driving(
 def _executor(settings: Settings) -> Executor:
     if settings.scheduler is not None:
         return DaskExecutor(settings.scheduler)
-    return ProcessExecutor(settings.workers)
+    return ProcessExecutor(settings.workers, settings.log)
 
 
 def _refuse_without_keys(catalogue: Catalogue, host: str) -> None:

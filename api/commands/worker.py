@@ -6,21 +6,27 @@ from typing import Annotated, Any
 
 import typer
 
+from api.commands.log_options import LogFormOption, LogLevel, with_log_options
 from api.commands.terminal import out
 from jointlab.errors import JointlabError
+from jointlab.logs import write_logs
 from jointlab.settings import load_settings
 
 
 def worker(
     scheduler: Annotated[str | None, typer.Argument(help="Its address; that of the configuration by default.")] = None,
     jobs: Annotated[int, typer.Option(min=1, max=256, help="At a time.")] = 1,
+    log_level: LogLevel = None,
+    log_form: LogFormOption = None,
 ) -> None:
     """Do jobs of the service for a dask scheduler (dask scheduler starts one), until interrupted (Ctrl-C).
 
     It needs the extra `cluster`, and database_url and waveform_folder in its own configuration, as the service has
     them. It waits for a scheduler that is not there, and joins one again that comes back.
     """
-    address = scheduler or load_settings().scheduler
+    settings = with_log_options(load_settings(), log_level, log_form)
+    write_logs(settings.log)
+    address = scheduler or settings.scheduler
     if address is None:
         raise JointlabError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
     try:

@@ -15,6 +15,7 @@ from api.service.context import Services
 from api.service.headers import SecurityHeaders
 from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
+from api.service.request_log import RequestLog
 from api.service.resources import administration, alarms, jobs, laboratory, records, results, rig, runs, sequences
 from jointlab.drive.phase import Phase
 from store.probe import DatabaseProbe
@@ -84,6 +85,7 @@ def create_app(services: Services) -> FastAPI:
     app.add_middleware(LimitedReads, is_at_work=partial(_is_at_work, services))
     app.add_middleware(SecurityHeaders)
     app.add_middleware(BodyLimit)
+    app.add_middleware(RequestLog)
     return app
 
 

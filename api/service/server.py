@@ -35,8 +35,9 @@ def make_server(
         grace: seconds that requests have to end when the service is stopped.
     """
     config = uvicorn.Config(
-        app, http=GuardedProtocol, ws_max_size=LARGEST, log_level="warning", timeout_graceful_shutdown=grace,
-        server_header=False, proxy_headers=bool(trusted_proxies), forwarded_allow_ips=[*map(str, trusted_proxies)],
+        app, http=GuardedProtocol, ws_max_size=LARGEST, log_config=None, log_level="warning", server_header=False,
+        timeout_graceful_shutdown=grace, proxy_headers=bool(trusted_proxies),
+        forwarded_allow_ips=[*map(str, trusted_proxies)],
         ssl_context_factory=None if tls is None else lambda _config, _default: tls,
     )  # fmt: skip
     logging.getLogger("uvicorn.error").addFilter(_FEW)

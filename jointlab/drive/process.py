@@ -23,6 +23,7 @@ from jointlab.drive.stop_button import StopButton
 from jointlab.drive.stop_listener import StopListener
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
+from jointlab.logs import LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
 from rig.errors import RigError
 from rig.spool import spooling
@@ -133,7 +134,7 @@ def run(settings: Settings, *, until_alone: bool = False) -> None:
         DriveBusyError, JointlabError, StoreError, RigError: as for `driving`.
     """
     with driving(settings) as drive, _signals(drive):
-        _log_to(drive_folder(settings) / LOG)
+        _log_to(drive_folder(settings) / LOG, settings.log)
         _be_first()
         log.info("process %s drives %r, STOP on port %s", os.getpid(), settings.rig, drive.listener.port)
         while not drive.wants_to_end:
@@ -165,10 +166,8 @@ def _signals(drive: Drive) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _log_to(file: Path) -> None:
-    handler = RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s: %(message)s"))
-    logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
+def _log_to(file: Path, settings: LogSettings) -> None:
+    write_logs(settings, RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8"))
 
 
 def _be_first() -> None:

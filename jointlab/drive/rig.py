@@ -16,6 +16,7 @@ from jointlab.drive.prompts import PromptingOperator
 from jointlab.drive.protocol import Snapshot
 from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
+from jointlab.logs import everything_belongs_to
 from rig.control import RunControl
 from rig.errors import RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
@@ -269,7 +270,11 @@ class DrivenRig:
         ended, reason = RunState.FINISHED, None
         try:
             # the run itself reports the state of the tester
-            with self._idle_monitor.suspended(), self._records_of(order) as records:
+            with (
+                everything_belongs_to(run=active.run_id),
+                self._idle_monitor.suspended(),
+                self._records_of(order) as records,
+            ):
                 carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped

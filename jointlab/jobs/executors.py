@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from jointlab.errors import JointlabError
 from jointlab.jobs.work import carry_out, carry_out_as_configured
+from jointlab.logs import LogSettings
 from store.catalogue import Place
 
 GRACE = 5.0  # s that a process has to end when it is told to
@@ -62,7 +63,8 @@ class ProcessExecutor:
 
     trouble: str | None = None
 
-    def __init__(self, workers: int = 1) -> None:
+    def __init__(self, workers: int = 1, logs: LogSettings | None = None) -> None:
+        self._logs = logs
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload(["__main__", carry_out.__module__])
         self._workers = workers
@@ -74,7 +76,7 @@ class ProcessExecutor:
 
     def begin(self, place: Place, job_id: int, token: str) -> None:
         """Begin a job in a process of its own."""
-        arguments = (place, job_id, token)
+        arguments = (place, job_id, token, self._logs)
         process = self._context.Process(target=carry_out, args=arguments, name=f"job {job_id}", daemon=True)
         process.start()
         self._processes[job_id] = (process, token)

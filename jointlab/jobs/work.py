@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.kinds import kind_named
+from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, Place
@@ -71,17 +72,20 @@ class Heartbeat:
             self._ended.wait(BEAT)
 
 
-def carry_out(place: Place, job_id: int, token: str) -> None:
+def carry_out(place: Place, job_id: int, token: str, logs: LogSettings | None = None) -> None:
     """Carry out a job that was taken with `token`, and store its result.
 
     Args:
         place: of the catalogue.
         job_id: its number.
         token: that it was taken with.
+        logs: what this process writes into its log; None leaves that as it is.
 
     Raises:
         StoreError: the result cannot be stored; the job will be queued again.
     """
+    if logs is not None:
+        write_logs(logs)
     with threadpool_limits(1), Catalogue.open(*place) as catalogue:
         _carry_out(catalogue, job_id, token)
 
@@ -109,17 +113,21 @@ def carry_out_as_configured(job_id: int, token: str) -> None:
 def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
     with catalogue.reading() as session:
         job = get_job(session, job_id)
-    try:
-        with Heartbeat(catalogue, job_id, token) as progress:
-            keep = kind_named(job.kind).work(catalogue, job, progress)
-        with catalogue.writing() as session:
-            finish_job(session, job_id, token, keep(session))
-    except LeaseLostError as lost:
-        log.info("%s", lost)
-    except Exception as error:
-        if not isinstance(error, EXPECTED):
-            log.exception("job %s ended with an unexpected error", job_id)
-        _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
+    about = {"run": int(job.parameters["run"])} if "run" in job.parameters else {}
+    with belonging_to(job=job_id, **about):
+        log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)
+        try:
+            with Heartbeat(catalogue, job_id, token) as progress:
+                keep = kind_named(job.kind).work(catalogue, job, progress)
+            with catalogue.writing() as session:
+                finish_job(session, job_id, token, keep(session))
+            log.info("job %s is done", job_id)
+        except LeaseLostError as lost:
+            log.info("%s", lost)
+        except Exception as error:
+            if not isinstance(error, EXPECTED):
+                log.exception("job %s ended with an unexpected error", job_id)
+            _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
 
 
 def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:

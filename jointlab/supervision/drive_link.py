@@ -41,7 +41,7 @@ PING_INTERVAL = 2.0  # s between two signs of life
 RETRY = 0.3  # s between two attempts to find a process that has gone
 TAIL = 400  # characters of its log that an error shows
 SETTINGS = "settings.json"
-NEEDED = {"rig", "daq_address", "tester_url", "thermometer_url", "channels", "drive"}
+NEEDED = {"rig", "daq_address", "tester_url", "thermometer_url", "channels", "drive", "log"}
 """The fields of the settings that a drive process has; it knows no database."""
 log = logging.getLogger(__name__)
 

@@ -1,0 +1,52 @@
+"""A number for every request: in its answer, and in every record of the log that it causes."""
+
+import logging
+import re
+import time
+from uuid import uuid4
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from jointlab.logs import belonging_to
+
+HEADER = "X-Request-ID"
+_GIVEN = re.compile(r"[A-Za-z0-9._-]{1,64}")
+_RUN = re.compile(r"/api/runs/(\d{1,9})(?:/|$)")
+log = logging.getLogger(__name__)
+
+
+class RequestLog:
+    """Takes the number that a client or proxy gives, or makes one, and logs each answer with its time.
+
+    That is at the level debug, because whoever asks decides how many answers there are.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        given = Headers(scope=scope).get(HEADER, "")
+        number = given if _GIVEN.fullmatch(given) else uuid4().hex
+        status, began = 0, time.monotonic()
+
+        async def with_number(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)[HEADER] = number
+            await send(message)
+
+        ids: dict[str, str | int] = {"request": number}
+        if run := _RUN.match(scope["path"]):
+            ids["run"] = int(run[1])
+        with belonging_to(**ids):
+            try:
+                await self._app(scope, receive, with_number)
+            finally:
+                took = 1e3 * (time.monotonic() - began)
+                log.debug("%s %r answered %s in %.0f ms", scope["method"], scope["path"], status or "nothing", took)

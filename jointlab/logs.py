@@ -1,0 +1,105 @@
+"""Logs of every process: level, form, and the request, run and job that a record belongs to."""
+
+import json
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from datetime import UTC, datetime
+from enum import StrEnum
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+OURS = ("analysis", "api", "daq", "jointlab", "rig", "store")
+"""Packages whose records obey the level; of others only warnings are written."""
+_bound: ContextVar[dict[str, str | int]] = ContextVar("bound")
+_everywhere: dict[str, str | int] = {}
+
+
+class LogForm(StrEnum):
+    """How a record is written."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+class LogSettings(BaseModel):
+    """What a process writes into its log, and how."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="of the least that is told")
+    form: LogForm = Field(default=LogForm.TEXT, description="lines to read, or one JSON object a line")
+
+
+def write_logs(settings: LogSettings, handler: logging.Handler | None = None) -> None:
+    """Write the records of this process to `handler`, by default to standard error; ends what a call before began."""
+    root = logging.getLogger()
+    for before in [each for each in root.handlers if isinstance(each.formatter, Text | Json)]:
+        root.removeHandler(before)
+        before.close()
+    handler = handler or logging.StreamHandler()
+    handler.setFormatter(Json() if settings.form is LogForm.JSON else Text())
+    root.addHandler(handler)
+    root.setLevel(logging.WARNING)
+    for name in OURS:
+        logging.getLogger(name).setLevel(settings.level.upper())
+
+
+@contextmanager
+def belonging_to(**ids: str | int) -> Iterator[None]:
+    """Records of this context, and of threads that copy it, have these ids, such as ``request`` or ``job``."""
+    token = _bound.set({**_bound.get({}), **ids})
+    try:
+        yield
+    finally:
+        _bound.reset(token)
+
+
+@contextmanager
+def everything_belongs_to(**ids: str | int) -> Iterator[None]:
+    """Records of every thread of this process have these ids: a drive process carries out one run at a time."""
+    _everywhere.update(ids)
+    try:
+        yield
+    finally:
+        for name in ids:
+            _everywhere.pop(name, None)
+
+
+def _ids() -> dict[str, str | int]:
+    return {**_everywhere, **_bound.get({})}
+
+
+class Text(logging.Formatter):
+    """A line with time in UTC, level, thread, ids and message."""
+
+    def __init__(self) -> None:
+        super().__init__("%(at)sZ %(levelname)s %(threadName)s: %(message)s%(ids)s")
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line, and below it the traceback where there is one."""
+        ids = " ".join(f"{name}={value}" for name, value in _ids().items())
+        record.at = f"{datetime.fromtimestamp(record.created, UTC):%Y-%m-%dT%H:%M:%S}"
+        record.ids = f" [{ids}]" if ids else ""
+        return super().format(record)
+
+
+class Json(logging.Formatter):
+    """One JSON object a line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line; `error` has the traceback where there is one."""
+        fields: dict[str, str | int] = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "process": record.process or 0,
+            "thread": record.threadName or "",
+            "message": record.getMessage(),
+            **_ids(),
+        }
+        if record.exc_info:
+            fields["error"] = self.formatException(record.exc_info)
+        return json.dumps(fields, ensure_ascii=False)

@@ -1,0 +1,78 @@
+"""Logs: one JSON object or one line a record, with the request, job and run that it belongs to."""
+
+import json
+import logging
+from collections.abc import Callable, Iterator
+from io import StringIO
+from threading import Thread
+
+import pytest
+
+from jointlab.logs import OURS, LogForm, LogSettings, belonging_to, everything_belongs_to, write_logs
+
+log = logging.getLogger("rig.somewhere")
+Written = Callable[[LogSettings], StringIO]
+
+
+@pytest.fixture
+def written() -> Iterator[Written]:
+    """What is written from now on."""
+    root = logging.getLogger()
+    handlers, levels = list(root.handlers), {name: logging.getLogger(name).level for name in (*OURS, "")}
+
+    def begin(settings: LogSettings) -> StringIO:
+        stream = StringIO()
+        write_logs(settings, logging.StreamHandler(stream))
+        return stream
+
+    yield begin
+    for handler in [each for each in root.handlers if each not in handlers]:
+        root.removeHandler(handler)
+    for name, level in levels.items():
+        logging.getLogger(name).setLevel(level)
+
+
+def test_a_json_record_has_its_ids_and_its_error(written: Written) -> None:
+    stream = written(LogSettings(form=LogForm.JSON))
+    with belonging_to(request="abc"), belonging_to(run=7):
+        try:
+            raise ValueError("two\nlines")
+        except ValueError:
+            log.exception("the run %s failed", 7)
+    log.info("later")
+    first, second = (json.loads(line) for line in stream.getvalue().splitlines())
+    assert (first["level"], first["logger"], first["message"]) == ("error", "rig.somewhere", "the run 7 failed")
+    assert (first["request"], first["run"]) == ("abc", 7)
+    assert "ValueError: two\nlines" in first["error"]
+    assert first["time"].endswith("+00:00")
+    assert not {"request", "run", "error"} & set(second)
+
+
+def test_a_text_record_is_a_line_with_its_ids(written: Written) -> None:
+    stream = written(LogSettings())
+    with belonging_to(job=3):
+        log.warning("slow")
+    assert stream.getvalue().rstrip().endswith("Z WARNING MainThread: slow [job=3]")
+
+
+def test_only_what_the_level_asks_for_is_told_and_warnings_of_others(written: Written) -> None:
+    stream = written(LogSettings(level="debug"))
+    log.debug("ours")
+    logging.getLogger("library").info("chatter")
+    logging.getLogger("library").warning("trouble")
+    assert [line.split(": ")[1] for line in stream.getvalue().splitlines()] == ["ours", "trouble"]
+    stream = written(LogSettings(level="error"))
+    log.warning("ours")
+    assert stream.getvalue() == ""
+
+
+def test_every_thread_tells_the_run_of_its_process(written: Written) -> None:
+    stream = written(LogSettings(form=LogForm.JSON))
+    with everything_belongs_to(run=5):
+        thread = Thread(target=log.info, args=("beside",))
+        thread.start()
+        thread.join()
+    log.info("after")
+    beside, after = (json.loads(line) for line in stream.getvalue().splitlines())
+    assert beside["run"] == 5
+    assert "run" not in after

@@ -4,7 +4,8 @@ Contacts of the hammer are counted on the force after a low-pass filter of nine 
 any short pulse behind an anti-alias filter (up to half of the peak unfiltered, below 1 % filtered) and keeps what a
 second contact adds. What counts as one follows from the noise of the record itself: a second contact has to stand
 out of it so far that noise alone does it in less than one blow in a million, and to exceed half the limit, so that a
-bounce at the limit is found although noise takes from it. A blow too weak for both is refused as weak.
+bounce at the limit is found although noise takes from it. A blow too weak for both is refused as weak, unless it is
+drift and mains hum that hide a second contact: these are taken out.
 """
 
 from collections.abc import Iterator
@@ -24,6 +25,9 @@ _MISS = 1e-2  # of a bounce at the limit
 _CHANCE_OF_TIES = 1e-4  # for a blow, below which equal samples at the extreme are taken for clipping
 _EXTREME_VALUES = 10  # distinct values next to the extreme, whose spacing says how likely ties are
 _OUT_OF_NOISE = 8.0  # standard deviations; below them equal extremes are the converter's steps
+_MAINS = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)  # Hz, of both grids
+_DRIFT = 3  # order of its polynomial
+_TOUCHES = 5.0  # deviations of the force, hum included, that are taken for contact
 _FEWEST_QUIET_SAMPLES = 8
 _RESPONSE = 0.05  # s after the trigger in which an accelerometer has to respond
 _FEWEST_BLOWS = 3  # of two blows that disagree nobody knows which is wrong
@@ -134,6 +138,8 @@ def check_blow(
         )
     force = force - np.median(force[:quiet])
     contacts = _contacts(force, limits.bounce)
+    if contacts.detectable >= limits.bounce:
+        contacts = _contacts(_without_hum(force, sample_rate), limits.bounce)
     peak = int(np.argmax(force))
     reasons = [
         *_overload(force, sensors, overloaded),
@@ -179,6 +185,22 @@ def _contacts(force: Real, bounce: float) -> _Contacts:
         return _Contacts(0.0, 0, detectable)
     second = int(np.argmax(heights))
     return _Contacts(float(heights[second] / smooth[main]), int(peaks[second]) - main, detectable)
+
+
+def _without_hum(force: Real, sample_rate: float) -> Real:
+    """The force without drift and mains hum, which are no contacts and hide none: fitted where nothing touches."""
+    place = np.linspace(-1, 1, force.size)
+    turn = 2j * np.pi * np.arange(force.size) / sample_rate
+    tones = np.exp(np.array([tone for tone in _MAINS if tone < sample_rate / 2])[:, None] * turn)
+    tones = np.concatenate([tones, tones * place])  # the mains is never exactly at its frequency
+    columns = np.concatenate([np.polynomial.legendre.legvander(place, _DRIFT).T, tones.real, tones.imag]).T
+    level = np.abs(force - np.median(force))
+    touched = (
+        np.convolve(level > _TOUCHES * _robust_deviation(force), np.ones(round(5e-3 * sample_rate)), mode="same") > 0
+    )
+    if np.count_nonzero(~touched) < 2 * columns.shape[1]:
+        return force
+    return np.asarray(force - columns @ np.linalg.lstsq(columns[~touched], force[~touched])[0])
 
 
 def _robust_deviation(signal: Real) -> float:

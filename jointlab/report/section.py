@@ -69,6 +69,9 @@ class Section:
     content: tuple[Item, ...]
 
 
+_MOST_DIGITS = 15  # of a float
+
+
 def number(value: float, digits: int = 3) -> str:
     """A number to so many significant digits, thousands apart by thin spaces; a dash where it is not known."""
     if math.isnan(value):
@@ -81,10 +84,12 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def ends(interval: Sequence[float] | Real, digits: int = 3) -> str:
-    """Both ends of an interval, or a dash where one is not known."""
+    """Both ends of an interval, or a dash where one is not known; with more digits where they would look alike."""
     low, high = (float(end) for end in interval)
     if math.isnan(low) or math.isnan(high):
         return "–"
+    if high > low:
+        digits = max(digits, min(_exponent(max(abs(low), abs(high))) - _exponent(high - low) + 2, _MOST_DIGITS))
     return f"{number(low, digits)} … {number(high, digits)}"
 
 

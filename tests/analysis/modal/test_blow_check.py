@@ -285,3 +285,21 @@ def test_records_that_do_not_belong_together_are_refused() -> None:
         check_point(force[:, :-1], acceleration, RATE, BAND)
     with pytest.raises(AnalysisError, match="no lines between 3000 and 4000 Hz"):
         check_point(force, acceleration, RATE, (3000.0, 4000.0))
+
+
+def under_hum(size: float, drift: float, bounce: Bounce | None = None) -> BlowVerdict:
+    """A hard blow at 4096 Hz beside mains at 50.03 Hz of `size` N and a force that drifts by `drift` N."""
+    rng = np.random.default_rng(5)
+    force = force_record(rng, 4096.0, FILTERS[0], 400.0, 0.05, bounce)
+    time = np.arange(SAMPLES) / 4096.0
+    force = force + size * np.cos(2 * np.pi * 50.03 * time + 1) + size / 3 * np.cos(2 * np.pi * 150.09 * time)
+    return check_blow(force + drift * time / time[-1], ringing_beam(rng, 4096.0), 4096.0, TRIGGER, LIMITS)
+
+
+@pytest.mark.parametrize(("size", "drift"), [(12.0, 0.0), (0.0, 60.0), (8.0, 30.0)])
+def test_hum_or_drift_beside_a_hard_blow_does_not_make_it_weak(size: float, drift: float) -> None:
+    assert under_hum(size, drift).accepted
+
+
+def test_a_bounce_in_hum_is_still_a_double_hit() -> None:
+    assert under_hum(12.0, 0.0, Bounce(0.08, 0.01)).faults == (BlowFault.DOUBLE_HIT,)

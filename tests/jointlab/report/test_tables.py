@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from analysis.inverse.joint_estimate import TOO_WIDE
-from jointlab.report.section import Unknown
+from jointlab.report.section import Unknown, ends
 from jointlab.report.tables import matrix_tables
 from tests.store.conftest import joint_matrix
 
@@ -22,3 +23,16 @@ def test_a_loss_factor_that_is_wider_than_itself_is_greyed_with_the_reason() -> 
     assert isinstance(cell, Unknown)
     assert cell.why == TOO_WIDE
     assert isinstance(loss_factor.rows[1][2], str)
+
+
+@pytest.mark.parametrize(
+    ("interval", "shown"),
+    [
+        ((0.1311, 0.1314), "0.13110 … 0.13140"),
+        ((2.0, 3.0), "2.00 … 3.00"),
+        ((-1e-5, 1e-5), "-1.00e-05 … 1.00e-05"),
+        ((207.0, 207.0), "207 … 207"),
+    ],
+)
+def test_the_ends_of_an_interval_differ_as_shown(interval: tuple[float, float], shown: str) -> None:
+    assert ends(interval) == shown

@@ -136,8 +136,11 @@ class ConditioningDrift(Effect):
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        done = self._done(given, loading.fraction) if loading.tester else given["under_beam"]
-        factor = 1 - given["d"] * done
+        if (
+            not loading.tester
+        ):  # they are the cylinders as the beam has them: the many lines of the beam stay as they are
+            return cylinders
+        factor = (1 - given["d"] * self._done(given, loading.fraction)) / (1 - given["d"] * given["under_beam"])
         return cylinders.scaled(factor, factor)
 
     def _done(self, _given: Given, fraction: Real) -> Real:

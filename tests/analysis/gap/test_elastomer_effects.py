@@ -296,7 +296,7 @@ def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
 @pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
 def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
     done = np.linspace(0.0, 1.0, 9)
-    given = {"d": 0.08, "knee": 0.3, "under_beam": 0.5}
+    given = {"d": 0.08, "knee": 0.3, "under_beam": 0.0}
     storage, loss = ratios(effect, given, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
     assert storage[:, 0] == pytest.approx(1.0)
     assert storage[:, -1] == pytest.approx(0.92)
@@ -304,12 +304,14 @@ def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: Conditio
     assert np.allclose(storage, loss)
     again, _ = ratios(effect, given, in_tester(frequency=50.0, fraction=done))
     assert np.array_equal(storage, again)
-    assert np.allclose(ratios(effect, given, struck()), 0.96)  # in the middle of the drift
+    assert np.allclose(ratios(effect, given, struck()), 1.0)
+    after, _ = ratios(effect, given | {"under_beam": 1.0}, in_tester(fraction=done))
+    assert np.allclose(after, storage / 0.92)  # the beam had the specimens when they had softened
 
 
 def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
     half = {
-        law: ratios(law(), {"d": 0.1, "knee": 0.3}, in_tester(fraction=0.5))[0][0, 0]
+        law: ratios(law(), {"d": 0.1, "knee": 0.3, "under_beam": 0.0}, in_tester(fraction=0.5))[0][0, 0]
         for law in (ConditioningDrift, SaturatingDrift, LogarithmicDrift)
     }
     assert half[ConditioningDrift] == pytest.approx(0.95)
@@ -318,7 +320,8 @@ def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
 
 def test_a_drift_that_comes_to_rest_is_over_after_a_few_knees() -> None:
     early, late = (
-        ratios(SaturatingDrift(), {"d": 0.1, "knee": knee}, in_tester(fraction=0.3))[0][0, 0] for knee in (0.05, 100.0)
+        ratios(SaturatingDrift(), {"d": 0.1, "knee": knee, "under_beam": 0.0}, in_tester(fraction=0.3))[0][0, 0]
+        for knee in (0.05, 100.0)
     )
     assert early == pytest.approx(0.9, rel=1e-3)
     assert late == pytest.approx(0.97, rel=1e-3)

@@ -106,6 +106,24 @@ def count_open_jobs(session: Session, asked_by: str) -> int:
     return session.scalar(query) or 0
 
 
+@dataclass(frozen=True)
+class JobCounts:
+    """Jobs that are not over, and for how many seconds the oldest queued one waits (0 without one)."""
+
+    queued: int
+    running: int
+    longest_wait: float
+
+
+def count_jobs(session: Session) -> JobCounts:
+    """How many jobs wait and are worked on."""
+    query = select(JobRow.state, func.count(), func.min(JobRow.created_at)).where(JobRow.state.not_in(OVER))
+    found = {state: (count, oldest) for state, count, oldest in session.execute(query.group_by(JobRow.state))}
+    queued, oldest = found.get(JobState.QUEUED, (0, None))
+    wait = 0.0 if oldest is None else max(0.0, (datetime.now(UTC) - oldest).total_seconds())
+    return JobCounts(queued, found.get(JobState.RUNNING, (0, None))[0], wait)
+
+
 def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
     """The next queued job, now running, and the token for its worker; None if no job of these kinds waits.
 

@@ -13,16 +13,29 @@ from fastapi_offline import FastAPIOffline
 from api.service.bodies import BodyLimit
 from api.service.context import Services
 from api.service.headers import SecurityHeaders
+from api.service.metrics import Metrics
 from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
 from api.service.request_log import RequestLog
-from api.service.resources import administration, alarms, jobs, laboratory, records, results, rig, runs, sequences
+from api.service.resources import (
+    administration,
+    alarms,
+    jobs,
+    laboratory,
+    metrics,
+    records,
+    results,
+    rig,
+    runs,
+    sequences,
+)
 from jointlab.drive.phase import Phase
 from store.probe import DatabaseProbe
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (
     laboratory.health,
+    metrics.router,
     laboratory.instruments,
     laboratory.channels,
     laboratory.specimens,
@@ -77,7 +90,7 @@ def create_app(services: Services) -> FastAPI:
         title="Jointlab", version=release(), description=DESCRIPTION.strip(), lifespan=lifespan,
         generate_unique_id_function=operation_id,
     )  # fmt: skip
-    app.state.services = services
+    app.state.services, app.state.metrics = services, Metrics()
     for router in RESOURCES:
         app.include_router(router, prefix="/api")
     handle_problems(app)

@@ -57,7 +57,8 @@ async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
     """
     own_thread = CapacityLimiter(1)  # a stop does not wait for readers
     try:
-        run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
+        with request.app.state.metrics.stop_seconds.time():
+            run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
     except RigError as error:
         _note_stop(request, context, None, f"failed: {error}")
         raise

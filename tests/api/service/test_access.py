@@ -25,6 +25,7 @@ OPEN = {"GET /api/health", "POST /api/rig/stop"}
 
 # Which scope opens which route.
 ROUTES: dict[str, Scope] = {
+    "GET /api/metrics": READ,
     "GET /api/instruments": READ,
     "GET /api/instruments/{instrument_id}": READ,
     "GET /api/instruments/{instrument_id}/calibrations": READ,

@@ -143,7 +143,7 @@ def test_the_typed_client_asks_the_law(client: httpx.Client) -> None:
     [
         (77, {}, 404, "there is no run 77"),
         (1, {"specimen": "V"}, 422, "no law for joint V; there are I, II"),
-        (1, {"amplitude_pp_mm": 0}, 422, "greater than 0"),
+        (1, {"amplitude_pp_mm": 0}, 422, "it has to be more than 0"),
     ],
 )
 def test_a_question_that_the_law_cannot_answer_is_refused(

@@ -38,7 +38,7 @@ def test_decimals_are_read_after_a_point_and_after_a_comma(paper: Sequence) -> N
     ("choice", "said"),
     [
         ({"blows": "2.5"}, "no whole number"),
-        ({"blows": "1"}, "greater than or equal to 2"),
+        ({"blows": "1"}, "it has to be 2 or more"),
         ({"points": "3z"}, "3z"),
         ({"amplitudes": "much"}, "are no numbers"),
         ({"frequencies": "5 200"}, "give the first, the last and the step"),

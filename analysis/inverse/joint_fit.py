@@ -20,7 +20,7 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real, blows
 from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
 from analysis.inverse.joint_parameters import matrices, real_terms
-from analysis.inverse.levenberg_marquardt import Minimum, inverse
+from analysis.inverse.levenberg_marquardt import Minimum, inverse_of_squares
 from analysis.inverse.model_error import correlation_of_neighbours, missing_causes
 from analysis.inverse.observability import TermBound, term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
@@ -276,7 +276,8 @@ def describe_fit(
     scale = max(1.0, float(np.mean(square)) / left)
 
     _, weight = likelihood.prior
-    curvature = covariance = inverse((found.at.normal - weight) / scale + weight)
+    of_data, of_prior = likelihood.square_roots(found.values, response)
+    curvature = covariance = inverse_of_squares(np.concatenate([of_data / np.sqrt(scale), of_prior]))
     slope = _terms_slope(likelihood, found.values)
     freedom = np.full(len(slope), np.inf)
     if scatter is not None:

@@ -154,6 +154,18 @@ def inverse(normal: Real) -> Real:
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 
+def inverse_of_squares(rows: Real) -> Real:
+    """Inverse (parameters, parameters) of rows^T rows, from `rows` (any, parameters), columns scaled to one first.
+
+    The squares of directions that are known 1e8 times worse than others are lost in rounding; the rows have them
+    (A. Bjorck, Numerical Methods for Least Squares Problems, SIAM 1996, Section 2.4).
+    """
+    scale = 1 / np.linalg.norm(rows, axis=0)
+    _, values, vectors = np.linalg.svd(rows * scale, full_matrices=False)
+    half = vectors / np.maximum(values, values.size * np.finfo(float).eps)[:, None] * scale
+    return np.asarray(half.T @ half)
+
+
 def _step(at: Linearised, damping: float) -> tuple[Real, float]:
     """The step for this damping, and its decrease of the linearised sum of squares."""
     scale = 1 / np.sqrt(np.diag(at.normal))

@@ -152,6 +152,21 @@ class ResponseLikelihood:
             np.asarray(conjugate @ columns.T), np.asarray(conjugate @ left), float(np.vdot(left, left).real)
         )
 
+    def square_roots(self, values: Real, response: SupportedResponse) -> tuple[Real, Real]:
+        """Rows whose squares add up to the normal matrix: (any, parameters) of the data, and of the prior.
+
+        At a peak of a million times the noise the normal matrix has lost what tells the common scale of joints, E,
+        density and gain, of which the data know nothing: the prior.
+        """
+        columns = np.concatenate([term_columns(response), deviation_columns(response, self.active)]) / self.deviation
+        slope = np.tensordot(self.chain(values).T, columns, axes=1).reshape(values.size, -1)
+        of_data = np.linalg.qr(np.concatenate([slope.real, slope.imag], axis=1).T, mode="r")
+        size, axes = np.linalg.eigh(self._of_kinks(response))
+        of_kinks = np.sqrt(np.maximum(size, 0.0))[:, None] * axes.T
+        of_tolerances = np.linalg.cholesky(np.linalg.inv(self.active_tolerance)).T
+        of_prior = block_diag(np.diag(1 / self.parameters.prior_deviation), of_tolerances)
+        return np.concatenate([of_data, of_kinks]), np.asarray(of_prior)
+
     def chain(self, values: Real) -> Complex:
         """(columns, parameters) derivative of z's upper terms and of the active deviations in the parameters."""
         count = len(self.parameters.labels)

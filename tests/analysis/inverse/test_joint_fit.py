@@ -151,3 +151,20 @@ def test_joints_have_wider_intervals_the_fewer_blows_they_hang_on(bench: Bench) 
         assert half / np.sqrt(joint.covariance[3, 3]) > 1.96
     lines = identify_from_responses(bench.free_beam, replace(responses, scatter=None), bench.joints)
     assert np.all(np.isinf(lines.joints["I"].degrees_of_freedom))
+
+
+@pytest.mark.parametrize("peak_over_noise", [1e6, 1e8])
+def test_a_common_scale_that_no_response_tells_keeps_the_width_of_its_prior(
+    bench: Bench, peak_over_noise: float
+) -> None:
+    """Joints, E, density and gain times one number give the same accelerances."""
+    frequency = np.arange(20.0, 1025.0, 8.0)
+    exact = accelerance(bench.free_beam, bench.joints, frequency, Dof.parse("3y"), bench.inputs).accelerance
+    variance = np.full(exact.shape, (np.max(np.abs(exact)) / peak_over_noise) ** 2)
+    measured = FrequencyResponses(frequency, exact, Dof.parse("3y"), bench.inputs, variance=variance)
+    stated = replace(EXACT, sensor_gain=0.005, youngs_modulus=0.005, density=0.003)
+    fit = identify_from_responses(bench.free_beam, measured, bench.joints, tolerances=stated)
+    scale = (2 / 0.005**2 + 1 / 0.003**2) ** -0.5
+    for joint in fit.joints.values():
+        half = np.ptp(joint.k_ci95, axis=-1)[1, 1] / 2
+        assert half / joint.stiffness[1, 1] == pytest.approx(1.96 * scale, rel=0.05)

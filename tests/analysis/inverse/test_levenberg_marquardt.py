@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.errors import AnalysisError
-from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, inverse, minimise
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, inverse, inverse_of_squares, minimise
 
 Real = NDArray[np.float64]
 
@@ -112,3 +112,12 @@ def test_the_inverse_holds_where_si_units_spread_over_fifteen_decades() -> None:
     normal = (factor @ factor.T + np.eye(6)) / np.outer(scale, scale)
     expected = np.linalg.inv(factor @ factor.T + np.eye(6)) * np.outer(scale, scale)
     np.testing.assert_allclose(inverse(normal) / np.outer(scale, scale), expected / np.outer(scale, scale), rtol=1e-9)
+
+
+def test_rows_keep_what_their_squares_lose() -> None:
+    known, hardly_known = 1e12, 1.0
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    rows = np.diag([known, hardly_known]) @ turn
+    expected = turn.T @ np.diag([known**-2, hardly_known**-2]) @ turn
+    np.testing.assert_allclose(inverse_of_squares(rows), expected, rtol=1e-3)
+    assert np.max(np.abs(inverse(rows.T @ rows) / expected - 1)) > 0.5

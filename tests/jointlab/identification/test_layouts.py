@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import cycle
 from pathlib import Path
 
@@ -41,6 +42,11 @@ def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
         yield opened
 
 
+@cache
+def identified(name: str) -> Identification:
+    return identify(measured({**LAYOUTS, **FURTHER}[name]))
+
+
 def holds(found: Identification, most: float = 0.05) -> None:
     """All gates passed, and k12 and k22 of each joint within 1.5 times their intervals, these narrower than `most`."""
     assert found.inverse is not None
@@ -55,7 +61,7 @@ def holds(found: Identification, most: float = 0.05) -> None:
 
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_a_layout_that_is_not_the_papers_is_identified(name: str) -> None:
-    found = identify(measured(LAYOUTS[name]))
+    found = identified(name)
     holds(found)
     document = json.loads(json.dumps(identification_document(found)))
     assert set(document["inverse"]) == {*list(CYLINDERS)[: len(LAYOUTS[name].joints)], "weak_directions"}
@@ -70,7 +76,7 @@ def test_a_layout_that_is_not_the_papers_is_identified(name: str) -> None:
     ],
 )
 def test_the_papers_method_is_left_out_with_the_reason(name: str, said: str, tmp_path: Path) -> None:
-    found = identify(measured({**LAYOUTS, **FURTHER}[name]))
+    found = identified(name)
     holds(found)
     assert found.inverse is not None
     assert said in found.inverse.paper_left_out

@@ -34,6 +34,8 @@ FIRST_STARTS = 2
 MEETING, SAME = 2, 0.01
 """So many searches that end with the same chi-square, within this share, have found the minimum of a model that does
 not fit."""
+FITTING = 1.5
+"""Chi-square per datum on few lines, below which the model may be right."""
 MOST_WIDE = 3
 """Starts that are searched from again."""
 MOST_SEARCH_LINES = 300
@@ -131,7 +133,8 @@ def _search(target: ResponseLikelihood, starts: Iterable[Real]) -> Minimum:
                 break
     nearest = min(reached, key=lambda found: found.at.cost)
     arrived = minimise(fewer, nearest.values, SEARCH_TOLERANCE, MOST_STEPS)
-    return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=True)
+    fits = arrived.at.cost < FITTING * fewer.data  # the end of a valley is not worth its price to a model that does not
+    return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=fits)
 
 
 def _approached(target: ResponseLikelihood, start: Real, approach: Sequence[tuple[float, float]]) -> Minimum:

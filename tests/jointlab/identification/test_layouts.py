@@ -13,7 +13,7 @@ import pytest
 from analysis.errors import AnalysisError
 from analysis.structure.agreement import frac
 from jointlab.identification.document import identification_document
-from jointlab.identification.inverse import LIKELIHOOD, PAPER
+from jointlab.identification.inverse import LIKELIHOOD, PAPER, inverse_of
 from jointlab.identification.options import Options
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.read import newest_joints, read_inverse
@@ -108,6 +108,18 @@ def test_the_prediction_is_that_of_the_fitted_bench_and_not_of_the_drawing(
     with catalogue.reading() as session:
         stored = read_inverse(catalogue, get_run(session, number)).predicted["maximum likelihood"].accelerance
     np.testing.assert_allclose(stored, found.inverse.likelihood.responses.accelerance, rtol=1e-9)
+
+
+def test_joints_of_the_tester_are_a_start_where_the_papers_method_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No search over the drawing is made then."""
+    monkeypatch.setattr("jointlab.identification.inverse.coarse_joints", lambda *_: pytest.fail("a search was made"))
+    measurement = measured(FURTHER["five rows"])
+    softer = [
+        replace(joint, dynamic_stiffness=0.85 * joint.dynamic_stiffness) for joint in joints_of(measurement.article)
+    ]
+    found = inverse_of(measurement, in_tester=softer)
+    assert found.paper is None
+    assert found.fit.passed
 
 
 def test_terms_are_not_held_about_a_method_that_is_left_out() -> None:

@@ -111,7 +111,7 @@ def header(old: bytes, new: bytes) -> Callable[[Path], None]:
         (column("specimen", "III"), ["direct.csv", "line 3", "III"]),
         (column("configuration", "tension"), ["direct.csv", "line 3", "tension"]),
         (column("phase_deg", "0,1"), ["direct.csv", "line 3"]),
-        (header(b"m/s^2", b"g    "), ["inverse_1.unv", "g"]),
+        (header(b"m/s^2", b"furl "), ["inverse_1.unv", "furl"]),
     ],
 )
 def test_a_bundle_that_does_not_fit_is_refused_and_nothing_is_stored(

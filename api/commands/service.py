@@ -64,7 +64,6 @@ def serve(
         raise JointlabError("--tls-certificate and --tls-key belong together; give both")
     tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)
     given = with_log_options(load_settings(), log_level, log_form)
-    write_logs(given.log)
     channels = channels_of(given.alarms)
     with (
         _laboratory(given, simulated, seed, speed) as (settings, automatic_operator),
@@ -77,6 +76,7 @@ def serve(
             _refuse_without_keys(catalogue, host)
         lasts = timedelta(hours=settings.service.session_hours)
         limits = JobLimits(settings.service.open_jobs, settings.service.export_days)
+        write_logs(settings.log)
         queue = JobQueue(catalogue, _executor(settings), limits)
         alarms = Alarms(catalogue, settings, runs, channels)
         services = Services(catalogue, runs, loopback, queue, alarms, session_lasts=lasts)

@@ -25,10 +25,10 @@ def worker(
     them. It waits for a scheduler that is not there, and joins one again that comes back.
     """
     settings = with_log_options(load_settings(), log_level, log_form)
-    write_logs(settings.log)
     address = scheduler or settings.scheduler
     if address is None:
         raise JointlabError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
+    write_logs(settings.log)
     try:
         make_worker: Any = import_module("distributed").Worker
     except ModuleNotFoundError as error:

@@ -8,6 +8,7 @@ import logging
 import math
 import threading
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 from jointlab.drive.endpoint import NoDriveError
@@ -370,7 +371,8 @@ class RunManager:
         """Stop the present run, with the actuator at rest, where this program has started the drive process."""
         try:
             if self._link.is_owner and self.state.phase is not Phase.IDLE and self.state.run_id is not None:
-                self.stop(self.state.run_id)
+                with suppress(ConflictError):  # it has ended, and the news of that are on their way
+                    self.stop(self.state.run_id)
                 self.wait(REST_TIMEOUT)
         finally:
             self._link.close()

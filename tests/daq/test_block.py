@@ -16,7 +16,7 @@ NOW = datetime(2026, 11, 21, tzinfo=UTC)
 
 def block(counts: list[list[int]], scaling: tuple[tuple[float, ...], ...], sensitivity: float) -> Block:
     channels = tuple(
-        Channel(f"c{i}", f"D/ai{i}", ChannelKind.VOLTAGE, sensitivity, "N", -1.0, 1.0) for i in range(len(counts))
+        Channel(f"c{i}", f"D/ai{i}", ChannelKind.VOLTAGE, sensitivity, "N", -0.01, 0.01) for i in range(len(counts))
     )
     return Block(channels, np.array(counts, dtype=np.int32), scaling, 1000.0, NOW)
 

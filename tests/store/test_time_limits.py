@@ -95,7 +95,7 @@ def test_an_opening_ends_where_the_server_accepts_and_says_nothing(
     distant_url: str, proxy: FaultProxy, tmp_path: Path
 ) -> None:
     proxy.impair(SILENT)
-    with _ends_within(CONNECT, "timeout"):
+    with _ends_within(CONNECT, "has not answered"):
         Catalogue.open(distant_url, tmp_path, LIMITS)
 
 

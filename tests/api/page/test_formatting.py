@@ -14,7 +14,7 @@ from store.states import RunState
 def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None:
     assert quantity(1234567.8, "N", 8) == "1\u2009234\u2009567.8\u202fN"
     assert scaled(2_640_000.0, "N/m") == "2.64\u202fMN/m"
-    assert interval(2.5e6, 2.54e6, 1e6, "MN/m") == "2.50 … 2.54\u202fMN/m"
+    assert interval(2.5e6, 2.54e6, 1e6, "MN/m") == "2.500 … 2.540\u202fMN/m"
 
 
 def test_an_unknown_value_is_a_dash() -> None:

@@ -1,6 +1,8 @@
 """The frame of a page that is fetched and never connects, as by a program that asks whether the page is there."""
 
 import asyncio
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,12 +29,18 @@ def frame(kept: list[str]) -> Frame:
     return made
 
 
+def carry_out(work: Coroutine[Any, Any, None]) -> None:
+    """In a thread of its own: an event loop of a browser may run in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, work).result()
+
+
 def test_it_keeps_no_lease_and_a_tab_does_that_outlives_its_connection(frame: Frame, kept: list[str]) -> None:
     client: Any = frame._client
-    asyncio.run(frame._renew())
+    carry_out(frame._renew())
     assert kept == []
     client.tab_id = "tab 1"
-    asyncio.run(frame._renew())
+    carry_out(frame._renew())
     client.tab_id = None
-    asyncio.run(frame._renew())
+    carry_out(frame._renew())
     assert kept == ["ann in tab tab 1"] * 2

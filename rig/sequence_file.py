@@ -1,4 +1,4 @@
-"""YAML files of sequences: plain values of a bounded size, whoever wrote the file."""
+"""YAML files of sequences: plain values of a bounded size, however the file came to be."""
 
 import re
 from pathlib import Path

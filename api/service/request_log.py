@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 class RequestLog:
     """Takes the number that a client or proxy gives, or makes one, and logs each answer with its time.
 
-    That is at the level debug, because whoever asks decides how many answers there are.
+    That is at the level debug, because clients decide how many answers there are.
     """
 
     def __init__(self, app: ASGIApp) -> None:

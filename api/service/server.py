@@ -45,7 +45,7 @@ def make_server(
 
 
 class _FewWarnings(logging.Filter):
-    """Passes few of the same warning, because whoever sends bad requests decides how many there are."""
+    """Passes few of the same warning, because clients decide how many bad requests there are."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -84,7 +84,7 @@ def test_a_process_ends_when_it_is_stopped() -> None:
     assert not any(map(answers, addresses))
 
 
-def test_a_process_ends_when_whoever_started_it_dies() -> None:
+def test_a_process_ends_when_the_one_that_started_it_dies() -> None:
     parent = subprocess.Popen(
         [
             sys.executable,

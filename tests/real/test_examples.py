@@ -31,7 +31,7 @@ EXAMPLES = (
     "pair",
     "sensor_mass",
 )
-QUICK = ("none", "pair", "frame", "amplitude")  # a search that finds no fit takes up to a minute
+QUICK = ("none", "frame", "amplitude")  # a search that finds no fit takes up to a minute
 MODES = ("frequency_hz", "loss_factor", "predicted_hz")
 JOINT = {"k": (3, 3), "h": (3, 3), "gamma": (3, 3), "k_ci95": (3, 3, 2), "h_ci95": (3, 3, 2), "observable": (3, 3)}
 

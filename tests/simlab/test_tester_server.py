@@ -37,7 +37,7 @@ class Wire:
 
     def __init__(self, server: Server) -> None:
         host, port = server.url.removeprefix("tcp://").split(":")
-        self.client = ModbusTcpClient(host, port=int(port), timeout=0.3, retries=0)
+        self.client = ModbusTcpClient(host, port=int(port), timeout=3.0, retries=0)
         self.sequence = 0
 
     def command(

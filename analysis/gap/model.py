@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.gap.effect import Effect
 from analysis.gap.evidence import log_evidence
-from analysis.gap.fit import FINAL, Fit, Likelihood, evaluated, fit
+from analysis.gap.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.predictive import log_predictive_density
 from analysis.gap.residual_structure import Misfit, misfit
@@ -83,7 +83,8 @@ def without_effects(model: Model, none: Model) -> Model:
         none: the paper's model of the same data.
     """
     own = [place for effect in range(len(model.effects)) for place in model.places(effect)]
-    return Model((), evaluated(none.fit.likelihood, np.delete(model.fit.scores, own)))
+    likelihood = none.fit.likelihood  # an effect of amplitude brings doubts about the motion of joints, which it lacks
+    return Model((), evaluated(likelihood, as_unknowns(np.delete(model.fit.scores, own), likelihood)))
 
 
 def refined(model: Model, measurement: Measurement, scales: Scales | None = None) -> Model:

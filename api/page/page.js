@@ -30,9 +30,11 @@ document.addEventListener("submit", async (event) => {
 // press does: what it shows before the STOP is in force there is the motion that the STOP has ended.
 const tellByState = () => {
   const rests = document.querySelector(".stop output.rests");
-  if (document.querySelector("#stop-in-force")) rests?.classList.add("in-force");
-  if (rests?.matches(".in-force") && document.querySelector("#rig-state.moving")) rests.textContent = rests.className = "";
+  if (!rests) return;
+  if (!rests.matches(".in-force") && document.querySelector("#stop-in-force")) rests.classList.add("in-force");
+  if (rests.matches(".in-force") && document.querySelector("#rig-state.moving")) rests.textContent = rests.className = "";
 };
+new MutationObserver(tellByState).observe(document, { subtree: true, childList: true, attributes: true, attributeFilter: ["class"] });
 
 window.thin = (value) => {
   if (typeof value !== "number") return value ?? "–";
@@ -44,7 +46,6 @@ window.thin = (value) => {
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {
-  tellByState();
   window.socket?.io.reconnectionDelayMax(700); // left alone, it waits five seconds between attempts
   const connected = Boolean(window.socket?.connected);
   wasConnected ||= connected;

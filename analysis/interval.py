@@ -10,6 +10,9 @@ from scipy.special import stdtr, stdtrit
 from analysis.frequency_response import Real
 
 CONFIDENCE = 0.95
+"""Share of true values that an interval holds, where nothing else is said."""
+Z95 = 1.96
+"""Standard deviations to either end of a 95 % interval of a normal distribution."""
 
 
 def quantile(degrees_of_freedom: float | Real, confidence: float = CONFIDENCE) -> Real:

@@ -121,10 +121,7 @@ def _peaks(response: Complex, least: Real) -> Indices:
 
 
 def _statements(
-    percent: float,
-    rows: Sequence[str],
-    parts: Sequence[Place],
-    resonances: Sequence[Sequence[Resonance]],
+    percent: float, rows: Sequence[str], parts: Sequence[Place], resonances: Sequence[Sequence[Resonance]]
 ) -> tuple[str, ...]:
     said = [f"measured and simulated responses are {percent:.3g} % apart"]
     if not parts:

@@ -176,4 +176,5 @@ def _corrected(point: DynamicStiffness, corrections: RigCorrections) -> DynamicS
         ),
         corrections=point.corrections + corrections.records,
         shared_errors=shared,
+        amplitude_slope=by_measured * point.amplitude_slope,
     ).with_loop_energy()

@@ -4,9 +4,10 @@ With X and F the first harmonics of displacement and force, Eqs. (47) and (48) r
 
     k_d = F / X = |k_d| e^(i delta) = k + i h = k (1 + i gamma),      gamma = tan delta.
 
-Uncertainty comes from blocks of whole cycles. Only F_b - k_d X_b of each block counts, so a slowly varying amplitude
-adds no error where the force follows it. If the specimen softens with amplitude, the variation counts, and neighbouring
-blocks share it (`sine.covariance_of_mean`). Intervals are Student's with one degree of freedom less than blocks.
+Uncertainty comes from blocks of whole cycles, of which only F_b - k_d X_b counts. k and h are those at the mean
+amplitude of the record. Where the amplitude wanders and the specimen softens, a regression over the blocks
+(`_at_mean_amplitude`) gives the slope, which takes the wander out of the error, and the mean over a bent curve out of
+the value. Intervals are Student's with three degrees of freedom less than blocks.
 
 k and h describe the specimen only if the first harmonic does. It must have 99 % of the power of either signal, which is
 at most 10 % total harmonic distortion (0.1^2 = 1 %). The energy of the measured loop must equal that of the ellipse,
@@ -16,13 +17,13 @@ pi X^2 h, to 1 % or to within its scatter, whichever is larger.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.direct.sine import SineFit, covariance_of_mean, fit_sine, variance_of_mean
+from analysis.direct.sine import FEWEST_TO_SPLIT, SineFit, covariance_of_mean, fit_sine, variance_of_mean
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.interval import Estimate
@@ -66,9 +67,10 @@ class DynamicStiffness:
         frequency: in Hz.
         amplitude_pp: reached peak-to-peak displacement of the first harmonic, in m.
         complex_stiffness: k + i h, in N/m.
-        covariance: (2, 2) of [k, h], in (N/m)^2.
+        covariance: (2, 2) of [k, h] at `amplitude_pp`, in (N/m)^2.
         degrees_of_freedom: behind the covariance; infinite where it is known in advance.
-        amplitude_pp_standard_error: in m, or None where unknown.
+        amplitude_pp_standard_error: in m, as a sample of how the machine wanders, or None where unknown.
+        amplitude_slope: change of k + i h with the logarithm of amplitude within the record, N/m.
         thd_displacement: total harmonic distortion of the displacement, 1, or None where it was not recorded.
         thd_displacement_standard_error: of it, 1, or None where unknown; noise only increases a distortion, so a value
             of a few standard errors may be noise alone.
@@ -97,6 +99,14 @@ class DynamicStiffness:
     corrections: tuple[AppliedCorrection, ...] = ()
     shared_errors: Mapping[str, complex] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    amplitude_slope: complex = 0j
+
+    @property
+    def covariance_about_amplitude(self) -> Real:
+        """(2, 2) of k and h at the amplitude about which the machine wanders, in (N/m)^2."""
+        slope = np.array([self.amplitude_slope.real, self.amplitude_slope.imag])
+        relative = (self.amplitude_pp_standard_error or 0.0) / self.amplitude_pp
+        return np.asarray(self.covariance + relative**2 * np.outer(slope, slope))
 
     @property
     def stiffness(self) -> float:
@@ -208,6 +218,7 @@ def dynamic_stiffness(
     harmonics: int = 5,
     drift_order: int = 1,
     refine: bool = True,
+    tones: Sequence[float] = (),
 ) -> DynamicStiffness:
     """Dynamic stiffness from displacement and force on one clock.
 
@@ -219,6 +230,7 @@ def dynamic_stiffness(
         harmonics: how many to model, the first included.
         drift_order: of the polynomial that models drift.
         refine: refine the frequency or hold it.
+        tones: Hz, of hum beside the sine (`fit_sine`).
 
     Raises:
         AnalysisError: what `fit_sine` raises; the two records differ in length; or the displacement at this frequency
@@ -237,6 +249,7 @@ def dynamic_stiffness(
         drift_order=drift_order,
         refine=refine,
         names=("displacement", "force"),
+        tones=tones,
     )
     motion = abs(fit.first[0])
     noise = max(float(fit.residual_standard_error[0]), float(fit.amplitude_pp_standard_error[0]) / 2)
@@ -248,11 +261,57 @@ def dynamic_stiffness(
     return _from_fit(fit)
 
 
-def _from_fit(fit: SineFit) -> DynamicStiffness:
+def _at_mean_amplitude(fit: SineFit) -> tuple[complex, Real, complex]:
+    """k + i h at the mean amplitude of a record, its (2, 2) covariance, and the slope over the logarithm of amplitude.
+
+    Deviations of blocks are regressed on the motion: its size, along which a specimen softens, and its phase, which a
+    change of size within a cycle turns, and the next cycle turns back. Noise of the displacement looks like motion that
+    the force does not follow, and is added again. With w the relative wander, k (1 + w)^n (1 + w)
+    averages to k (1 + n (n + 1) / 2 var(w)).
+    """
     stiffness = complex(fit.first[1] / fit.first[0])
     # F_b / X_b - F / X to first order: a change of motion that the force follows cancels
     deviation = (fit.blocks[:, 1, 0] - stiffness * fit.blocks[:, 0, 0]) / fit.first[0]
     count = len(deviation)
+    if count < FEWEST_TO_SPLIT or np.ptp(np.abs(fit.blocks[:, 0, 0])) == 0:
+        motion = np.abs(fit.blocks[:, 0, 0])
+        return stiffness, covariance_of_mean(deviation, motion, fit.cycles_per_block) * fit.tone_inflation, 0j
+    relative = fit.blocks[:, 0, 0] / np.mean(fit.blocks[:, 0, 0])
+    motion = np.stack([relative.real - 1, relative.imag], axis=1)
+    along, *_ = np.linalg.lstsq(motion, deviation - np.mean(deviation), rcond=None)
+    left = deviation - np.mean(deviation) - motion @ along
+    parts = np.stack([left.real, left.imag])
+    noise = float(fit.noise_of_block[0])
+    again = abs(stiffness) ** 2 * np.eye(2)
+    slope, wander = 0j, 0.0
+    spreads = np.var(motion, axis=0, ddof=1)
+    # of all of its motion beside the sine: blocks of several cycles do not see that of single ones
+    beside = 2 * float(np.mean(fit.residual[0] ** 2)) / abs(fit.first[0]) ** 2 - noise * fit.residual.shape[1] / count
+    for number, (followed, by_noise) in enumerate(zip(along.tolist(), (-stiffness, -1j * stiffness), strict=True)):
+        spread = float(spreads[number])
+        if spread > 2 * noise:
+            # where motion is more than its noise, the regression has left a part of that in the rest
+            lasting = (followed - by_noise) * spread / (spread - noise)
+            again -= (spread - noise) / spread * _outer(lasting)
+            if number == 0:
+                slope, wander = by_noise + lasting, max(spread - noise, beside * spread / float(np.sum(spreads)))
+    size, axes = np.linalg.eigh(again)
+    own = parts @ parts.T / (count - 3) + noise * (axes * np.maximum(size, 0.0)) @ axes.T
+    # a record that ends at another amplitude than it began with turns F and X by that over 4 pi cycles, each by its own
+    ends = (relative.real[-1] - relative.real[0]) ** 2 + 2 * np.mean(np.diff(relative.real) ** 2)
+    turned = abs(slope) ** 2 * ends / (4 * math.pi * fit.cycles) ** 2 / 2 * np.eye(2)
+    exponent = slope / stiffness
+    bent = 1 + wander * exponent * (exponent + 1) / 2
+    return stiffness / bent, own / count * fit.tone_inflation + turned, slope
+
+
+def _outer(value: complex) -> Real:
+    return np.outer([value.real, value.imag], [value.real, value.imag])
+
+
+def _from_fit(fit: SineFit) -> DynamicStiffness:
+    stiffness, covariance, slope = _at_mean_amplitude(fit)
+    count = len(fit.blocks)
     motion = np.abs(fit.blocks[:, 0, 0])
     ellipse = float(_energies(fit.harmonics[:, :1]))
     loop = float(_energies(fit.harmonics))
@@ -266,8 +325,9 @@ def _from_fit(fit: SineFit) -> DynamicStiffness:
         frequency=fit.frequency,
         amplitude_pp=float(fit.amplitude_pp[0]),
         complex_stiffness=stiffness,
-        covariance=covariance_of_mean(deviation, motion, fit.cycles_per_block),
-        degrees_of_freedom=count - 1,
+        covariance=covariance,
+        amplitude_slope=slope,
+        degrees_of_freedom=count - (1 if count < FEWEST_TO_SPLIT else 3),
         amplitude_pp_standard_error=2 * math.sqrt(variance_of_mean(motion, fit.cycles_per_block)),
         thd_displacement=float(distortion[0]),
         thd_displacement_standard_error=distortion_error[0],

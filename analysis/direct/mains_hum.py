@@ -7,6 +7,9 @@ one at each start, so the shift is an error of variance (|h_F|^2 + |k + i h|^2 |
 Records at other frequencies have the same hum beside their sine. Its power is what their spectrum has at the multiple,
 through a Kaiser window (F. J. Harris, Proc. IEEE 66, 1978) that lets a millionth of the sine through, less what it has
 beside it.
+
+A plan that knows the mains measures such points a cycle in the record beside the multiple instead. There the tones are
+fitted with the sine (`fit_sine`), and nothing has to be assumed about the hum.
 """
 
 import math
@@ -79,6 +82,12 @@ def tones_beside(signals: Real, sample_rate: float, frequency: float) -> Tones:
         if beside.size >= 2:
             found[tone] = at(np.array([tone]))[:, 0] - np.mean(at(beside), axis=1)
     return found
+
+
+def mains_beside(frequency: float) -> tuple[float, ...]:
+    """Multiples of the mains, Hz, beside one of which a sine of `frequency` Hz was measured."""
+    mains = min(MAINS, key=lambda each: abs(each * max(1, round(frequency / each)) - frequency))
+    return tuple(mains * multiple for multiple in range(1, 1 + max(MULTIPLES, round(frequency / mains))))
 
 
 def hum_of(records: Iterable[Tones]) -> dict[float, Hum]:

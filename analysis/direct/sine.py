@@ -36,6 +36,10 @@ MOST_STEPS = 20
 LARGEST_OVERLAP = 0.05  # of one block, divided among all
 SAMPLES_PER_UNKNOWN = 2  # of a block, so that its own fit is overdetermined
 LARGEST_CORRELATION = 0.5  # of neighbours in a series that forgets after one step
+CLOSE_TONE = 3.0  # cycles in the record from the sine
+STRONG_TONE = 100.0  # power over that of noise in the record, of one whose phase is a measure of its frequency
+LARGEST_DETUNING = 0.005  # of the mains, relative
+TUNINGS = 3
 FEWEST_TO_SPLIT = 5  # blocks; a regression on amplitude explains fewer completely
 
 
@@ -50,9 +54,10 @@ class SineFit:
         blocks: (blocks, signals, harmonics) complex X_1, X_2, ... of each block of whole cycles, same t = 0.
         cycles_per_block: whole cycles in each block.
         cycles: length of the record in cycles.
-        residual: (signals, samples) without drift and harmonics.
+        residual: (signals, samples) without drift, harmonics and tones.
         residual_standard_error: (signals,) of the real part, and of the imaginary part, of X_1 if the residual
             were white noise.
+        tone_inflation: of the variance of X_1, because tones beside it are fitted too; 1 without any.
     """
 
     frequency: float
@@ -63,6 +68,7 @@ class SineFit:
     cycles: float
     residual: Real
     residual_standard_error: Real
+    tone_inflation: float = 1.0
 
     @property
     def first(self) -> Complex:
@@ -101,6 +107,16 @@ class SineFit:
         return np.asarray(self.amplitude_pp * self.amplitude_scatter / math.sqrt(len(self.blocks)))
 
     @property
+    def noise_of_block(self) -> Real:
+        """(signals,) variance of the real and of the imaginary part of X_1 of a block, over |X_1|^2, by white noise.
+
+        Its power is the median of the residual's spectrum: wander and hum are far above it, near few lines.
+        """
+        samples = self.residual.shape[1]
+        power = np.median(np.abs(np.fft.rfft(self.residual, axis=1)) ** 2, axis=1) / (math.log(2) * samples)
+        return np.asarray(2 * power * len(self.blocks) / samples / np.abs(self.first) ** 2)
+
+    @property
     def _relative_blocks(self) -> Complex:
         return np.asarray(self.blocks[:, :, 0] / self.first)
 
@@ -114,8 +130,9 @@ def fit_sine(
     drift_order: int = 1,
     refine: bool = True,
     names: Sequence[str] = (),
+    tones: Sequence[float] = (),
 ) -> SineFit:
-    """Fit a sine of one common frequency, its harmonics and drift to every signal.
+    """Fit a sine of one common frequency, its harmonics, drift and tones to every signal.
 
     Args:
         signals: (samples,) or (signals, samples), any units.
@@ -125,6 +142,9 @@ def fit_sine(
         drift_order: of the polynomial; 1 is a straight line.
         refine: refine the frequency (four-parameter fit) or hold it (three-parameter fit).
         names: of the signals, for errors.
+        tones: Hz, of hum with a common fundamental, a cycle in the record or more beside sine and harmonics. The phasor
+            of one that is close to the sine may change linearly over the record; where that tone is strong enough, it
+            tells the fundamental within half a per cent.
 
     Returns:
         The fit; one signal gives arrays with one row.
@@ -138,7 +158,7 @@ def fit_sine(
     duration = samples / sample_rate
     # a harmonic nearer to Nyquist than the record resolves cannot be told from its alias
     harmonics = min(harmonics, int((sample_rate / 2 - 1 / duration) / frequency))
-    unknowns = drift_order + 1 + 2 * harmonics
+    unknowns = drift_order + 1 + 2 * harmonics  # of a block
     cycles_per_block = max(
         math.ceil(duration * frequency / MOST_BLOCKS),
         math.ceil(SAMPLES_PER_UNKNOWN * unknowns * frequency / sample_rate),
@@ -148,9 +168,12 @@ def fit_sine(
             f"{samples} samples are too few for {unknowns} unknowns in each of two blocks of whole cycles; "
             "record longer or model fewer harmonics"
         )
-    model = _Model(record, sample_rate, drift_order, harmonics)
+    model = _Model(record, sample_rate, drift_order, harmonics, tones, frequency)
     omega, omega_variance = 2 * math.pi * float(frequency), 0.0
     model.fit(omega)
+    for _ in range(TUNINGS if tones else 0):
+        model.tune()
+        model.fit(omega)
     if refine:
         omega, omega_variance = _refine(model, omega)
     refined = omega / (2 * math.pi)
@@ -165,24 +188,59 @@ def fit_sine(
         cycles=duration * refined,
         residual=model.residual,
         residual_standard_error=np.sqrt(2 * noise / samples),
+        tone_inflation=model.inflation if tones else 1.0,
     )
 
 
 class _Model:
     """Linear least squares of one record with the frequency held; the regressors are overwritten by each `fit`.
 
-    `rows` (unknowns, samples): powers of time, then cos and -sin of each harmonic, so that the coefficients
+    `rows` (unknowns, samples): powers of time, tones, then cos and -sin of each harmonic, so that the coefficients
     (signals, unknowns) are the drift's and Re X_1, Im X_1, Re X_2, ... with `time` = 0 in the middle of the record,
     where amplitude and frequency are least correlated.
     """
 
-    def __init__(self, record: Real, sample_rate: float, drift_order: int, harmonics: int) -> None:
+    def __init__(
+        self,
+        record: Real,
+        sample_rate: float,
+        drift_order: int,
+        harmonics: int,
+        tones: Sequence[float],
+        frequency: float,
+    ) -> None:
         samples = record.shape[1]
         self.record = record
         self.time: Real = (np.arange(samples) - (samples - 1) / 2) / sample_rate
-        self.drift = drift_order + 1
+        powers = np.vander(self.time / self.time[-1], max(drift_order + 1, 2), increasing=True).T
+        self.tones: Real = 2 * math.pi * np.array(tones, dtype=float)
+        self.close = np.flatnonzero(np.abs(np.array(tones) - frequency) * samples < CLOSE_TONE * sample_rate)
+        self.tuned, self.powers = 1.0, powers
+        self.hum = len(self.tones) + len(self.close)
+        self.drift = drift_order + 1 + 2 * self.hum
         self.rows: Real = np.empty((self.drift + 2 * harmonics, samples))
-        self.rows[: self.drift] = np.vander(self.time / self.time[-1], self.drift, increasing=True).T
+        self.rows[: drift_order + 1] = powers[: drift_order + 1]
+        self._set_tones()
+
+    def _set_tones(self) -> None:
+        turning = np.exp(1j * self.tuned * self.tones[:, None] * self.time)
+        hum = np.concatenate([turning, turning[self.close] * self.powers[1]])
+        self.rows[self.drift - 2 * self.hum : self.drift] = np.concatenate([hum.real, hum.imag])
+
+    def tune(self) -> None:
+        """Set the tones' frequencies by how the phase of a close one changes, where it stands out of the noise."""
+        hum = self.coefficients[:, self.drift - 2 * self.hum : self.drift]
+        phasor = hum[:, : self.hum] - 1j * hum[:, self.hum :]
+        level, change = phasor[:, self.close], phasor[:, len(self.tones) :]
+        weight = 1 / (np.mean(self.residual**2, axis=1, keepdims=True) + np.finfo(float).tiny)
+        strength = float(np.sum(weight * np.abs(level) ** 2))
+        if strength * self.time.size < STRONG_TONE:
+            return
+        turn = np.sum(weight * (change * level.conj()).imag) / (strength * self.time[-1])
+        off = self.tuned + float(turn / np.mean(self.tones[self.close]))
+        # what lies farther off is a side band of the sine, whose amplitude wanders
+        self.tuned = off if abs(off - 1) < LARGEST_DETUNING else 1.0
+        self._set_tones()
 
     def fit(self, omega: float) -> None:
         """Set the frequency, in rad/s, and solve for all linear parameters."""
@@ -199,6 +257,12 @@ class _Model:
         self.gram = self.rows @ self.rows.T
         self.coefficients = np.linalg.solve(self.gram, self.rows @ self.record.T).T
         self.residual: Real = self.record - self.coefficients @ self.rows
+
+    @property
+    def inflation(self) -> float:
+        """Of the variance of X_1 by everything that is fitted beside it."""
+        first = slice(self.drift, self.drift + 2)
+        return float(np.mean(np.diag(np.linalg.inv(self.gram))[first] * np.diag(self.gram)[first]))
 
     @property
     def amplitudes(self) -> Complex:

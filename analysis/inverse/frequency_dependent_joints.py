@@ -1,6 +1,6 @@
-"""What a fitted bench does, whose joints may follow a power of frequency: its modes and its accelerances."""
+"""What a fitted bench does, whose joints may follow a law of frequency: its modes and its accelerances."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +8,9 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY, growth
 from analysis.inverse.response_model import ResponseModel
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
+from analysis.inverse.tolerances import Deviations
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
 from analysis.structure.forward import accelerance, eigensolution
@@ -20,36 +21,31 @@ SETTLED = 1e-9  # relative change of a natural frequency
 ROOM = 1.5  # modes are sought so far above the highest that is wanted, for joints at a lower frequency are softer
 
 
-def joints_at(frequency: float, joints: Sequence[Joint], exponents: Mapping[str, float]) -> list[Joint]:
-    """The joints as they are at `frequency`, Hz, from those at 100 Hz and their exponents by name."""
+def joints_at(frequency: float, joints: Sequence[Joint], laws: Real) -> list[Joint]:
+    """The joints as they are at `frequency`, Hz, from those at 100 Hz and their laws (4, joints)."""
+    factors = growth(laws, np.log([frequency / REFERENCE_FREQUENCY]).astype(complex))[:, 0]
     return [
-        replace(
-            joint,
-            dynamic_stiffness=joint.dynamic_stiffness
-            * (frequency / REFERENCE_FREQUENCY) ** exponents.get(joint.name, 0.0),
-        )
-        for joint in joints
+        replace(joint, dynamic_stiffness=factor * joint.dynamic_stiffness)
+        for joint, factor in zip(joints, factors, strict=True)
     ]
 
 
-def modes_on(
-    free_beam: FreeBeam, joints: Sequence[Joint], exponents: Mapping[str, float], highest_frequency: float
-) -> Modes:
+def modes_on(free_beam: FreeBeam, joints: Sequence[Joint], highest_frequency: float, laws: Real | None = None) -> Modes:
     """Complex modes, each on the joints as they are at its own natural frequency.
 
     Args:
         free_beam: the beam without joints.
         joints: at 100 Hz.
-        exponents: by joint; without one a joint is constant.
         highest_frequency: of the modes wanted, Hz.
+        laws: (4, joints) of the joints, in the order of `frequency_laws.LAW_PARAMETERS`; None for constant ones.
 
     Raises:
         AnalysisError: a mode's frequency does not settle, or `eigensolution` finds none.
     """
-    every = eigensolution(free_beam, joints, highest_frequency if not exponents else ROOM * highest_frequency)
-    if not exponents:
+    every = eigensolution(free_beam, joints, highest_frequency if laws is None else ROOM * highest_frequency)
+    if laws is None:
         return every
-    found = [_settled(free_beam, joints, exponents, every, number) for number in range(every.poles.size)]
+    found = [_settled(free_beam, joints, laws, every, number) for number in range(every.poles.size)]
     modes = Modes(
         np.array([each.poles[number] for number, each in enumerate(found)]),
         np.array([each.shapes[number] for number, each in enumerate(found)]),
@@ -87,16 +83,14 @@ def accelerance_on(
     return FrequencyResponses(frequency, found, response, tuple(inputs), decay=decay)
 
 
-def _settled(
-    free_beam: FreeBeam, joints: Sequence[Joint], exponents: Mapping[str, float], modes: Modes, number: int
-) -> Modes:
+def _settled(free_beam: FreeBeam, joints: Sequence[Joint], laws: Real, modes: Modes, number: int) -> Modes:
     """All modes on the joints as they are at the frequency of the one of this `number`."""
     limit = ROOM * float(modes.frequency[-1])
     for _ in range(ITERATIONS):
         before = float(modes.frequency[number])
-        modes = eigensolution(free_beam, joints_at(before, joints, exponents), limit)
+        modes = eigensolution(free_beam, joints_at(before, joints, laws), limit)
         if modes.poles.size <= number:
             break
         if abs(modes.frequency[number] - before) < SETTLED * before:
             return modes
-    raise AnalysisError(f"mode {number + 1} finds no frequency on joints with exponents {dict(exponents)}")
+    raise AnalysisError(f"mode {number + 1} finds no frequency on joints that follow frequency")

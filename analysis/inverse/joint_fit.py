@@ -18,17 +18,19 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real, blows_behind
 from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
+from analysis.inverse.frequency_law import FrequencyLaw
+from analysis.inverse.frequency_laws import LAW_PARAMETERS, REFERENCE_FREQUENCY, growth, growth_slopes, law_of
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
 from analysis.inverse.joint_parameters import matrices, real_terms
 from analysis.inverse.levenberg_marquardt import Minimum, inverse_of_squares
-from analysis.inverse.model_error import correlation_of_neighbours, missing_causes
+from analysis.inverse.model_error import Cause, correlation_of_neighbours, missing_causes
 from analysis.inverse.observability import TermBound, term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel, SupportedResponse
-from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels
-from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
+from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels, law_places, places_of_law, places_of_leans
+from analysis.inverse.undetermined_terms import Reasons, WeakDirection, scale_direction, term_names, weak_directions
 from analysis.inverse.validity_checks import (
     ValidityCheck,
     convergence,
@@ -39,6 +41,8 @@ from analysis.inverse.validity_checks import (
     positive_stiffness,
     within_tolerances,
 )
+
+_UPPER = tuple(np.triu_indices(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +138,9 @@ class JointFit:
         joints: by name.
         labels: (parameters,) of the joints, then of the bench's deviations.
         values: (parameters,) most likely.
-        covariance: (parameters, parameters) with noise multiplied by `noise_scale`, and with the correlation of lines
-            where single blows are known.
+        covariance: (parameters, parameters) with noise multiplied by `noise_scale`, with the correlation of lines where
+            single blows are known, and with the causes that the model seems to lack.
+        noise_covariance: the same without these causes.
         curvature: (parameters, parameters) inverse of that of chi-square: the covariance for independent lines.
         deviations: of the bench, as estimated.
         chi_square_per_line, chi_square_per_row: (lines,), (rows,) per datum; 1 is noise alone.
@@ -144,6 +149,7 @@ class JointFit:
         bound: of the terms without prior knowledge of the joints.
         weak_directions: combinations of terms that the data hardly determine, the weakest first.
         checks: fit and convergence; the joints have their own.
+        causes: that the model may lack, the strongest first.
         likelihood: that was maximised.
     """
 
@@ -151,6 +157,7 @@ class JointFit:
     labels: tuple[str, ...]
     values: Real
     covariance: Real
+    noise_covariance: Real
     curvature: Real
     deviations: Deviations
     chi_square_per_line: Real
@@ -159,6 +166,7 @@ class JointFit:
     bound: TermBound
     weak_directions: tuple[WeakDirection, ...]
     checks: tuple[ValidityCheck, ...]
+    causes: tuple[Cause, ...]
     likelihood: ResponseLikelihood
 
     @property
@@ -188,9 +196,46 @@ class JointFit:
         return prior_effect(slope, self.curvature, self.covariance, weight, self.values - mean)
 
     @property
-    def exponents(self) -> dict[str, Estimate]:
-        """Exponent of the power law by joint; empty where joints are constant."""
-        return self._estimates({name: f"exponent of joint {name}" for name in self.joints})
+    def law(self) -> FrequencyLaw:
+        """That the joints follow, each with parameters of its own."""
+        count = len(self.joints)
+        return law_of(self.likelihood.active[law_places(count)][::count].tolist())
+
+    @property
+    def law_parameters(self) -> dict[str, dict[str, Estimate]]:
+        """By joint, the free parameters of its law by their `LAW_PARAMETERS`; empty where joints are constant."""
+        places = {each: places_of_law(each, len(self.joints)) for each in LAW_PARAMETERS}
+        found = {
+            name: self._estimates({each: of_joints[joint] for each, of_joints in places.items()})
+            for joint, name in enumerate(self.joints)
+        }
+        return {name: own for name, own in found.items() if own}
+
+    def joints_at(self, frequency: float) -> dict[str, LikelihoodEstimate]:
+        """The joints as they are at `frequency`, Hz, with the uncertainty of their law; as at 100 Hz if constant.
+
+        Degrees of freedom are those at 100 Hz, and so is what the data leave undetermined.
+        """
+        likelihood, names = self.likelihood, tuple(self.joints)
+        logarithm = np.log([frequency / REFERENCE_FREQUENCY]).astype(complex)
+        laws, places = self.deviations.joint_laws, law_places(len(names))
+        factor = np.repeat(growth(laws, logarithm)[:, 0], HALF)
+        upper = factor * likelihood.upper(self.values)
+        slope = factor[:, None] * likelihood.chain(self.values)[: factor.size]
+        by_law = np.zeros((factor.size, len(likelihood.tolerance)), dtype=complex)
+        for place, turn in enumerate(growth_slopes(laws, logarithm).reshape(-1).tolist()):
+            own = slice(HALF * (place % len(names)), HALF * (place % len(names) + 1))
+            by_law[own, places.start + place] = turn * upper[own]
+        slope[:, len(likelihood.parameters.labels) :] += by_law[:, likelihood.active]
+        real = real_terms(slope)
+        return _joints(
+            likelihood.model,
+            names,
+            real_terms(upper).reshape(len(names), -1),
+            real @ self.covariance @ real.T,
+            np.concatenate([joint.degrees_of_freedom for joint in self.joints.values()]),
+            np.array([np.tile(joint.why_not[_UPPER], 2) for joint in self.joints.values()]),
+        )
 
     @property
     def leans(self) -> dict[str, Estimate]:
@@ -198,13 +243,14 @@ class JointFit:
 
         Empty where blows are straight.
         """
-        return self._estimates({str(point): f"lean of the blows at {point}" for point in self.likelihood.model.inputs})
+        points = self.likelihood.model.inputs
+        return self._estimates(dict(zip(map(str, points), places_of_leans(len(self.joints), len(points)), strict=True)))
 
-    def _estimates(self, labels: Mapping[str, str]) -> dict[str, Estimate]:
-        """Estimates of the parameters with these labels, by name; unknown labels are left out."""
-        deviation = np.sqrt(np.diag(self.covariance))
-        places = {name: self.labels.index(label) for name, label in labels.items() if label in self.labels}
-        return {name: Estimate(float(self.values[at]), float(deviation[at])) for name, at in places.items()}
+    def _estimates(self, places: Mapping[str, int]) -> dict[str, Estimate]:
+        """Estimates of deviations by name, from their places in `Deviations`, but for those that are no parameters."""
+        error, numbers = np.sqrt(np.diag(self.covariance)), self.likelihood.numbers
+        found = {name: numbers[place] for name, place in places.items() if place in numbers}
+        return {name: Estimate(float(self.values[at]), float(error[at])) for name, at in found.items()}
 
     def sum_of(self, p: int, q: int) -> tuple[complex, float, float]:
         """Sum over all joints of k + i h at row `p`, column `q`, and the standard deviations of its parts."""
@@ -241,7 +287,7 @@ class JointFit:
         """
         fit = self.likelihood
         model = ResponseModel(fit.model.free_beam, fit.model.joint_nodes, response, tuple(inputs), frequency)
-        count = len(COMMON) + 2 * len(fit.model.joint_nodes)
+        count = law_places(len(fit.model.joint_nodes)).stop
         kept = np.zeros(len(fit.tolerance), dtype=bool)
         kept[:count] = True
         if response != fit.model.response:
@@ -285,24 +331,18 @@ def describe_fit(
         covariance = curvature @ (np.sum(of_blows, axis=0) + weight) @ curvature
         freedom = degrees_of_freedom(slope, curvature @ of_blows @ curvature, covariance, scatter)
     terms = real_terms(likelihood.upper(found.values)).reshape(len(names), 2 * HALF)
-    terms_covariance = slope @ covariance @ slope.T
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
     bound = term_bound(information, likelihood.active_tolerance, unit)
     why_not = bound.undetermined(terms.ravel(), term_names(names)).reshape(terms.shape)
 
-    joints = {}
-    for joint, name in enumerate(names):
-        at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
-        own = terms_covariance[at, at]
-        common = joint_from_terms(
-            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
-        )
-        checks = (
-            positive_stiffness(common, float(np.min(freedom[at][:HALF]))),
-            passivity(common, float(np.min(freedom[at][HALF:]))),
-        )
-        joints[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], checks=checks)
+    causes = missing_causes(likelihood, found.values, response, noise, scatter)
+    without = _joints(model, names, terms, slope @ covariance @ slope.T, freedom, why_not)
+    shown = np.concatenate([np.tile(joint.observable[_UPPER], 2) for joint in without.values()])
+    relative = slope[shown] / np.sqrt(np.sum((slope[shown] @ covariance) * slope[shown], axis=1))[:, None]
+    of_noise = covariance
+    covariance = covariance + sum(np.outer(cause.reach, cause.reach) for cause in causes)
+    joints = _joints(model, names, terms, slope @ covariance @ slope.T, freedom, why_not)
 
     per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
@@ -314,6 +354,7 @@ def describe_fit(
         labels=(*likelihood.parameters.labels, *labels.tolist()),
         values=found.values,
         covariance=covariance,
+        noise_covariance=of_noise,
         curvature=curvature,
         deviations=likelihood.deviations(found.values),
         chi_square_per_line=per_line,
@@ -322,38 +363,47 @@ def describe_fit(
         bound=bound,
         weak_directions=weak if common_scale is None else (*weak, common_scale),
         checks=(
-            *_checks_of_model(
-                likelihood, found, response, noise, scatter, slope / np.sqrt(np.diag(terms_covariance))[:, None]
-            ),
+            *_checks_of_model(likelihood, found, response, noise, scatter),
+            no_missing_cause(causes, relative),
             ending,
         ),
+        causes=causes,
         likelihood=likelihood,
     )
 
 
-def _checks_of_model(
-    likelihood: ResponseLikelihood,
-    found: Minimum,
-    response: SupportedResponse,
-    noise: Real,
-    scatter: Complex | None,
-    relative_slope: Real,
-) -> tuple[ValidityCheck, ...]:
-    """Whether noise alone is left, and the bench is within its tolerances.
+def _joints(
+    model: ResponseModel, names: Sequence[str], terms: Real, covariance: Real, freedom: Real, why_not: Reasons
+) -> dict[str, LikelihoodEstimate]:
+    """The joints of `terms` (joints, 12) with `covariance` (12 joints, 12 joints)."""
+    found = {}
+    for joint, name in enumerate(names):
+        at = slice(2 * HALF * joint, 2 * HALF * (joint + 1))
+        own = covariance[at, at]
+        common = joint_from_terms(
+            name, model.joint_nodes[joint], terms[joint], own, [(own, quantile(freedom[at]))], why_not[joint]
+        )
+        checks = (
+            positive_stiffness(common, float(np.min(freedom[at][:HALF]))),
+            passivity(common, float(np.min(freedom[at][HALF:]))),
+        )
+        found[name] = LikelihoodEstimate(**vars(common), degrees_of_freedom=freedom[at], checks=checks)
+    return found
 
-    `relative_slope` (terms, parameters) is the derivative of the terms over the standard deviation of each.
-    """
+
+def _checks_of_model(
+    likelihood: ResponseLikelihood, found: Minimum, response: SupportedResponse, noise: Real, scatter: Complex | None
+) -> tuple[ValidityCheck, ...]:
+    """Whether noise alone is left, and the bench is within its tolerances."""
     model = likelihood.model
     left = likelihood.measured - response.accelerance
     square = np.abs(left / noise) ** 2 / 2
     of_blows = None if scatter is None else scatter / likelihood.deviation[:, None]
     per_line = model.decay * float(np.ptp(model.frequency)) / (model.frequency.size - 1)
-    causes = missing_causes(likelihood, found.values, response, noise, scatter)
     labels = np.array(deviation_labels(model.response, model.inputs, likelihood.parameters.names))[likelihood.active]
     return (
         goodness_of_fit(np.mean(square, axis=0), np.mean(square, axis=1), model.frequency, model.inputs),
         independent_residual(correlation_of_neighbours(left / likelihood.deviation, of_blows, per_line)),
-        no_missing_cause(causes, relative_slope),
         within_tolerances(
             labels.tolist(),
             found.values[len(likelihood.parameters.labels) :],

@@ -14,8 +14,10 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.joint_fit import JointFit, describe_fit
 from analysis.inverse.joint_parameters import JointParameters, SymmetricTerms
+from analysis.inverse.law_choice import is_the_reason, log_odds, may_follow
 from analysis.inverse.levenberg_marquardt import Linearised, Minimum, Trial, minimise
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
@@ -57,7 +59,7 @@ def identify_from_responses(
     band: tuple[float, float] = BAND,
 ) -> JointFit:
     """Symmetric k and h of every joint from accelerances, constant over the band or, where `tolerances` let them,
-    following a power of frequency, and then stated at 100 Hz.
+    following a law of frequency, and then stated at 100 Hz.
 
     The mesh matters: with four elements between nodes of the paper's bench and without extrapolation
     (`structure.converged`), k12 is 0.2 % too low.
@@ -102,6 +104,46 @@ def identify_from_responses(
     )
     starts = chain((start, with_small_rotation_terms(start, free_beam)), further)
     found = _search(target, map(described_by.start, starts))
+    fit = _described(target, found, lines)
+    if tolerances.joint_law is FrequencyLaw.AUTO and may_follow(fit):
+        return _following(target, found, tolerances, lines) or fit
+    return fit
+
+
+def _following(
+    constant: ResponseLikelihood, found: Minimum, tolerances: Tolerances, lines: FrequencyResponses
+) -> JointFit | None:
+    """The fit of joints that follow the most probable law; None where constant ones are more probable.
+
+    A fractional Zener law has more parameters than a power. It is tried where a power is better than constant joints,
+    from there.
+    """
+    noise = standard_deviation(lines)
+    unchanged = describe_fit(constant, found, noise, lines.scatter)
+    deviations = constant.deviations(found.values)
+    best, best_odds, explained = None, 0.0, False
+    for law in (FrequencyLaw.POWER, FrequencyLaw.ZENER):
+        target = _on_law(constant, tolerances, law)
+        start = np.concatenate([found.values[: len(constant.parameters.labels)], deviations.values[target.active]])
+        near = minimise(target.thinned(MOST_SEARCH_LINES), start, SEARCH_TOLERANCE, MOST_STEPS, along_valleys=True)
+        found = minimise(target, near.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=True)
+        rival = describe_fit(target, found, noise, lines.scatter)
+        odds = log_odds(unchanged, rival)
+        if odds <= best_odds:
+            break
+        best, best_odds, explained = (target, found), odds, is_the_reason(unchanged, rival)
+        deviations = target.deviations(found.values).with_zener_for_power()
+    return _described(*best, lines) if best is not None and explained else None
+
+
+def _on_law(constant: ResponseLikelihood, tolerances: Tolerances, law: FrequencyLaw) -> ResponseLikelihood:
+    model = constant.model
+    allowed = replace(tolerances, joint_law=law)
+    return replace(constant, tolerance=allowed.covariance(model.response, model.inputs, len(model.joint_nodes)))
+
+
+def _described(target: ResponseLikelihood, found: Minimum, lines: FrequencyResponses) -> JointFit:
+    """The result at a minimum; where noise is not stated, at that for the noise of the residual."""
     if lines.variance is None:
         for _ in range(2):
             fitted = target.response(found.values).accelerance

@@ -4,24 +4,31 @@ Chi-square alone is blunt: it averages over thousands of lines. Noise is indepen
 a model is not. A score test asks of each cause, such as a mass at a joint, how far one more parameter would lower
 chi-square (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948), with the scatter of single blows for the variance where it is
 known.
+
+Nobody states how large a cause may be, so the data do: each is Gaussian about zero with the variance that makes the
+scores most likely, zero for most (M. E. Tipping, J. Machine Learning Research 1, 2001). The fit leaves causes out, and
+so they add to the covariance of its errors. A statement of the bench that is further off than its tolerance is a cause
+as well: its prior is shifted.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expit, logit
 
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.regression import UPPER
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import SupportedResponse
-from analysis.inverse.tolerances import COMMON
+from analysis.inverse.tolerances import COMMON, deviation_labels, law_places
 
 LAGS = (3, 4, 5, 6)
 """Distances of the lines that are compared. A Hann window makes the noise of lines one and two apart alike, and no
 record says whether there was one; the error of a model reaches over the width of a resonance."""
 TRANSLATIONS = (UPPER.index((0, 0)), UPPER.index((1, 1)))
+POWER = "power of frequency of joint"
 SEPARABLE = 1e-8
 """Share of a cause's effect that the fitted parameters must leave, so that rounding is not taken for a cause."""
 
@@ -35,14 +42,21 @@ class Cause:
         value: that it would have, to first order, in `unit`.
         unit: of the value.
         gain: by how much it would lower chi-square; 1 on average where the model is right.
-        moves: (parameters,) how far it would move the fitted parameters.
+        size: the standard deviation about zero, in `unit`, of which the scores of all causes speak; often zero.
+        slope: (parameters,) how far one unit of it moves the fitted parameters.
     """
 
     name: str
     value: float
     unit: str
     gain: float
-    moves: Real
+    size: float
+    slope: Real
+
+    @property
+    def reach(self) -> Real:
+        """(parameters,) how far it moves the fitted parameters, one standard deviation."""
+        return self.size * self.slope
 
 
 def correlation_of_neighbours(residual: Complex, scatter: Complex | None, decay_per_line: float) -> float:
@@ -100,25 +114,92 @@ def missing_causes(
     size = np.linalg.norm(columns, axis=0)
     basis, triangle = np.linalg.qr(columns / size)
     left = np.concatenate([_stacked((likelihood.measured - response.accelerance) * weight), root @ (mean - values)])
-    spread = np.concatenate([np.tile((noise * weight).ravel(), 2), np.ones(known.size)])
-    found = []
-    for name, unit, column in _columns(likelihood, response, terms):
-        whole = np.concatenate([_stacked(column * weight), np.zeros(known.size)])
-        shared = basis.T @ whole
-        own = whole - basis @ shared
-        information = float(own @ own)
-        if information <= SEPARABLE * float(whole @ whole):
-            continue
-        variance = float(np.sum((own * spread) ** 2))
-        if scatter is not None:
-            shares = own[: 2 * column.size].reshape(2, *column.shape) * weight
-            moved = np.einsum("rl,rbl->rb", shares[0], scatter.real) + np.einsum("rl,rbl->rb", shares[1], scatter.imag)
-            variance = max(variance, float(np.sum(moved**2)))
-        score = float(own @ left)
-        value = score / information
-        moves = -value * np.linalg.lstsq(triangle, shared, rcond=None)[0] / size
-        found.append(Cause(name, value, unit, score**2 / variance, moves))
+
+    every = _columns(likelihood, response, terms)
+    of_causes: Complex = np.array([column * weight for *_, column in every], dtype=complex)
+    stated = _stated(likelihood)
+    whole = np.pad(_stacked(of_causes), ((0, known.size), (0, len(stated))))
+    for at, (parameter, tolerance) in enumerate(stated.values(), len(every)):
+        whole[left.size - known.size :, at] = -root[:, parameter] * tolerance
+    shared = basis.T @ whole
+    own = whole - basis @ shared
+    told = np.sum(own**2, axis=0) > SEPARABLE * np.sum(whole**2, axis=0)
+    if not np.any(told):
+        return ()
+    own, shared = own[:, told], shared[:, told]
+    of_data, of_prior = np.split(own, [left.size - known.size])
+    variance = _variance(of_data, noise * weight, None if scatter is None else scatter * weight[:, None])
+    variance += _products(of_prior)
+    score, information = own.T @ left, _products(own)
+    sizes = likely_sizes(score, information, variance)
+    moves = -np.linalg.lstsq(triangle, shared, rcond=None)[0] / size[:, None]
+    labels = [(name, unit) for name, unit, _ in every] + [(name, "tolerances") for name in stated]
+    labels = [label for label, separable in zip(labels, told, strict=True) if separable]
+    found = [
+        Cause(
+            name,
+            float(score[at] / information[at, at]),
+            unit,
+            float(score[at] ** 2 / variance[at, at]),
+            float(sizes[at]),
+            moves[:, at],
+        )
+        for at, (name, unit) in enumerate(labels)
+    ]
     return tuple(sorted(found, key=lambda cause: -cause.gain))
+
+
+def likely_sizes(score: Real, information: Real, variance: Real) -> Real:
+    """(causes,) standard deviation about zero of each cause, of which the scores speak.
+
+    The most telling cause gets the variance that makes the scores most likely, then the most telling one beside it,
+    and so on (M. E. Tipping, A. C. Faul, Proc. 9th Workshop on Artificial Intelligence and Statistics, 2003); of causes
+    that look alike one gets it. That is times the probability that there is such a cause: before the data the odds that
+    anything is missing are even, and each cause is as probable as any other.
+
+    Args:
+        score: (causes,) information times causes plus noise.
+        information: (causes, causes).
+        variance: (causes, causes) of the noise of the scores.
+    """
+    unit = 1 / np.sqrt(np.diag(variance))
+    weight = np.linalg.pinv(variance * np.outer(unit, unit), hermitian=True)
+    gain = information * unit[:, None]
+    precision, pull = gain.T @ weight @ gain, gain.T @ weight @ (score * unit)
+    square, probability = np.zeros((2, score.size))
+    while np.any(square == 0):
+        by = np.flatnonzero(square)
+        through = precision[:, by] @ np.linalg.inv(np.diag(1 / square[by]) + precision[np.ix_(by, by)])
+        left, seen = pull - through @ pull[by], np.diag(precision) - np.sum(through * precision[:, by], axis=1)
+        times = np.where(square == 0, left**2 / seen, 0.0)
+        at = int(np.argmax(times))
+        if times[at] <= 1:
+            break
+        square[at] = (times[at] - 1) / seen[at]
+        probability[at] = expit((times[at] - 1 - np.log(times[at])) / 2 + logit(0.5 / score.size))
+    return np.asarray(np.sqrt(square * probability))
+
+
+def _variance(own: Real, noise: Real, scatter: Complex | None) -> Real:
+    """(causes, causes) of what noise adds to their scores: that of lines, or of blows where that is more.
+
+    Args:
+        own: (data, causes) what is their own.
+        noise: (rows, lines) standard deviation of the data.
+        scatter: (rows, blows, lines) of the data; None where not known.
+    """
+    of_lines = _products(own * np.tile(noise.ravel(), 2)[:, None])
+    if scatter is None:
+        return of_lines
+    real, imaginary = own.reshape(2, *noise.shape, -1)
+    moved = np.einsum("rlc,rbl->rbc", real, scatter.real) + np.einsum("rlc,rbl->rbc", imaginary, scatter.imag)
+    of_blows = _products(moved.reshape(-1, moved.shape[-1]))
+    return np.asarray(of_blows + np.diag(np.maximum(np.diag(of_lines - of_blows), 0.0)))
+
+
+def _products(columns: Real) -> Real:
+    """(columns, columns) of each with each."""
+    return np.asarray(columns.T @ columns)
 
 
 def _stacked(fields: Complex) -> Real:
@@ -139,15 +220,28 @@ def _columns(
         moving = sum(terms[at][place] for place in TRANSLATIONS) / response.condensed.growth[3 * joint]
         found.append((f"mass at joint {name}", "kg", np.asarray(square * moving)))
         found.append((f"compliance under joint {name}", "m/N", _in_series(response, joint)))
-    first = len(COMMON) + len(names)
-    exponents = np.zeros(len(likelihood.tolerance), dtype=bool)
-    exponents[first : first + len(names)] = True
-    exponents &= ~likelihood.active
-    missing = [name for name, lacks in zip(names, exponents[first : first + len(names)], strict=True) if lacks]
-    for name, column in zip(missing, deviation_columns(response, exponents), strict=True):
-        found.append((f"power of frequency of joint {name}", "1", column))
-    found.append((f"mass of the accelerometer at {model.response}", "kg", _mass_at_sensor(response)))
+    first = law_places(len(names)).start
+    lacks = np.zeros(len(likelihood.tolerance), dtype=bool)
+    lacks[first : first + len(names)] = True
+    lacks &= ~likelihood.active
+    missing = [name for name, lacking in zip(names, lacks[first : first + len(names)], strict=True) if lacking]
+    for name, column in zip(missing, deviation_columns(response, lacks), strict=True):
+        found.append((f"{POWER} {name}", "1", column))
+    held = _held_at_sensor(response)
+    found.append((f"mass of the accelerometer at {model.response}", "kg", square * held))
+    found.append((f"damping of the cable at {model.response}", "N s/m", model.poles * held))
     return found
+
+
+def _stated(likelihood: ResponseLikelihood) -> dict[str, tuple[int, float]]:
+    """Number and tolerance of each parameter of the bench as a whole, by what may be wrong with it."""
+    model = likelihood.model
+    labels = deviation_labels(model.response, model.inputs, likelihood.parameters.names)
+    return {
+        f"wrong statement of the {labels[at]}": (number, float(np.sqrt(likelihood.tolerance[at, at])))
+        for at, number in likelihood.numbers.items()
+        if at < len(COMMON)
+    }
 
 
 def _in_series(response: SupportedResponse, joint: int) -> Complex:
@@ -157,8 +251,8 @@ def _in_series(response: SupportedResponse, joint: int) -> Complex:
     return np.asarray(factor * np.einsum("jl,jsl->sl", force[:, 0], force[:, 1:]))
 
 
-def _mass_at_sensor(response: SupportedResponse) -> Complex:
-    """(rows, lines) derivative in a point mass that moves with the accelerometer in its direction."""
+def _held_at_sensor(response: SupportedResponse) -> Complex:
+    """(rows, lines) derivative in the dynamic stiffness of what holds the accelerometer in its direction."""
     beam = response.condensed
     under = beam.direct[0] - np.einsum("jl,jl->l", np.moveaxis(beam.ends[:, :, 0], 0, -1), response.force[:, 0])
-    return np.asarray(-(beam.model.poles**2) * under * response.accelerance)
+    return np.asarray(-under * response.accelerance)

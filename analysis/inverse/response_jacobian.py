@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frequency_response import Complex
+from analysis.inverse.frequency_laws import growth_slopes
 from analysis.inverse.regression import UPPER
 from analysis.inverse.response_model import SupportedResponse, times_fields
-from analysis.inverse.tolerances import COMMON
+from analysis.inverse.tolerances import COMMON, law_places
 
 
 def term_columns(response: SupportedResponse) -> Complex:
@@ -41,7 +42,7 @@ def deviation_columns(response: SupportedResponse, active: NDArray[np.bool_]) ->
 
     Args:
         response: at the deviations of its condensed beam.
-        active: (4 + 2 joints + 2 rows,) which of them are wanted, in the order of `tolerances.Deviations`.
+        active: (4 + 5 joints + 2 rows,) which of them are wanted, in the order of `tolerances.Deviations`.
     """
     if not np.any(active):
         return np.empty((0, *response.accelerance.shape), dtype=complex)
@@ -66,19 +67,20 @@ def _columns(response: SupportedResponse, active: NDArray[np.bool_]) -> Iterator
         yield -factor * _along(response, sensor * (lam**2 + np.sqrt(e / r) * damping))
     if active[3]:
         yield factor * _along(response, np.broadcast_to(beam.end_slopes[0][:, None], sensor.shape)) + of_kinks
-    first_exponent = len(COMMON) + len(model.joint_nodes)
-    first_row = first_exponent + len(model.joint_nodes)
-    for joint in np.flatnonzero(active[len(COMMON) : first_exponent]):
+    joints = len(model.joint_nodes)
+    laws = law_places(joints)
+    for joint in np.flatnonzero(active[len(COMMON) : laws.start]):
         at = slice(3 * joint, 3 * joint + 3)
         slopes, force = beam.joint_slopes[at], response.force[at]
         at_sensor = np.einsum("jl,jsl->sl", times_fields(slopes, sensor), force[:, 1:])
         yield -factor * (at_sensor + _along(response, times_fields(slopes.T, force[:, 0])))
-    for joint in np.flatnonzero(active[first_exponent:first_row]):
-        at = slice(3 * joint, 3 * joint + 3)
+    growing = growth_slopes(deviations.joint_laws, beam.log_frequency).reshape(-1, model.frequency.size)
+    for place in np.flatnonzero(active[laws]):
+        at = slice(3 * (place % joints), 3 * (place % joints) + 3)
         given = np.einsum("jl,jsl->sl", response.displacement[at, 0], response.force[at, 1:])
-        yield -factor * beam.log_frequency * given
+        yield -factor * growing[place] * given
     moved = np.concatenate([beam.end_slopes[1:], beam.blow_turns])
-    for place in np.flatnonzero(active[first_row:]):
+    for place in np.flatnonzero(active[laws.stop :]):
         column, row = np.zeros_like(response.accelerance), place % len(model.inputs)
         column[row] = factor * times_fields(moved[place][None], sensor)[0]
         if place == row:

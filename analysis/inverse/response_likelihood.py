@@ -15,11 +15,12 @@ from scipy.linalg import block_diag
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.inverse.frequency_laws import FARTHEST
 from analysis.inverse.joint_parameters import HALF, JointParameters, matrices
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_model import CondensedBeam, ResponseModel, SupportedResponse
-from analysis.inverse.tolerances import COMMON, SENSOR, Deviations
+from analysis.inverse.tolerances import COMMON, SENSOR, Deviations, law_places
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class ResponseLikelihood:
         measured: (rows, lines) accelerances, (m/s^2)/N.
         deviation: (rows, lines) their standard deviation, per real and imaginary part.
         parameters: of the joints.
-        tolerance: (4 + 2 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds a deviation
+        tolerance: (4 + 5 joints + 2 rows, the same) prior covariance of the bench's deviations; zero holds a deviation
             at zero.
     """
 
@@ -74,8 +75,14 @@ class ResponseLikelihood:
 
     @property
     def active(self) -> NDArray[np.bool_]:
-        """(4 + 2 joints + rows,) which deviations of the bench are parameters."""
+        """(4 + 5 joints + rows,) which deviations of the bench are parameters."""
         return np.diag(self.tolerance) > 0
+
+    @cached_property
+    def numbers(self) -> dict[int, int]:
+        """Number of the parameter of each deviation that is one, by its place in `Deviations`."""
+        first = len(self.parameters.labels)
+        return {place: number for number, place in enumerate(np.flatnonzero(self.active).tolist(), first)}
 
     @property
     def active_tolerance(self) -> Real:
@@ -131,7 +138,8 @@ class ResponseLikelihood:
     def at(self, values: Real) -> Trial:
         """Chi-square with priors at parameters (parameters,); `NOWHERE` for an impossible bench."""
         deviations = self.deviations(values)
-        if min(deviations.gain, deviations.youngs_modulus, deviations.density) <= -1:
+        no_beam = min(deviations.gain, deviations.youngs_modulus, deviations.density) <= -1
+        if no_beam or np.max(np.abs(deviations.joint_laws)) > FARTHEST:
             return NOWHERE
         mean, weight = self.prior
         response = self.response(values)
@@ -220,7 +228,7 @@ class ResponseLikelihood:
         left = (self.measured - response.accelerance) / self.deviation**2
         pressed = np.real(left @ (model.poles**2).conj()) * (1 + deviations.gain)
         found = np.zeros((len(self.tolerance), len(self.tolerance)))
-        first = len(COMMON) + 2 * len(model.joint_nodes)
+        first = law_places(len(model.joint_nodes)).stop
         for row in np.flatnonzero(bend):
             apart = np.zeros(len(found))
             apart[SENSOR], apart[first + int(row)] = -1.0, 1.0

@@ -18,7 +18,8 @@ from scipy.linalg import block_diag
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY, Deviations
+from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY, growth
+from analysis.inverse.tolerances import Deviations
 from analysis.structure.beam import DIRECTIONS, FreeBeam, Theory
 from analysis.structure.beam_motion import modes_near, modes_under_blow
 
@@ -163,7 +164,7 @@ class CondensedBeam:
     @property
     def growth(self) -> Complex:
         """(3 joints, lines) factor of frequency on the stiffness at each freedom of the joints."""
-        return np.asarray(np.exp(np.outer(np.repeat(self.deviations.joint_exponents, 3), self.log_frequency)))
+        return np.repeat(growth(self.deviations.joint_laws, self.log_frequency), 3, axis=0)
 
     def evaluate_on(self, dynamic_stiffness: Complex) -> SupportedResponse:
         """Motion on joints of `dynamic_stiffness` (joints, 3, 3), at 100 Hz if they depend on frequency.

@@ -3,9 +3,7 @@
 A tolerance is one standard deviation of a Gaussian prior with mean zero. Zero means that the drawing is exact; the
 deviation is then no parameter.
 
-The dependence of joints on frequency is such a deviation too: k + i h = (k + i h at 100 Hz) (f / 100 Hz)^beta. That is
-the spring-pot (i w / w0)^beta, the power law of rubber far from its glass (R. L. Bagley, P. J. Torvik, J. Rheology 27,
-1983), whose constant loss angle is in the terms at 100 Hz. The drawing's joint has beta = 0.
+The law of frequency that a joint follows is such a deviation too; the drawing's joint is constant.
 """
 
 from __future__ import annotations
@@ -18,16 +16,18 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.inverse.frequency_law import FrequencyLaw
+from analysis.inverse.frequency_laws import LAW_PARAMETERS, PRIORS, zener_like
 
 COMMON = ("gain", "Young's modulus", "density", "sensor position")
-"""Deviations of the bench as a whole; position and exponent of each joint, position and lean of each row's blows
-follow."""
+"""Deviations of the bench as a whole; position and law of each joint, position and lean of each row's blows follow."""
+OF_JOINT = 1 + len(LAW_PARAMETERS)
+"""Number of deviations of each joint."""
 MODULUS, DENSITY = COMMON.index("Young's modulus"), COMMON.index("density")
 SENSOR = COMMON.index("sensor position")
 FREEHAND_LEAN = np.radians(2.0)
 """Tolerance of the mean lean of the blows at a point for a hand-held hammer, rad. Accelerances determine the lean to
 about 0.2 degrees; with a tolerance of 0.3 degrees intervals are the same."""
-REFERENCE_FREQUENCY = 100.0  # Hz, at which the terms of joints that follow frequency are stated
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Tolerances:
         blow_position: of each row's blows, m: along the beam, on an end face above or below its middle.
         blow_lean: of each row's blows, rad: how far they point along the beam, on an end face across it.
         inclination: of each cylinder, rad; used by the cylinder parameters only.
-        joint_exponent: of the power law of each joint; rubber has 0.02 to 0.2. Zero means that joints are constant.
+        joint_law: that every joint follows, with parameters of its own; its priors are `frequency_laws.PRIORS`.
         material_correlation: between the deviations of Young's modulus and density, from a test of the suspended beam.
     """
 
@@ -54,7 +54,7 @@ class Tolerances:
     joint_position: float = 0.0
     blow_position: float = 0.0
     inclination: float = 0.0
-    joint_exponent: float = 0.0
+    joint_law: FrequencyLaw = FrequencyLaw.CONSTANT
     material_correlation: float = 0.0
     blow_lean: float = 0.0
 
@@ -62,11 +62,11 @@ class Tolerances:
         if not abs(self.material_correlation) < 1:
             raise AnalysisError(f"a correlation of {self.material_correlation}; it must lie between -1 and 1")
         for name, value in vars(self).items():
-            if name != "material_correlation" and not (np.isfinite(value) and value >= 0):
+            if name not in ("material_correlation", "joint_law") and not (np.isfinite(value) and value >= 0):
                 raise AnalysisError(f"the tolerance {name} is {value}; it must be zero or a positive number")
 
     def covariance(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
-        """(4 + 2 joints + 2 rows, the same) covariance in the order of `Deviations`."""
+        """(4 + 5 joints + 2 rows, the same) covariance in the order of `Deviations`."""
         deviation = self.deviations(response, inputs, joints)
         found = np.diag(deviation**2)
         mutual = self.material_correlation * deviation[MODULUS] * deviation[DENSITY]
@@ -74,7 +74,7 @@ class Tolerances:
         return found
 
     def deviations(self, response: Dof, inputs: Sequence[Dof], joints: int) -> Real:
-        """(4 + 2 joints + 2 rows,) standard deviations in the order of `Deviations`.
+        """(4 + 5 joints + 2 rows,) standard deviations in the order of `Deviations`.
 
         An accelerometer that measures along the beam has no position.
         """
@@ -82,7 +82,7 @@ class Tolerances:
         return np.array(
             [self.sensor_gain, self.youngs_modulus, self.density, sensor]
             + joints * [self.joint_position]
-            + joints * [self.joint_exponent]
+            + np.repeat(PRIORS[self.joint_law], joints).tolist()
             + len(inputs) * [self.blow_position]
             + len(inputs) * [self.blow_lean]
         )
@@ -97,8 +97,9 @@ class Deviations:
     """How one bench and its measurement differ from the drawing.
 
     Attributes:
-        values: (4 + 2 joints + 2 rows,) relative gain, Young's modulus and density; positions of the accelerometer and
-            of each joint, m; exponent of each joint; positions of each row's blows, m, and their leans, rad.
+        values: (4 + 5 joints + 2 rows,) relative gain, Young's modulus and density; positions of the accelerometer and
+            of each joint, m; each parameter of the law of each joint; positions of each row's blows, m, and their
+            leans, rad.
         joints: number of joints.
     """
 
@@ -108,13 +109,13 @@ class Deviations:
     @classmethod
     def none(cls, joints: int, rows: int) -> Deviations:
         """A bench as drawn."""
-        return cls(np.zeros(len(COMMON) + 2 * joints + 2 * rows), joints)
+        return cls(np.zeros(len(COMMON) + OF_JOINT * joints + 2 * rows), joints)
 
     @classmethod
-    def following(cls, exponents: Sequence[float], rows: int) -> Deviations:
-        """A bench as drawn but for the exponents of its joints."""
-        found = cls.none(len(exponents), rows)
-        found.joint_exponents[:] = exponents
+    def following(cls, laws: Real, rows: int) -> Deviations:
+        """A bench as drawn but for the laws of its joints, (4, joints) in the order of `LAW_PARAMETERS`."""
+        found = cls.none(laws.shape[1], rows)
+        found.joint_laws[:] = laws
         return found
 
     @classmethod
@@ -151,9 +152,15 @@ class Deviations:
         return self.values[len(COMMON) : len(COMMON) + self.joints]
 
     @property
-    def joint_exponents(self) -> Real:
-        """(joints,)."""
-        return self.values[len(COMMON) + self.joints : len(COMMON) + 2 * self.joints]
+    def joint_laws(self) -> Real:
+        """(4, joints) parameters of their laws, in the order of `LAW_PARAMETERS`."""
+        return self.values[law_places(self.joints)].reshape(-1, self.joints)
+
+    def with_zener_for_power(self) -> Deviations:
+        """The same with fractional Zener laws that rise in the middle of the band as the powers do."""
+        found = Deviations(self.values.copy(), self.joints)
+        found.joint_laws[:] = zener_like(self.joint_laws[0])
+        return found
 
     @property
     def blow_positions(self) -> Real:
@@ -167,11 +174,29 @@ class Deviations:
 
     @property
     def _of_rows(self) -> Real:
-        return self.values[len(COMMON) + 2 * self.joints :]
+        return self.values[len(COMMON) + OF_JOINT * self.joints :]
+
+
+def law_places(joints: int) -> slice:
+    """Places of the laws of so many joints among the deviations."""
+    first = len(COMMON) + joints
+    return slice(first, first + len(LAW_PARAMETERS) * joints)
+
+
+def places_of_law(parameter: str, joints: int) -> range:
+    """Place of one of `LAW_PARAMETERS` of each joint among the deviations."""
+    first = law_places(joints).start + LAW_PARAMETERS.index(parameter) * joints
+    return range(first, first + joints)
+
+
+def places_of_leans(joints: int, rows: int) -> range:
+    """Place of the lean of each row's blows among the deviations."""
+    first = len(COMMON) + OF_JOINT * joints + rows
+    return range(first, first + rows)
 
 
 def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]) -> tuple[str, ...]:
-    """(4 + 2 joints + 2 rows,) names of the deviations, in the order of `Deviations`."""
+    """(4 + 5 joints + 2 rows,) names of the deviations, in the order of `Deviations`."""
     gain, modulus, density, sensor = COMMON
     return (
         f"{gain} of {response}",
@@ -179,7 +204,7 @@ def deviation_labels(response: Dof, inputs: Sequence[Dof], joint_names: Sequence
         density,
         f"{sensor} of {response}",
         *(f"position of joint {name}" for name in joint_names),
-        *(f"exponent of joint {name}" for name in joint_names),
+        *(f"{parameter} of joint {name}" for parameter in LAW_PARAMETERS for name in joint_names),
         *(f"blow position of {point}" for point in inputs),
         *(f"lean of the blows at {point}" for point in inputs),
     )

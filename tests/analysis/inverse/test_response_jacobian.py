@@ -57,7 +57,7 @@ def cases(draw: st.DrawFn) -> Case:
         k, h = (factor @ factor.T + 0.3 * np.eye(3) for factor in rng.standard_normal((2, 3, 3)))
         stiffness.append(50 * BEAM.stiffness_unit * np.outer(lever, lever) * (k + 0.15j * h))
     model = ResponseModel(free, nodes, Dof.parse("3y"), INPUTS, np.linspace(20.3, 1024.0, 40))
-    joints = np.repeat([1e-3, 0.1], len(nodes))  # positions and exponents
+    joints = np.repeat([1e-3, 0.1, 0.5, 1.0, 0.7], len(nodes))  # positions and laws
     sizes = np.concatenate([SIZES, joints, np.repeat([1.5e-3, 0.02], len(INPUTS))])
     return Case(model, np.array(stiffness), Deviations(sizes * rng.uniform(-1, 1, sizes.size), len(nodes)))
 
@@ -149,7 +149,7 @@ def test_a_joint_beside_its_node_acts_as_one_at_a_node_there() -> None:
     def answer(at: NDArray[np.float64], joint_off: float) -> Complex:
         free = assemble(BEAM, Mesh.through(at, 6), damping_ratios=(0.004, 0.001, 0.001))
         model = ResponseModel(free, (2, 10), Dof.parse("4y"), INPUTS, frequency)
-        values = np.zeros(4 + 2 * 2 + 2 * len(INPUTS))
+        values = np.zeros(4 + 5 * 2 + 2 * len(INPUTS))
         values[4] = joint_off
         return model.condensed(Deviations(values, 2)).evaluate_on(z).accelerance
 
@@ -173,8 +173,8 @@ def test_a_blow_beside_the_accelerometer_meets_the_kink_that_it_makes(beside: fl
 
     own = assemble(BEAM, Mesh.through(positions, 32), damping_ratios=(0.004, 0.001, 0.001))
     model = ResponseModel(own, (2, 10), Dof.parse("4y"), (Dof.parse("4y"),), frequency)
-    values = np.zeros(4 + 2 * 2 + 2)
-    values[8] = beside
+    values = np.zeros(4 + 5 * 2 + 2)
+    values[14] = beside
     deviations = Deviations(values, 2)
     found = model.condensed(deviations).evaluate_on(z).accelerance
     kink = model.kinks(deviations)[1] * (2 * np.pi * frequency) ** 2

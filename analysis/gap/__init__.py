@@ -13,6 +13,7 @@ Read in this order:
   probabilities, with what trials say in `calibration`; `findings` is what a diagnosis says beside its verdict.
 - Where: `residual_structure` separates misfit from noise, `location` maps it. How far: `held_out`, and `gaps` with the
   floor.
-- What to measure next: `next_experiment`. What these data cannot show: `missing_evidence`.
+- What to measure next: `next_experiment`, by `expected_data` and `information`. What these data cannot show:
+  `missing_evidence`.
 - All of it: `diagnosis`.
 """

@@ -131,6 +131,7 @@ class Baseline:
             joint_position=mounting.position,
             sensor_position=drawing.node_positions[drawing.accelerometer.node - 1] + given["sensor position"],
             sensor_mass=0.0,
+            sensor_damping=0.0,
             cross_axis=0.0,
             blow_offset=np.zeros(rows),
             lean=np.zeros(rows),

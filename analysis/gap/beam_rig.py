@@ -17,7 +17,7 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench
-from analysis.gap.free_beam_modes import BeamModes
+from analysis.gap.free_beam_modes import BeamModes, modal_stiffness
 from analysis.gap.measurement import Indices
 
 JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
@@ -86,7 +86,7 @@ class Answer:
     blow_offset: Real
 
     @cached_property
-    def _sensor(self) -> tuple[Real, Real, Real]:
+    def sensor_modes(self) -> tuple[Real, Real, Real]:
         """(N,) modes at the accelerometer, and their derivatives in its position and in its cross-axis share."""
         modes, place, share = self.rig.modes, self.bench.sensor_position, self.bench.cross_axis
         way = self.rig.sensor
@@ -99,7 +99,7 @@ class Answer:
         )
 
     @cached_property
-    def _blows(self) -> tuple[Real, Real, Real]:
+    def blow_modes(self) -> tuple[Real, Real, Real]:
         """(rows, N) modes at the blows, and their derivatives in the position and in the lean of each blow.
 
         A leaning blow that strikes above the axis turns the section as well.
@@ -117,7 +117,7 @@ class Answer:
         return cosine * straight + sine * across, cosine * slope, cosine * across - sine * straight
 
     @cached_property
-    def _attached(self) -> tuple[Real, Real]:
+    def attached_modes(self) -> tuple[Real, Real]:
         """(attached, N) modes at joints (x, y, rotation), what is local, and accelerometer (x, y); and their slopes."""
         modes, sensor, local = self.rig.modes, self.bench.sensor_position, self.bench.local
 
@@ -137,7 +137,7 @@ class Answer:
         return at_all(modes.motion), at_all(modes.slope)
 
     @cached_property
-    def _stiffness(self) -> Complex:
+    def attached_stiffness(self) -> Complex:
         """(states, lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
         bench, rig = self.bench, self.rig
         states, _, joints = bench.joints.shape[:3]
@@ -152,14 +152,15 @@ class Answer:
             found[:, :, 3 * joints, 3 * joints] = bench.local_stiffness
         for way in (size - 2, size - 1):
             found[:, :, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
+        found[:, :, -1, -1] += bench.pole * bench.sensor_damping
         return found
 
     @cached_property
-    def _compliance(self) -> Complex:
-        """(N, lines) of the free modes."""
+    def modal_parts(self) -> tuple[Real, Real, Real]:
+        """(N,) modal mass, damping and stiffness of the free modes."""
         bench, modes = self.bench, self.rig.modes
         rate = bench.damping * modes.damping_rate + 2 * bench.ratio * modes.angular_frequency
-        return 1 / modes.modal_stiffness(bench.pole, bench.modulus, bench.density, bench.mesh, bench.loss, rate)
+        return modes.modal_parts(bench.modulus, bench.density, bench.mesh, rate)
 
     @cached_property
     def _split(self) -> tuple[int, Indices, Real]:
@@ -182,12 +183,24 @@ class Answer:
         basis = np.linalg.solve(scaled[nodes] ** powers[:, None], scaled ** powers[:, None])
         return low, nodes, np.asarray(basis)
 
-    def _summed(self, rows: Real, columns: Real, fields: Complex) -> Complex:
-        """(lines, rows, columns) sum over modes of `rows` (rows, N) times `columns` times (N, lines) `fields`."""
+    @cached_property
+    def _compliance(self) -> tuple[Complex, Complex]:
+        """(low, lines) of the low free modes, and (N - low, nodes) of the others."""
+        low, nodes, _ = self._split
+        loss = np.broadcast_to(self.bench.loss, self.bench.pole.shape)
+        below, above = (tuple(each[part] for each in self.modal_parts) for part in (slice(low), slice(low, None)))
+        return (
+            1 / modal_stiffness(below, self.bench.pole, loss),
+            1 / modal_stiffness(above, self.bench.pole[nodes], loss[nodes]),
+        )
+
+    def _summed(self, rows: Real, columns: Real, fields: tuple[Complex, Complex]) -> Complex:
+        """(lines, rows, columns) sum over modes of `rows` (rows, N) times `columns` times `fields`: (low, lines) of low
+        modes and (N - low, nodes) of the others."""
         low, nodes, basis = self._split
-        found = _times(_products(rows[:, :low], columns[:, :low]), fields[:low])
+        found = _times(_products(rows[:, :low], columns[:, :low]), fields[0])
         if nodes.size:
-            found += _times(_products(rows[:, low:], columns[:, low:]), fields[low:, nodes]) @ basis
+            found += _times(_products(rows[:, low:], columns[:, low:]), fields[1]) @ basis
         return np.ascontiguousarray(found.T).reshape(-1, len(rows), len(columns))
 
     def _free(self, rows: Real, columns: Real) -> Complex:
@@ -197,7 +210,7 @@ class Answer:
     @cached_property
     def _ends(self) -> Real:
         """(3 + rows, N) modes at the accelerometer, their two derivatives, and modes at the blows."""
-        return np.concatenate([np.array(self._sensor), self._blows[0]])
+        return np.concatenate([np.array(self.sensor_modes), self.blow_modes[0]])
 
     def _by_state(self, values: Complex, shared: int) -> Complex:
         """(states, lines, x, shared + n) of (lines, x, shared + rows): columns for all, then of a state's rows."""
@@ -213,13 +226,13 @@ class Answer:
     @cached_property
     def _system(self) -> Complex:
         """(states, lines, attached, attached) that the motion of the attached is solved from."""
-        attached, _ = self._attached
-        return np.asarray(np.eye(len(attached)) + self._free(attached, attached) @ self._stiffness)
+        attached, _ = self.attached_modes
+        return np.asarray(np.eye(len(attached)) + self._free(attached, attached) @ self.attached_stiffness)
 
     @cached_property
     def _motion(self) -> Complex:
         """(states, lines, attached, 3 + n) motion of the attached under unit forces at sensor and a state's blows."""
-        attached, _ = self._attached
+        attached, _ = self.attached_modes
         return np.asarray(np.linalg.solve(self._system, self._by_state(self._free(attached, self._ends), 3)))
 
     @cached_property
@@ -233,18 +246,18 @@ class Answer:
     def joint_receptance(self) -> Complex:
         """(states, lines, 3 joints, 3 joints) of the joints on the beam."""
         joints = 3 * self.bench.joints.shape[2]
-        attached, _ = self._attached
+        attached, _ = self.attached_modes
         return np.asarray(np.linalg.solve(self._system, self._free(attached, attached[:joints]))[:, :, :joints])
 
     @cached_property
     def _force(self) -> Complex:
         """(states, lines, attached, 3 + n) forces of the attached parts on the beam, negative."""
-        return self._stiffness @ self._motion
+        return self.attached_stiffness @ self._motion
 
     @cached_property
     def _receptances(self) -> Complex:
         """(states, lines, 3, n) of the accelerometer and its derivatives under the blows."""
-        attached, _ = self._attached
+        attached, _ = self.attached_modes
         free = self._by_state(self._free(self._ends[:3], self._ends[3:]), 0)
         at_ends = np.swapaxes(self._free(attached, self._ends[:3]), 1, 2)
         return free - at_ends @ self._force[..., 3:]
@@ -274,7 +287,7 @@ class Answer:
     @cached_property
     def _pulling(self) -> Real:
         """(1 + attached, N) modes where these forces act."""
-        return np.concatenate([self._ends[:1], self._attached[0]])
+        return np.concatenate([self._ends[:1], self.attached_modes[0]])
 
     def _at_blows(self, fields: Complex) -> Complex:
         """(rows, lines) of (lines, 1 + attached, rows): the sum over the forces under a unit force at the sensor."""
@@ -283,22 +296,22 @@ class Answer:
     @cached_property
     def by_blow_offset(self) -> Complex:
         """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
-        return self._to_read * self._at_blows(self._free(self._pulling, self._blows[1]))
+        return self._to_read * self._at_blows(self._free(self._pulling, self.blow_modes[1]))
 
     @cached_property
     def _by_lean(self) -> Complex:
-        return self._to_read * self._at_blows(self._free(self._pulling, self._blows[2]))
+        return self._to_read * self._at_blows(self._free(self._pulling, self.blow_modes[2]))
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
         """(rows, lines) derivative in the sensor's position; its mass moves with it."""
-        carried = range(self._stiffness.shape[-1] - 2, self._stiffness.shape[-1])
+        carried = range(self.attached_stiffness.shape[-1] - 2, self.attached_stiffness.shape[-1])
         return self._to_read * self._by_row(self._receptances[:, :, 1] + self._moved(carried))
 
     @cached_property
     def _slopes_under_forces(self) -> Complex:
         """(states, lines, attached, 1 + n) slope of the beam at the attached, under unit forces at sensor and blows."""
-        attached, slopes = self._attached
+        attached, slopes = self.attached_modes
         free = self._by_state(self._free(slopes, self._ends[[0, *range(3, len(self._ends))]]), 1)
         at = [0, *range(3, self._force.shape[-1])]
         return free - self._free(slopes, attached) @ self._force[..., at]
@@ -319,9 +332,11 @@ class Answer:
     def _along(self, weight: Real) -> Complex:
         """(rows, lines) sum over free modes of their motion under the sensor's force times that under each blow, with
         (N,) weights, as read; by reciprocity."""
-        attached, _ = self._attached
+        attached, _ = self.attached_modes
         blows = len(self._ends) - 3
-        fields = self._compliance**2 * weight[:, None]
+        low = self._split[0]
+        below, above = self._compliance
+        fields = below**2 * weight[:low, None], above**2 * weight[low:, None]
         both = self._summed(self._pulling, np.concatenate([self._ends[3:], attached]), fields)
         carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
         through = carried[:, :, None] @ self._force[..., 3:]
@@ -391,6 +406,9 @@ class Answer:
         if "sensor_mass" in changes:
             both = np.einsum("slp,slpn->sln", self._motion[:, :, -2:, 0], self._motion[:, :, -2:, 3:])
             total -= changes["sensor_mass"] * self._to_read * bench.pole**2 * self._by_row(both)
+        if "sensor_damping" in changes:
+            across = self._motion[:, :, -1, :1] * self._motion[:, :, -1, 3:]
+            total -= changes["sensor_damping"] * self._to_read * bench.pole * self._by_row(across)
         for name in MODE_FIELDS:
             if name in changes:
                 total -= changes[name] * self._by_modes[name]
@@ -422,7 +440,8 @@ class Answer:
         joints = [mass for kilograms in self.rig.joint_mass for mass in (kilograms, kilograms, 0.0)]
         mass = np.array([*joints, *(0.0 for _ in self._local), *2 * [self.rig.sensor_mass + self.bench.sensor_mass]])
         both = np.einsum("slp,p,slpn->sln", self._motion[..., 0], mass, self._motion[..., 3:])
-        return np.asarray(-self._to_read * 2 * self.bench.pole * self._by_row(both))
+        across = self.bench.sensor_damping * self._motion[:, :, -1, :1] * self._motion[:, :, -1, 3:]
+        return np.asarray(-self._to_read * self._by_row(2 * self.bench.pole[:, None] * both + across))
 
 
 def _products(rows: Real, columns: Real) -> Real:

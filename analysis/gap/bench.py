@@ -186,6 +186,7 @@ class BeamBench:
         joint_position: (joints,) m.
         sensor_position: m.
         sensor_mass: kg, beyond the known one.
+        sensor_damping: N s/m, of what holds the sensor's cable; across the beam.
         cross_axis: share of the axial acceleration that the sensor reads.
         blow_offset: (rows,) of the blows along the beam, in addition to the tolerance of each set, m.
         lean: (rows,) of the blows, rad; leaning to the right.
@@ -208,6 +209,7 @@ class BeamBench:
     joint_position: Real
     sensor_position: float
     sensor_mass: float
+    sensor_damping: float
     cross_axis: float
     blow_offset: Real
     lean: Real

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.gap.asked_rows import at_rows
 from analysis.gap.calibration import UNCALIBRATED, Calibration
 from analysis.gap.catalogue import candidates, law_free, mechanism_of
 from analysis.gap.effect import Mechanism, RecordEffect
@@ -24,19 +25,28 @@ from analysis.gap.findings import (
     of_records,
     remainder_of,
 )
-from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.fit import Fit
 from analysis.gap.forward_selection import selected
-from analysis.gap.gaps import coarse_gaps, fine_gaps, gaps_where_asked, held_to_account
+from analysis.gap.gaps import (
+    COARSE_LINES,
+    coarse_gaps,
+    fine_gaps,
+    gaps_where_asked,
+    held_to_account,
+    unknown_held_to_account,
+)
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import local_changes
 from analysis.gap.location import GapMap, Place, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, refined
-from analysis.gap.next_experiment import NextExperiment, next_experiment
+from analysis.gap.model_values import ModelValues, values_of
+from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
 from analysis.gap.parameter import Estimate
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
+from analysis.gap.shape_search import found_shape
 from analysis.gap.tester_change import changes_of_tester
 from analysis.gap.verdict import (
     UNKNOWN,
@@ -96,7 +106,7 @@ class Diagnosis:
         maps: for pictures.
         ranking: explanations, the most probable first.
         confounded: groups of effects that these data cannot tell apart from the verdict's.
-        next_experiment: the cheapest measurement that would settle the matter.
+        next_experiment: the one that tells most about the explanations for its rig time.
         faults: of the measurement itself, a sentence each.
         predicted: the predictions that were asked for; None where none were.
         seconds: duration of the diagnosis.
@@ -106,6 +116,8 @@ class Diagnosis:
         mechanisms: probability of each.
         remainder: what the verdict leaves.
         nuisances: scales of what differs on every bench, as stated or found.
+        model: the corrected simulation by its values: the paper's where the verdict has no effect.
+        explanations: with their fitted models, the most probable first; records and limits of trials do not count.
     """
 
     status: Status
@@ -127,6 +139,8 @@ class Diagnosis:
     mechanisms: dict[Mechanism, float]
     remainder: Remainder
     nuisances: Scales
+    model: ModelValues
+    explanations: tuple[Weighed[Model], ...] = ()
 
 
 Progress = Callable[[str, float], None]
@@ -151,6 +165,7 @@ def diagnose(
     progress: Progress | None = None,
     parallel_map: ParallelMap = serial_map,
     calibration: Calibration = UNCALIBRATED,
+    time_of_rig: RigTime = PAPER_TIME,
 ) -> Diagnosis:
     """Diagnose the gap of a measurement.
 
@@ -160,6 +175,7 @@ def diagnose(
         progress: called as the work proceeds.
         parallel_map: runs independent fits, in parallel if it can.
         calibration: what trials say of laws and causes.
+        time_of_rig: how long experiments take.
 
     Raises:
         AnalysisError: the measurement cannot be simulated.
@@ -178,20 +194,9 @@ def diagnose(
     report("trying effects", 0.15)
     found = selected(search, coarse, calibration)
     report("weighing the best on all lines", 0.7)
-    fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
-    chosen = contenders(Contest(coarse, found, calibration))
-    # all models are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales
-    first = [coarse, *sorted(chosen, key=lambda each: -each.log_evidence)[:1]]
-    closer = list(parallel_map(partial(refined, measurement=fine), first))
-    best = max(closer, key=lambda each: each.log_evidence)
-    alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
-    starts = [*closer, *(each for each in chosen if each is not first[-1])]
-    none, *contest = parallel_map(alike, starts)
-    weighed = weigh(none, contest, calibration, left_out=True)
+    none, weighed = _weighed_on_all_lines(coarse, found, measurement, parallel_map, calibration)
     report("measuring the gap on held-out data", 0.85)
-    measured = coarse_gaps(none, weighed, measurement, parallel_map)
-    weighed = held_to_account(weighed, none, measured)
-    measured = fine_gaps(none, weighed, measured, parallel_map)
+    weighed, measured = _on_held_out_data(none, weighed, measurement, parallel_map)
     verdict = leading(weighed)
     after = model_of_verdict(verdict, none)
     gaps = gaps_where_asked(measured, after)
@@ -202,6 +207,12 @@ def diagnose(
         status, after = Status.UNKNOWN, none
     ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model)), calibration) for each in listed(weighed))
     confounded = confounded_effects(weighed)
+    remainder = remainder_of(after, gaps.by_model[id(after)], verdict, calibration)
+    on = next((each for each in (coarse, *found) if set(each.effects) == set(after.effects)), None)
+    if status in (Status.UNKNOWN, Status.PARTIAL) and not does_not_fit and on is not None:
+        report("looking for the shape of what is left", 0.95)
+        lines, seen = measurement.thinned(COARSE_LINES), measured[id(after)]
+        remainder = replace(remainder, curve=found_shape(search, on, found, lines, seen, calibration))
     result = Diagnosis(
         status=status,
         effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
@@ -212,7 +223,7 @@ def diagnose(
         maps=found_maps,
         ranking=_normalised(ranking),
         confounded=confounded,
-        next_experiment=next_experiment(status, weighed, confounded),
+        next_experiment=next_experiment(status, weighed, confounded, calibration, time_of_rig),
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,
@@ -220,11 +231,40 @@ def diagnose(
         missing_evidence=(*does_not_fit, *missing_evidence(measurement)),
         included=effects_found(weighed, calibration),
         mechanisms=mechanisms_found(weighed),
-        remainder=remainder_of(after, gaps.by_model[id(after)], verdict, calibration),
+        remainder=remainder,
         nuisances=after.fit.likelihood.scales,
+        model=values_of(after, calibration),
+        explanations=weighed,
     )
     report("done", 1.0)
     return with_records(result, [each for each in sound.effects if each.id not in without])
+
+
+def _weighed_on_all_lines(
+    coarse: Model, found: Sequence[Model], measurement: Measurement, parallel_map: ParallelMap, calibration: Calibration
+) -> tuple[Model, tuple[Weighed[Model], ...]]:
+    """The paper's model and the explanations by probability, fitted to all lines that count.
+
+    They are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales.
+    """
+    fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
+    chosen = contenders(Contest(coarse, found, calibration))
+    first = [coarse, *sorted(chosen, key=lambda each: -each.log_evidence)[:1]]
+    closer = list(parallel_map(partial(refined, measurement=fine), first))
+    best = max(closer, key=lambda each: each.log_evidence)
+    alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
+    none, *contest = parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])])
+    return none, weigh(none, contest, calibration, left_out=True)
+
+
+def _on_held_out_data(
+    none: Model, weighed: tuple[Weighed[Model], ...], measurement: Measurement, parallel_map: ParallelMap
+) -> tuple[tuple[Weighed[Model], ...], dict[int, HeldOut]]:
+    """Explanations that are held to what their models predict of data that they did not see, and these gaps."""
+    measured = coarse_gaps(none, weighed, measurement, parallel_map)
+    weighed = held_to_account(weighed, none, measured)
+    measured = fine_gaps(none, weighed, measured, parallel_map)
+    return unknown_held_to_account(weighed, none, measured), measured
 
 
 def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, ...], tuple[str, ...]]:
@@ -297,18 +337,11 @@ def _readings(found: Fit) -> Complex:
 
 
 def _predicted(found: Fit, inputs: tuple[Dof, ...], frequency: Real) -> Complex:
-    simulation, measurement = found.likelihood.simulation, found.likelihood.measurement
-    struck = (*measurement.sets[0].inputs, *inputs)  # what joints feel depends on all blows of a set
-    asked = measurement.sets[0].struck_at(struck, frequency)
-    whole = Likelihood(simulation.of(replace(measurement, sets=(asked,))))
-    known, scores = [*range(len(simulation.shared)), *found.likelihood.setups[0]], np.zeros(whole.unknowns)
-    scores[: len(known)] = found.scores[known]
-    for point in found.likelihood.points:
-        scores[whole.point_doubts(point)] = found.scores[found.likelihood.point_doubts(point)]
+    whole, scores = at_rows(found.likelihood, found.scores, inputs, frequency)
     return whole.predict(scores, ()).accelerances[0][-len(inputs) :]
 
 
-def _status(none: Model, verdict: Weighed, at_the_floor: bool) -> Status:
+def _status(none: Model, verdict: Weighed[Model], at_the_floor: bool) -> Status:
     if verdict.effects == UNKNOWN:
         return Status.UNKNOWN
     if not verdict.effects:
@@ -333,7 +366,7 @@ def _explained(model: Model, none: Model) -> float:
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
 
 
-def _ranked(each: Weighed, none: Model, gap: HeldOut | None, calibration: Calibration) -> Ranked:
+def _ranked(each: Weighed[Model], none: Model, gap: HeldOut | None, calibration: Calibration) -> Ranked:
     unknown = each.effects == UNKNOWN
     found = () if unknown else estimates(each.model, calibration)
     return Ranked(

@@ -8,16 +8,19 @@ best model requires, and no more than laws that are roughly right would leave of
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.stats import norm
 
 from analysis.gap.calibration import Calibration
-from analysis.gap.fit import Fit
+from analysis.gap.fitted import Fitted
 from analysis.inverse.levenberg_marquardt import Linearised
 
+F = TypeVar("F", bound=Fitted[Any])
 
-def tempered(found: Fit, temperature: float = 1.0) -> Fit:
+
+def tempered(found: F, temperature: float = 1.0) -> F:
     """A fit as it would have ended with chi-square over T, to second order about where it ended with noise alone.
 
     With noise alone, a law that is not quite right drives tolerances far off to take up what it leaves.
@@ -31,7 +34,7 @@ def tempered(found: Fit, temperature: float = 1.0) -> Fit:
     return replace(found, scores=found.scores - step, at=Linearised(cost, np.zeros(len(step)), normal))
 
 
-def log_evidence(found: Fit, temperature: float = 1.0) -> float:
+def log_evidence(found: Fitted[Any], temperature: float = 1.0) -> float:
     """Of a fitted model, up to a constant that all models of the same data share.
 
     A parameter that cannot lie below a bound has half a Gaussian for its prior: what the other half would have
@@ -41,14 +44,16 @@ def log_evidence(found: Fit, temperature: float = 1.0) -> float:
     _, logarithm = np.linalg.slogdet(there.at.normal)
     total = -(there.at.cost + logarithm) / 2 + found.likelihood.log_normalisation
     deviations = there.deviations
-    for place, parameter in enumerate(found.likelihood.simulation.shared):
+    for place, parameter in enumerate(found.likelihood.parameters):
         if np.isfinite(parameter.least):
             least = (parameter.least - parameter.centre) / parameter.spread
             total += norm.logcdf((there.scores[place] - least) / deviations[place]) - norm.logcdf(-least)
     return float(total)
 
 
-def at_tolerance(found: Fit, places: Sequence[int], tolerances: Sequence[float], temperature: float = 1.0) -> float:
+def at_tolerance(
+    found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float], temperature: float = 1.0
+) -> float:
     """By how much the evidence changes if some shared parameters had a prior as narrow as their tolerance.
 
     Args:

@@ -6,15 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from analysis.frequency_response import Real
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import mechanism_of
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.evidence import tempered
+from analysis.gap.fitted import AnyModel
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import LOCAL_CHANGE
 from analysis.gap.location import Place, maps, places
 from analysis.gap.model import Model
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included
 
 
@@ -61,11 +64,12 @@ class Remainder:
     """What the verdict leaves.
 
     Attributes:
-        percent: of held-out data, noise and offsets of blows taken off.
+        percent: of held-out data; noise, offsets of blows and smooth errors taken off.
         sigma: rms of the misfit beyond noise, over noise.
-        significant: whether noise alone would not show as much.
+        significant: whether there is any, and noise alone would not show as much.
         where: its places, the largest first; empty where it is not significant.
         acts_at: what explains it best, where that is one change of the beam or of the tester.
+        curve: the smooth function at one place that would take up most of it, where the verdict does not explain it.
     """
 
     percent: float
@@ -73,6 +77,7 @@ class Remainder:
     significant: bool
     where: tuple[Place, ...]
     acts_at: LocalFinding | None = None
+    curve: FoundShape | None = None
 
 
 TWO_SIDED = float(norm.ppf(0.95))
@@ -83,7 +88,7 @@ LEAST = 0.01
 """Probability from which an effect is listed."""
 
 
-def effects_found(weighed: Sequence[Weighed], calibration: Calibration) -> tuple[EffectFound, ...]:
+def effects_found(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> tuple[EffectFound, ...]:
     """Effects by the probability that they are part of the explanation, each as its best explanation has it.
 
     Args:
@@ -116,7 +121,7 @@ def of_records(shown: RecordEffect, probability: float) -> EffectFound:
     return EffectFound(shown.id, probability, mechanism_of(shown.id), IN_RECORDS, True, shown.parameters)
 
 
-def mechanisms_found(weighed: Sequence[Weighed]) -> dict[Mechanism, float]:
+def mechanisms_found(weighed: Sequence[Weighed[Model]]) -> dict[Mechanism, float]:
     """Probability of each mechanism that any of its effects is part of the explanation, the largest first."""
     found = dict[Mechanism, float]()
     for each in weighed:
@@ -125,7 +130,7 @@ def mechanisms_found(weighed: Sequence[Weighed]) -> dict[Mechanism, float]:
     return dict(sorted(found.items(), key=lambda each: -each[1]))
 
 
-def remainder_of(after: Model, gap: HeldOut, verdict: Weighed, calibration: Calibration) -> Remainder:
+def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibration: Calibration) -> Remainder:
     """What a model leaves.
 
     Args:
@@ -134,9 +139,10 @@ def remainder_of(after: Model, gap: HeldOut, verdict: Weighed, calibration: Cali
         verdict: that it belongs to.
         calibration: how wrong laws may be.
     """
-    misfit, significant = after.misfit, after.misfit.significance > CHANCE
+    misfit, percent = after.misfit, gap.overall.remaining_percent
+    significant = misfit.significance > CHANCE and percent > 0.0
     return Remainder(
-        percent=gap.overall.model_percent,
+        percent=percent,
         sigma=float(np.sqrt(max(misfit.energy, misfit.excess, 0.0) / after.fit.likelihood.data)),
         significant=significant,
         where=places(maps(after.fit)) if significant else (),
@@ -150,27 +156,40 @@ def _local(model: Model, calibration: Calibration) -> LocalFinding | None:
     return LocalFinding(model.effects[0].law, estimates(model, calibration)[0])
 
 
-def out_of_range(model: Model, effect: int) -> tuple[str, ...]:
+def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
     """Names of the parameters of one effect of a model that are beyond their plausible range."""
     own = zip(model.effects[effect].parameters, model.places(effect), strict=True)
     return tuple(parameter.name for parameter, place in own if abs(model.fit.scores[place]) > PLAUSIBLE)
 
 
-def estimates(model: Model, calibration: Calibration) -> tuple[dict[str, Estimate], ...]:
+def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, Estimate], ...]:
     """Parameters of each effect with their intervals, which the model's own misfit widens.
 
     No bench follows a law exactly: the size of an effect is known no better than to a share of itself.
     """
-    temperature = max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
-    deviations = tempered(model.fit, temperature).deviations
-    found = []
+    deviations, found = deviations_of(model, calibration), []
     for number, effect in enumerate(model.effects):
         own = dict[str, Estimate]()
         for place, parameter in zip(model.places(number), effect.parameters, strict=True):
             score = float(model.fit.scores[place])
             form = calibration.least_form_error * score if parameter.centre == 0.0 else 0.0
-            reach = TWO_SIDED * float(np.hypot(deviations[place], form))
-            interval = parameter.value(score - reach), parameter.value(score + reach)
-            own[parameter.name] = Estimate(parameter.value(score), interval, parameter.unit)
+            own[parameter.name] = estimate(parameter, score, float(np.hypot(deviations[place], form)))
         found.append(own)
     return tuple(found)
+
+
+def deviations_of(model: AnyModel, calibration: Calibration) -> Real:
+    """(unknowns,) standard deviations of a model's scores, which its own misfit widens."""
+    return tempered(model.fit, temperature_left(model, calibration)).deviations
+
+
+def temperature_left(model: AnyModel, calibration: Calibration) -> float:
+    """By which chi-square is divided for intervals: what a model leaves says that it is not exact."""
+    return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
+
+
+def estimate(parameter: Parameter, score: float, deviation: float) -> Estimate:
+    """A parameter with its interval, from its score and the standard deviation of that."""
+    reach = TWO_SIDED * deviation
+    interval = parameter.value(score - reach), parameter.value(score + reach)
+    return Estimate(parameter.value(score), interval, parameter.unit)

@@ -7,23 +7,25 @@ doubts about it for each point and row. Accelerances have noise and smooth error
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.blow_motion import POINT_DOUBT, ROW_DOUBT
+from analysis.gap.fitted import Fitted
 from analysis.gap.measurement import HammerSet, Measurement
-from analysis.gap.model_error import SmoothErrors, smooth_errors
+from analysis.gap.model_error import PointErrors, Row, RowErrors, smooth_errors
+from analysis.gap.normal_equations import Block, as_parts, beyond, by_point, joint, normal_equations
+from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales, log_prior
 from analysis.gap.simulation import Prediction, Simulation, State
-from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, inverse, minimise
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, minimise
 
 
 @dataclass(frozen=True)
@@ -56,43 +58,6 @@ FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""
 EARLY_GAIN = 30.0
 """Gain in chi-square (over chi-square per datum) at which all stages but the last end."""
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """The normal equations of one row of accelerances, or of all points of the tester, in some of the unknowns.
-
-    Attributes:
-        rig: "inverse" or "direct".
-        set_number, row: indices of the row; -1 in the tester.
-        unknowns: (n,) indices of the unknowns that it depends on.
-        normal: (n, n) J^t J.
-        descent: (n,) J^t r.
-        chi_square: r^t r.
-        data: number of real and imaginary parts.
-        smooth: (n + 1, K) J and r along the modes of smooth errors, already left out of the above; None without them.
-    """
-
-    rig: str
-    set_number: int
-    row: int
-    unknowns: NDArray[np.intp]
-    normal: Real
-    descent: Real
-    chi_square: float
-    data: int
-    smooth: Complex | None = None
-
-    def less(self, share: Real) -> Block:
-        """Without a (K,) share of the squares along the modes of smooth errors; a negative share adds them."""
-        assert self.smooth is not None, "a block of accelerances"
-        products = _as_parts(self.smooth * share) @ _as_parts(self.smooth).T
-        return replace(
-            self,
-            normal=self.normal - products[:-1, :-1],
-            descent=self.descent - products[:-1, -1],
-            chi_square=self.chi_square - float(products[-1, -1]),
-        )
 
 
 @dataclass(eq=False)
@@ -142,21 +107,32 @@ class Likelihood:
         return list(first + np.cumsum([0, *counts]))
 
     @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Of the bench and of the effects."""
+        return self.simulation.shared
+
+    @property
     def scales(self) -> Scales:
         """Of what differs on every bench."""
         return self.simulation.baseline.scales
 
-    def smooth_errors(self, number: int) -> SmoothErrors | None:
-        """Of one hammer set; None where inflated noise hides them."""
-        if self.inflation or not self.scales.model_error:
-            return None
-        return smooth_errors(self.measurement.sets[number], self.scales.correlation)
+    @property
+    def smooth_errors(self) -> tuple[PointErrors, ...]:
+        """Of all rows, by point; none where inflated noise hides them."""
+        scales, sets = self.scales, self.measurement.sets
+        if self.inflation or not scales.model_error or not sets:
+            return ()
+        return smooth_errors(sets, scales.model_error, scales.correlation, scales.common)
+
+    @property
+    def errors_of_rows(self) -> dict[Row, RowErrors]:
+        """Smooth errors of each row, by set and row."""
+        return {row: own for point in self.smooth_errors for row, own in zip(point.rows, point.errors, strict=True)}
 
     @cached_property
     def log_normalisation(self) -> float:
         """Of the density of smooth errors over that of noise alone, with the prior of the scales."""
-        errors = [self.smooth_errors(number) for number in range(len(self.measurement.sets))]
-        spread = sum(each.log_determinant(self.scales.model_error) for each in errors if each is not None)
+        spread = sum(each.log_determinant for each in self.smooth_errors)
         return log_prior(self.scales, self.measurement.tolerances) - spread / 2
 
     @cached_property
@@ -192,11 +168,11 @@ class Likelihood:
             sum(each.accelerance.size for each in self.measurement.sets) + (0 if points is None else points.order.size)
         )
 
-    def predict(self, scores: Real, derivatives: Sequence[int] | None = None) -> Prediction:
-        """Readings of both rigs for `scores` (unknowns,), with derivatives in some shared parameters, or in all."""
-        return self._state(scores).prediction(derivatives)
+    def predict(self, scores: Real, derivatives: Sequence[int] | None = None, own: bool = True) -> Prediction:
+        """Readings of both rigs for `scores` (unknowns,), with derivatives as of `State.prediction`."""
+        return self.state(scores).prediction(derivatives, own)
 
-    def _state(self, scores: Real) -> State:
+    def state(self, scores: Real) -> State:
         """The state of both rigs for `scores` (unknowns,)."""
         last = self.last_state
         if last is not None and last.state is not None and np.array_equal(scores, last.scores):
@@ -236,35 +212,40 @@ class Likelihood:
         if np.max(np.abs(values)) > FARTHEST:
             return NOWHERE
         with np.errstate(all="ignore"):
-            state = self._state(values)
+            state = self.state(values)
             predicted, total = state.prediction(()), float(values @ values)
-            for number, (each, found) in enumerate(zip(self.measurement.sets, predicted.accelerances, strict=True)):
-                left = (each.accelerance - found) / self.deviation(each)
-                total += _square(left) - self._smooth(number, left)
+            pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
+            left = [(each.accelerance - found) / self.deviation(each) for each, found in pairs]
+            total += sum(_square(each) for each in left)
+            total -= sum(point.explained([left[n][row] for n, row in point.rows]) for point in self.smooth_errors)
             if self.measurement.points is not None:
                 total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
         if not np.isfinite(total):
             return NOWHERE
         return Trial(total, partial(self._linearised, values, state))
 
-    def _smooth(self, number: int, left: Complex) -> float:
-        """The part of the square of whitened rows (rows, lines) that smooth errors explain."""
-        errors, scale = self.smooth_errors(number), self.scales.model_error
-        if errors is None:
-            return 0.0
-        along = [errors.along(row, each[None])[0] for row, each in enumerate(left)]
-        return sum(float(errors.share(row, scale) @ np.abs(each) ** 2) for row, each in enumerate(along))
-
     def _linearised(self, values: Real, state: State) -> Linearised:
         with np.errstate(all="ignore"):
             return normal_equations(self.blocks(values, state.prediction()), values)
 
     def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[Block, ...]:
-        """The normal equations of each row and of the tester, linearised at `values` (unknowns,)."""
-        predicted, shared = predicted or self.predict(values), len(self.simulation.shared)
-        tolerances, found = self.measurement.tolerances, list[Block]()
+        """The normal equations of each row and of the tester, linearised at `values` (unknowns,).
+
+        What several rows have in common is left out by `joint`.
+        """
+        predicted, errors, found = predicted or self.predict(values), self.errors_of_rows, list[Block]()
+        for block, whole in self.rows(values, predicted):
+            own = errors.get((block.set_number, block.row))
+            if own is not None:
+                block = block.under(own, *own.taken_from(whole))
+            found.append(block)
+        return (*found, *self.of_tester(predicted))
+
+    def rows(self, values: Real, predicted: Prediction) -> Iterator[tuple[Block, Complex]]:
+        """Each row of accelerances with noise alone, and (n + 1, lines) J and r of it."""
+        tolerances, shared = self.measurement.tolerances, len(self.simulation.shared)
         for number, each in enumerate(self.measurement.sets):
-            weight, errors = 1 / self.deviation(each), self.smooth_errors(number)
+            weight = 1 / self.deviation(each)
             accelerance = predicted.accelerances[number]
             left = (each.accelerance - accelerance) * weight
             gain = values[self.setups[number][0]] * tolerances.sensor_gain
@@ -278,86 +259,70 @@ class Likelihood:
                 by_doubt = predicted.by_doubt[number][:, row]
                 columns += [*(POINT_DOUBT * by_doubt), *(ROW_DOUBT * by_doubt)]
                 unknowns += [*self.point_doubts(dof), *self.row_doubts(number, row)]
-                weighted = np.array(columns) * weight[row]
-                block = _block("inverse", number, row, unknowns, weighted, left[row])
-                if errors is not None:
-                    along = errors.along(row, np.concatenate([weighted, left[row : row + 1]]))
-                    block = replace(block, smooth=along).less(errors.share(row, self.scales.model_error))
-                found.append(block)
+                whole = np.array([*columns, left[row]])
+                whole[:-1] *= weight[row]
+                yield Block.of("inverse", (number, row), dof, unknowns, whole), whole
+
+    def of_tester(self, predicted: Prediction) -> Iterator[Block]:
+        """All points of the tester, where there are any."""
         points = self.measurement.points
         if points is not None:
             weight = 1 / self.tester_deviation
             left = (points.stiffness - predicted.stiffness) * weight
-            columns_of_points = predicted.stiffness_by_shared * weight
-            found.append(_block("direct", -1, -1, list(range(shared)), columns_of_points, left))
-        return tuple(found)
+            whole = np.concatenate([predicted.stiffness_by_shared * weight, left[None]])
+            yield Block.of("direct", (-1, -1), None, range(len(whole) - 1), whole)
 
     def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
-        predicted, parts, left = self.predict(values, shared), list[Complex](), list[Complex]()
-        for number, each in enumerate(self.measurement.sets):
-            columns = self._whitened(number, predicted.by_shared[number])
-            parts.append(columns.reshape(len(shared), -1))
-            left.append(self._whitened(number, each.accelerance - predicted.accelerances[number]).ravel())
+        predicted = self.predict(values, shared, own=False)
+        columns = [each.reshape(len(shared), -1) for each in self._whitened(predicted.by_shared)]
+        left = [each.ravel() for each in self._left_over(predicted)]
         points = self.measurement.points
         if points is not None:
-            parts.append(predicted.stiffness_by_shared / self.tester_deviation)
+            columns.append(predicted.stiffness_by_shared / self.tester_deviation)
             left.append((points.stiffness - predicted.stiffness) / self.tester_deviation)
-        return _as_parts(np.concatenate(parts, axis=1)), _as_parts(np.concatenate(left))
+        return as_parts(np.concatenate(columns, axis=1)), as_parts(np.concatenate(left))
 
     def own_columns(self, values: Real) -> Real:
         """(own unknowns, data) whitened derivatives in those of each set-up and of each row."""
         predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
-        tolerances, found, place = self.measurement.tolerances, np.zeros((self.unknowns - first, self.data)), 0
-        for number, each in enumerate(self.measurement.sets):
+        tolerances = self.measurement.tolerances
+        found = [np.zeros((self.unknowns - first, *each.accelerance.shape), complex) for each in self.measurement.sets]
+        for number, (each, columns) in enumerate(zip(self.measurement.sets, found, strict=True)):
             own = np.array(self.setups[number]) - first
             gain = 1 + values[first + own[0]] * tolerances.sensor_gain
-            by_gain = tolerances.sensor_gain / gain * predicted.accelerances[number][None]
-            doubts = [scale * predicted.by_doubt[number] for scale in (POINT_DOUBT, ROW_DOUBT)]
-            by_row = [predicted.by_blow[number][None], *doubts]
-            columns = _as_parts(self._whitened(number, np.concatenate([by_gain, predicted.by_setup[number], *by_row])))
+            columns[own[0]] = tolerances.sensor_gain / gain * predicted.accelerances[number]
+            columns[own[1:]] = predicted.by_setup[number]
             for row, dof in enumerate(each.inputs):
-                at = slice(place, place + columns.shape[2])
-                doubts_of = *self.point_doubts(dof), *self.row_doubts(number, row)
-                of_row = self.first_blow[number] + row, *doubts_of
-                found[[*own, *np.array(of_row) - first], at] = columns[:, row]
-                place = at.stop
-        return found
+                columns[self.first_blow[number] + row - first, row] = predicted.by_blow[number][row]
+                for scale, doubts in ((POINT_DOUBT, self.point_doubts(dof)), (ROW_DOUBT, self.row_doubts(number, row))):
+                    columns[np.array(doubts, dtype=np.intp) - first, row] = scale * predicted.by_doubt[number][:, row]
+        parts = [each.reshape(len(each), -1) for each in self._whitened(found)]
+        tester = self.data // 2 - sum(each.shape[1] for each in parts)
+        return as_parts(np.concatenate([*parts, np.zeros((self.unknowns - first, tester), complex)], axis=1))
 
     def residuals(self, scores: Real) -> tuple[Complex, ...]:
         """For each set, (rows, lines) what is left over noise and smooth errors."""
-        pairs = zip(self.measurement.sets, self.predict(scores, ()).accelerances, strict=True)
-        return tuple(self._whitened(n, each.accelerance - found) for n, (each, found) in enumerate(pairs))
+        return tuple(self._left_over(self.predict(scores, ())))
 
-    def _whitened(self, number: int, values: Complex) -> Complex:
-        """(..., rows, lines) values of one set over noise and smooth errors."""
-        found, errors = values / self.deviation(self.measurement.sets[number]), self.smooth_errors(number)
-        if errors is None:
-            return found
-        rows = range(found.shape[-2])
-        whole = [errors.whitened(n, np.atleast_2d(found[..., n, :]), self.scales.model_error) for n in rows]
-        return np.asarray(np.stack(whole, axis=-2).reshape(found.shape))
+    def _left_over(self, predicted: Prediction) -> list[Complex]:
+        pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
+        return [each[0] for each in self._whitened([(each.accelerance - found)[None] for each, found in pairs])]
 
+    def _whitened(self, values: Sequence[Complex]) -> list[Complex]:
+        return self.whitened(
+            [each / self.deviation(own) for each, own in zip(values, self.measurement.sets, strict=True)]
+        )
 
-def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
-    """The sum of the normal equations of some blocks and of the prior."""
-    normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
-    for block in blocks:
-        normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
-        descent[block.unknowns] += block.descent
-        cost += block.chi_square
-    return Linearised(cost, descent, normal)
-
-
-def _block(rig: str, number: int, row: int, unknowns: list[int], columns: Complex, left: Complex) -> Block:
-    parts, residual = _as_parts(columns), _as_parts(left)
-    normal, descent, chi_square = parts @ parts.T, parts @ residual, float(residual @ residual)
-    return Block(rig, number, row, np.array(unknowns), normal, descent, chi_square, residual.size)
-
-
-def _as_parts(values: Complex) -> Real:
-    """(..., 2 n) real and imaginary parts of (..., n)."""
-    return np.ascontiguousarray(values).view(np.float64)
+    def whitened(self, values: Sequence[Complex]) -> list[Complex]:
+        """For each set, (n, rows, lines) values over noise that are whitened for smooth errors, too."""
+        found = [np.array(each) for each in values]
+        for point in self.smooth_errors:
+            rows = [found[number][:, row] for number, row in point.rows]
+            there = np.any([np.any(each, axis=1) for each in rows], axis=0)
+            for (number, row), each in zip(point.rows, point.whitened([each[there] for each in rows]), strict=True):
+                found[number][there, row] = each
+        return found
 
 
 def _square(values: Complex) -> float:
@@ -365,52 +330,26 @@ def _square(values: Complex) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """The most likely parameters of one model.
-
-    Attributes:
-        likelihood: that was maximised.
-        scores: (unknowns,).
-        at: the normal equations at `scores`.
-        converged: whether the search ended before its limit of steps.
-    """
-
-    likelihood: Likelihood
-    scores: Real
-    at: Linearised
-    converged: bool
-
-    @property
-    def chi_square(self) -> float:
-        """Without the priors."""
-        return self.at.cost - float(self.scores @ self.scores)
-
-    @property
-    def per_datum(self) -> float:
-        """Chi-square per real or imaginary part."""
-        return self.chi_square / self.likelihood.data
+class Fit(Fitted[Likelihood]):
+    """The most likely parameters of one model of the beam rig and the tester."""
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
         """The normal equations of each row and of the tester."""
         return self.likelihood.blocks(self.scores)
 
+    def left_out(self, rows: Collection[Row]) -> tuple[Block, ...]:
+        """What some rows say where all others are known: a block for each of their points, which leaves with them."""
+        found = list[Block]()
+        for blocks, whole in self._points:
+            others = [each for each in blocks if (each.set_number, each.row) not in rows]
+            if len(others) < len(blocks):
+                found.append(beyond(whole, joint(others)) if others else whole)
+        return tuple(found)
+
     @cached_property
-    def covariance(self) -> Real:
-        """(unknowns, unknowns) of the scores."""
-        return inverse(self.at.normal)
-
-    @property
-    def deviations(self) -> Real:
-        """(unknowns,) standard deviations of the scores."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    def value(self, name: str) -> float:
-        """Of a shared parameter."""
-        for parameter, score in zip(self.likelihood.simulation.shared, self.scores, strict=False):
-            if parameter.name == name:
-                return float(np.real(parameter.value(float(score))))
-        raise KeyError(name)
+    def _points(self) -> list[tuple[list[Block], Block]]:
+        return [(blocks, joint(blocks)) for blocks in by_point(self.blocks)]
 
 
 def evaluated(likelihood: Likelihood, scores: Real) -> Fit:

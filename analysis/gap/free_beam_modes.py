@@ -1,5 +1,6 @@
 """The free beam: its mode shapes at any position, and modal stiffness for any modulus, density and damping."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -63,22 +64,30 @@ class BeamModes:
         found[:RIGID_MODES] = 0.0
         return np.asarray(found)
 
-    def modal_stiffness(
-        self, pole: Complex, modulus: float, density: float, mesh: float, loss: Real | float, rate: Real
-    ) -> Complex:
-        """(N, lines) at `pole` (lines,) rad/s.
+    def modal_parts(self, modulus: float, density: float, mesh: float, rate: Real) -> tuple[Real, Real, Real]:
+        """(N,) modal mass, viscous damping (1/s) and stiffness (1/s^2) of modes whose mass as drawn is one.
 
         Args:
-            pole: (lines,).
             modulus, density: relative to the drawing. They scale the beam's stiffness and mass exactly, with the modal
                 damping ratios kept.
             mesh: share by which the mesh raises the squared frequency of the third free mode.
-            loss: structural loss factor, (lines,) or one for all.
             rate: (N,) 2 zeta w of each mode as drawn.
         """
         elastic = modulus * (1 + mesh * self.mesh_share) * self.free.squared_frequency
-        viscous = np.outer(np.sqrt(modulus * density) * rate, pole)
-        return np.asarray(density * pole**2 + viscous + elastic[:, None] * (1 + 1j * np.asarray(loss)))
+        return np.full(elastic.size, density), np.sqrt(modulus * density) * rate, elastic
+
+    def modal_stiffness(
+        self, pole: Complex, modulus: float, density: float, mesh: float, loss: Real | float, rate: Real
+    ) -> Complex:
+        """(N, lines) at `pole` (lines,) rad/s, with a structural loss factor (lines,), or one for all; `modal_parts`
+        has the others."""
+        return modal_stiffness(self.modal_parts(modulus, density, mesh, rate), pole, loss)
+
+
+def modal_stiffness(parts: Sequence[Real], pole: Complex, loss: Real | float) -> Complex:
+    """(N, lines) of modal mass, damping and stiffness (N,) each at `pole` (lines,), with a structural loss factor."""
+    mass, damping, stiffness = (each[:, None] for each in parts)
+    return np.asarray(mass * pole**2 + damping * pole + stiffness * (1 + 1j * np.asarray(loss)))
 
 
 def beam_modes_of(drawing: Drawing, elements_between: int = ELEMENTS_BETWEEN_NODES) -> BeamModes:

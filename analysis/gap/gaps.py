@@ -13,7 +13,7 @@ from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
 from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
 from analysis.gap.simulation import Prediction
-from analysis.gap.verdict import UNKNOWN, Weighed, leading, listed, model_of_verdict
+from analysis.gap.verdict import UNKNOWN, Weighed, leading, listed, model_of_verdict, refused
 
 
 def floor_percent(found: Fit) -> float:
@@ -101,7 +101,7 @@ Measured = dict[int, HeldOut]
 
 
 def coarse_gaps(
-    none: Model, weighed: Sequence[Weighed], measurement: Measurement, parallel_map: ParallelMap
+    none: Model, weighed: Sequence[Weighed[Model]], measurement: Measurement, parallel_map: ParallelMap
 ) -> Measured:
     """Gaps of the explanations that are listed and of the paper's model, all on the same few lines."""
     coarse = measurement.thinned(COARSE_LINES)
@@ -110,7 +110,7 @@ def coarse_gaps(
     return dict(zip(models, parallel_map(held_out, fits), strict=True))
 
 
-def fine_gaps(none: Model, weighed: Sequence[Weighed], coarse: Measured, parallel_map: ParallelMap) -> Measured:
+def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, parallel_map: ParallelMap) -> Measured:
     """The same; those of the paper's model and of the verdict on the lines of their fits, where they hold there.
 
     Where a model does not hold, every fold is a fit. Gaps on other lines differ a little: those that would then rise
@@ -141,7 +141,9 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     return any(lowered) and not any(raised)
 
 
-def held_to_account(weighed: Sequence[Weighed], none: Model, gaps: Mapping[int, HeldOut]) -> tuple[Weighed, ...]:
+def held_to_account(
+    weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
+) -> tuple[Weighed[Model], ...]:
     """Explanations that do not lower a held-out gap lose their probability: to no effect, or to an unknown cause.
 
     Args:
@@ -149,7 +151,6 @@ def held_to_account(weighed: Sequence[Weighed], none: Model, gaps: Mapping[int, 
         none: the paper's model.
         gaps: by identity of model.
     """
-    rest = UNKNOWN if none.misfit.certain else ()
     before = gaps[id(none)]
     fails = {
         each.effects
@@ -158,12 +159,24 @@ def held_to_account(weighed: Sequence[Weighed], none: Model, gaps: Mapping[int, 
         and id(each.model) in gaps
         and not shrinks(each.model, before, gaps[id(each.model)])
     }
-    lost = sum(each.probability for each in weighed if each.effects in fails)
-    changed = [
-        replace(each, probability=0.0 if each.effects in fails else each.probability + lost * (each.effects == rest))
-        for each in weighed
-    ]
-    return tuple(sorted(changed, key=lambda each: -each.probability))
+    return refused(weighed, fails, none)
+
+
+def unknown_held_to_account(
+    weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
+) -> tuple[Weighed[Model], ...]:
+    """A cause in no catalogue loses its probability to no effect where nothing of held-out data is left unexplained.
+
+    What a fit leaves beyond noise may be noise that is not stated right; a cause would show in what the model predicts.
+
+    Args:
+        weighed: explanations.
+        none: the paper's model.
+        gaps: by identity of model.
+    """
+    before = gaps[id(none)]
+    leaves = any(each.model_percent > 0.0 for each in (before.inverse, before.direct) if each is not None)
+    return tuple(weighed) if leaves else refused(weighed, {UNKNOWN}, none)
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:

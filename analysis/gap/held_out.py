@@ -40,11 +40,14 @@ class Gap:
         percent: 100 sqrt(sum |y - f|^2 / sum |y|^2).
         sigma: rms of the residual over noise, per real and imaginary part.
         model_percent: the part of `percent` that is due to the model, not to noise or offsets of blows.
+        remaining_percent: the part of that which a better model could explain: smooth errors of accelerances, as the
+            scales of the fit have them, are taken off, too.
     """
 
     percent: float
     sigma: float
     model_percent: float
+    remaining_percent: float
 
 
 @dataclass(frozen=True)
@@ -87,11 +90,12 @@ def _rows(found: Fit) -> list[Real]:
     sets = found.likelihood.measurement.sets
     only = sum(len(each.inputs) for each in sets) == 1  # no row would remain for another fit
     predicted_without = _by_a_step(found) if only or found.per_datum < MODEL_HOLDS_BELOW else _refitted_without
-    sums = []
+    error, sums = found.likelihood.scales.model_error, list[Real]()
     for fold in _folds(sets):
         for number, (accelerance, by_blow) in predicted_without(found, fold).items():
             each, row = sets[number], fold[number]
-            sums.append(_sums(each.accelerance[row], accelerance, each.deviation[row], by_blow))
+            smooth = 2 * (error * np.abs(each.from_neighbours[row])) ** 2  # of real and imaginary part
+            sums.append(_sums(each.accelerance[row], accelerance, each.deviation[row], smooth, by_blow))
     return sums
 
 
@@ -120,7 +124,7 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
     def without(found: Fit, fold: Fold) -> LeftOut:
         left_out = [each for each in found.blocks if each.row >= 0 and fold.get(each.set_number) == each.row]
         normal, descent = found.at.normal.copy(), found.at.descent.copy()
-        for block in left_out:
+        for block in found.left_out(list(fold.items())):
             normal[np.ix_(block.unknowns, block.unknowns)] -= block.normal
             descent[block.unknowns] -= block.descent
         step = inverse(normal) @ descent
@@ -187,28 +191,30 @@ def _points(found: Fit) -> list[Real]:
         descent[:shared] -= np.real(columns[:, out].conj() @ left[out])
         step = (inverse(normal) @ descent)[:shared]
         stiffness = predicted.stiffness[out] + step @ predicted.stiffness_by_shared[:, out]
-        sums.append(_sums(points.stiffness[out], stiffness, points.deviation[out]))
+        sums.append(_sums(points.stiffness[out], stiffness, points.deviation[out], np.zeros(1)))
     return sums
 
 
-def _sums(measured: Complex, predicted: Complex, deviation: Real, by_blow: Complex | float = 0.0) -> Real:
-    """(5,) over one held-out part: squares of residual, its part due to the model, measured and whitened; and data."""
+def _sums(measured: Complex, predicted: Complex, deviation: Real, smooth: Real, by_blow: Complex | float = 0.0) -> Real:
+    """(6,) over one held-out part: squares of residual, its part due to the model, the same without smooth errors (of
+    mean square `smooth`), measured and whitened; and data."""
     left = measured - predicted
     slope = by_blow / deviation
     precision = np.sum(np.abs(slope) ** 2) + 1  # of the row, and of the tolerance
     offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -LARGEST_OFFSET, LARGEST_OFFSET)
     residual, model = np.abs(left) ** 2, np.abs(left - offset * by_blow) ** 2
     whitened, own = residual / deviation**2, model - 2 * deviation**2
-    sums = [np.sum(each) for each in (residual, own, np.abs(measured) ** 2, whitened)]
+    sums = [np.sum(each) for each in (residual, own, own - smooth, np.abs(measured) ** 2, whitened)]
     return np.array([*sums, 2.0 * measured.size])
 
 
 def _gap(sums: Sequence[Real]) -> Gap:
-    residual, model, measured, whitened, data = np.sum(sums, axis=0).tolist()
+    residual, model, remaining, measured, whitened, data = np.sum(sums, axis=0).tolist()
     return Gap(
         percent=100 * float(np.sqrt(residual / measured)),
         sigma=float(np.sqrt(whitened / data)),
         model_percent=100 * float(np.sqrt(max(0.0, model) / measured)),
+        remaining_percent=100 * float(np.sqrt(max(0.0, remaining) / measured)),
     )
 
 
@@ -216,7 +222,7 @@ def _interval(sums: Sequence[Real]) -> tuple[float, float]:
     """Interval of the percentage, by drawing parts with replacement."""
     random = np.random.default_rng(0)
     chosen = random.integers(len(sums), size=(RESAMPLED, len(sums)))
-    residual, _, measured, *_ = np.transpose(sums)
+    residual, _, _, measured, *_ = np.transpose(sums)
     drawn = 100 * np.sqrt(np.sum(residual[chosen], axis=1) / np.sum(measured[chosen], axis=1))
     low, high = np.percentile(drawn, [50 - LEVEL / 2, 50 + LEVEL / 2])
     return float(low), float(high)

@@ -11,7 +11,7 @@ from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.predictive import log_predictive_density
-from analysis.gap.residual_structure import Misfit, misfit
+from analysis.gap.residual_structure import Misfit, misfit_of, series
 from analysis.gap.scale_estimate import rescaled, with_likely_scales
 from analysis.gap.scales import Scales
 
@@ -69,6 +69,17 @@ class Model:
         return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
 
 
+def misfit(found: Fit) -> Misfit:
+    """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
+    predicted = found.likelihood.predict(found.scores, derivatives=())
+    parts = [row for rows in found.likelihood.residuals(found.scores) for row in rows]
+    points = found.likelihood.measurement.points
+    if points is not None:
+        left = (points.stiffness - predicted.stiffness) / points.deviation
+        parts += [left[members] for members in series(points).values()]
+    return misfit_of(parts)
+
+
 def evaluate_on(model: Model, measurement: Measurement) -> Model:
     """A model with its parameters unchanged, evaluated on other lines of the same sets."""
     other = model.fit.likelihood.simulation.of(measurement)
@@ -107,12 +118,4 @@ def best_by_id(models: Sequence[Model]) -> list[Model]:
     found = dict[frozenset[str], Model]()
     for model in sorted(models, key=lambda each: -each.log_evidence):
         found.setdefault(frozenset(model.ids), model)
-    return list(found.values())
-
-
-def best_by_law(models: Sequence[Model]) -> list[Model]:
-    """The best model of each combination of laws, the best first."""
-    found = dict[tuple[Effect, ...], Model]()
-    for model in sorted(models, key=lambda each: -each.log_evidence):
-        found.setdefault(model.effects, model)
     return list(found.values())

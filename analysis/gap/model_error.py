@@ -1,91 +1,231 @@
 """Coherent error of accelerances: a relative error of each row that is smooth over frequency, in the likelihood.
 
 The error of a row is H(f) e(f), H its accelerance, with a complex Gaussian process e of standard deviation s and
-correlation exp(-(f - f')^2 / (2 l^2)) (C. E. Rasmussen, C. K. I. Williams, Gaussian Processes, 2006). Of a
-whitened row the covariance is then I + s^2 B B^H, where B = H / noise times a few smooth functions. Eigenvectors of
-B^H B, computed once for a length l, give every inner product under this covariance, and its determinant, for any s.
+correlation exp(-(f - f')^2 / (2 l^2)) (C. E. Rasmussen, C. K. I. Williams, Gaussian Processes, 2006). A part of it is
+the row's own, and a part is common to all rows that were struck at the same point: the error of a sensor at one place,
+or of the simulation, is there in every set. e has the variance s^2 (1 - c) + s^2 c with a common share c.
+
+e is a sum of K smooth functions with independent coefficients. Own errors of a whitened row are left out along the
+eigenvectors of its modes, computed once for a length l. Common coefficients are unknowns that the rows of a point
+share: what each row says of them is added up, and they are then marginalised. Both are exact.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import HammerSet
 
+APART = 0.7
+"""Distance of knots, in lengths of correlation."""
 SMALLEST = 1e-12
 """Eigenvalue, over the largest of a row, below which a smooth function does not count."""
 
+Row = tuple[int, int]
+"""Indices of a hammer set and of a row in it."""
+
 
 @dataclass(frozen=True, eq=False)
-class SmoothErrors:
-    """Smooth errors of the rows of one hammer set, for one length of correlation.
+class RowErrors:
+    """Smooth errors of one row.
 
     Attributes:
-        turn: (rows, lines) by which a row is turned so that its accelerance is real.
-        modes: (rows, lines, K) orthonormal shapes of a whitened and turned row.
-        power: (rows, K) variance of each over that of the relative error.
+        turn: (lines,) by which the row is turned so that its accelerance is real.
+        modes: (lines, K) orthonormal shapes of the whitened and turned row.
+        power: (K,) variance of each that the row's own errors make.
+        common: (K, n) amplitudes that coefficients of the errors common to the point make along the modes, whitened
+            for own errors; n is 0 where there are none.
     """
 
     turn: Complex
     modes: Real
     power: Real
+    common: Real
 
-    def along(self, row: int, values: Complex) -> Complex:
-        """(n, K) amplitudes of a row's modes in whitened `values` (n, lines)."""
-        turned = values * self.turn[row]
-        parts = np.concatenate([turned.real, turned.imag]) @ self.modes[row]
-        return np.asarray(parts[: len(turned)] + 1j * parts[len(turned) :])
+    def along(self, values: Complex) -> Real:
+        """(n, 2, K) amplitudes of the modes in whitened `values` (n, lines), real and imaginary part."""
+        return product(self._turned(values), self.modes)
 
-    def share(self, row: int, scale: float) -> Real:
-        """(K,) share of each amplitude's square that smooth errors of this scale explain, 0 to 1."""
-        power = scale**2 * self.power[row]
-        return np.asarray(power / (1 + power))
+    def _turned(self, values: Complex) -> Real:
+        turned = values * self.turn
+        return np.stack([turned.real, turned.imag], axis=1)
 
-    def log_determinant(self, scale: float) -> float:
-        """Of the covariance of all rows, in real and imaginary parts, over that of noise alone."""
-        return float(2 * np.sum(np.log1p(scale**2 * self.power)))
+    @cached_property
+    def share(self) -> Real:
+        """(K,) share of each amplitude's square that own errors explain, 0 to 1."""
+        return np.asarray(self.power / (1 + self.power))
 
-    def whitened(self, row: int, values: Complex, scale: float) -> Complex:
-        """(n, lines) `values`, whitened for noise, whitened for smooth errors too."""
-        less = 1 - np.sqrt(1 - self.share(row, scale))
-        return np.asarray(values - self.turn[row].conj() * ((self.along(row, values) * less) @ self.modes[row].T))
+    @cached_property
+    def _to_common(self) -> Real:
+        return np.asarray(self.common / np.sqrt(1 + self.power)[:, None])
+
+    def of_common(self, along: Real) -> Real:
+        """(n, 2, coefficients) what amplitudes (n, 2, K) say of the common coefficients."""
+        return product(along, self._to_common)
+
+    def taken(self, along: Real) -> tuple[Real, Real]:
+        """(n, 2, K) what own errors explain of amplitudes, as roots of squares, and `of_common` of the rest."""
+        return along * np.sqrt(self.share), self.of_common(along)
+
+    def taken_from(self, values: Complex) -> tuple[Real, Real]:
+        """The same of whitened `values` (n, lines)."""
+        if np.any(self.power):
+            return self.taken(self.along(values))
+        return np.zeros((len(values), 2, 0)), product(self._turned(values), self._all_common)
+
+    @cached_property
+    def _all_common(self) -> Real:
+        return np.asarray(self.modes @ self._to_common)
+
+    def without(self, values: Complex, along: Real) -> Complex:
+        """(n, lines) values less amplitudes (n, 2, K) of the modes."""
+        taken = product(along, self.modes.T)
+        return np.asarray(values - self.turn.conj() * (taken[:, 0] + 1j * taken[:, 1]))
+
+    @cached_property
+    def precision(self) -> Real:
+        """(n, n) of the common coefficients, as this row knows them."""
+        return np.asarray(self.common.T @ self.common)
+
+
+@dataclass(frozen=True, eq=False)
+class PointErrors:
+    """Smooth errors of all rows that were struck at one point.
+
+    Attributes:
+        rows: set and row of each.
+        errors: of each.
+    """
+
+    rows: tuple[Row, ...]
+    errors: tuple[RowErrors, ...]
+
+    @cached_property
+    def _taken(self) -> Real:
+        """(n, n) that makes of what all rows say of common coefficients those that whitening takes off."""
+        precision, vectors = np.linalg.eigh(np.sum([each.precision for each in self.errors], axis=0))
+        root = np.sqrt(1 + np.maximum(precision, 0.0))
+        return np.asarray(vectors / (root * (1 + root)) @ vectors.T)  # (1 - 1 / root) / precision
+
+    @cached_property
+    def log_determinant(self) -> float:
+        """Of the covariance of the rows, in real and imaginary parts, over that of noise alone."""
+        own = sum(float(np.sum(np.log1p(each.power))) for each in self.errors)
+        return 2 * (own + (common_covariance(self.errors)[1] if self.errors[0].common.size else 0.0))
+
+    def explained(self, left: Sequence[Complex]) -> float:
+        """The part of the square of whitened rows (lines,) each that smooth errors explain."""
+        rows = [errors.taken_from(row[None]) for errors, row in zip(self.errors, left, strict=True)]
+        found = sum(float(np.vdot(own, own)) for own, _ in rows)
+        if self.errors[0].common.size:
+            said = np.sum([common[0] for _, common in rows], axis=0) @ common_covariance(self.errors)[0]
+            found += float(np.vdot(said, said))
+        return found
+
+    def whitened(self, values: Sequence[Complex]) -> list[Complex]:
+        """(n, lines) values of each row, whitened for noise, whitened for smooth errors too."""
+        along = [errors.along(each) for errors, each in zip(self.errors, values, strict=True)]
+        less = [each * (1 - np.sqrt(1 - errors.share)) for errors, each in zip(self.errors, along, strict=True)]
+        if self.errors[0].common.size:
+            pairs = zip(self.errors, along, strict=True)
+            said = product(np.sum([errors.of_common(each) for errors, each in pairs], axis=0), self._taken)
+            less = [own + product(said, errors.common.T) for errors, own in zip(self.errors, less, strict=True)]
+        return [errors.without(each, own) for errors, each, own in zip(self.errors, values, less, strict=True)]
+
+
+def product(parts: Real, matrix: Real) -> Real:
+    """(n, 2, M) of real and imaginary parts (n, 2, N) and a matrix (N, M), as one product."""
+    flat = parts.reshape(2 * len(parts), len(matrix)) @ matrix
+    return np.asarray(flat.reshape(len(parts), 2, matrix.shape[1]))
+
+
+@lru_cache(maxsize=256)
+def common_covariance(rows: tuple[RowErrors, ...]) -> tuple[Real, float]:
+    """Of the coefficients that some rows of one point have in common, as these know them with the prior.
+
+    The first is (n, n), the root C of the covariance C C^t; the second is the logarithm of the precision's determinant.
+    """
+    precision = np.sum([each.precision for each in rows], axis=0)
+    factor = np.linalg.cholesky(precision + np.eye(len(precision)))
+    return np.asarray(np.linalg.inv(factor).T), 2 * float(np.sum(np.log(np.diag(factor))))
+
+
+@lru_cache(maxsize=16)
+def smooth_errors(
+    sets: tuple[HammerSet, ...], scale: float, correlation: float, common: float
+) -> tuple[PointErrors, ...]:
+    """Smooth errors of every row of some hammer sets, by point; kept, as every fit needs them.
+
+    Args:
+        sets: of one accelerometer.
+        scale: standard deviation s.
+        correlation: length l, Hz.
+        common: share c of the variance s^2 that all rows of a point have in common.
+    """
+    band = min(float(each.frequency[0]) for each in sets), max(float(each.frequency[-1]) for each in sets)
+    shapes = [_shapes(each, correlation, band) for each in sets]
+    found = []
+    for point in dict.fromkeys(dof for each in sets for dof in each.inputs):
+        rows = tuple((n, row) for n, each in enumerate(sets) for row, dof in enumerate(each.inputs) if dof == point)
+        shared = common if len(rows) > 1 else 0.0
+        found.append(PointErrors(rows, tuple(shapes[n][row].errors(scale, shared) for n, row in rows)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shapes:
+    """Smooth errors of one row, of a standard deviation of one.
+
+    Attributes:
+        turn, modes: as of `RowErrors`.
+        of_knots: (K, knots) amplitude along each mode that each coefficient makes; its rows are orthogonal.
+    """
+
+    turn: Complex
+    modes: Real
+    of_knots: Real
+
+    def errors(self, scale: float, common: float) -> RowErrors:
+        """Of a scale, and with a share of the variance in common with others."""
+        power = scale**2 * (1 - common) * np.sum(self.of_knots**2, axis=1)
+        knots = self.of_knots if common else self.of_knots[:, :0]
+        return RowErrors(self.turn, self.modes, power, scale * np.sqrt(common) * knots / np.sqrt(1 + power)[:, None])
 
 
 @lru_cache(maxsize=64)
-def smooth_errors(each: HammerSet, correlation: float) -> SmoothErrors:
-    """Smooth errors of a hammer set; kept, as every fit to it needs them.
+def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[_Shapes, ...]:
+    """Of each row of a hammer set, by the knots of a band."""
+    basis, size = _basis(each.frequency, correlation, band), np.abs(each.from_neighbours)
+    turn = np.where(size > 0, each.from_neighbours.conj() / np.where(size > 0, size, 1.0), 1.0)
+    rows = zip(turn, size / each.deviation, strict=True)
+    return tuple(_Shapes(turned, *_modes(over_noise[:, None] * basis)) for turned, over_noise in rows)
 
-    Args:
-        each: the set.
-        correlation: length l, Hz.
+
+def _basis(frequency: Real, correlation: float, band: tuple[float, float]) -> Real:
+    """(lines, knots) Gaussians that make a process of unit variance and of this length of correlation, l.
+
+    Gaussians of width l / sqrt(2) do. With knots l apart, what they miss of the process is a hundredth of it: more than
+    the noise of a good measurement. With `APART` it is less than a thousandth.
     """
-    frequency = each.frequency
-    knots = np.arange(frequency[0] - correlation, frequency[-1] + 2 * correlation, correlation)
-    # Gaussians of width l / sqrt(2) at knots l apart make a process of length l; its variance ripples by 1 %
+    step = APART * correlation
+    knots = np.arange(band[0] - 2 * step, band[1] + 3 * step, step)
     basis = np.exp(-(((frequency[:, None] - knots) / correlation) ** 2))
-    basis /= np.sqrt(np.sum(basis**2, axis=1))[:, None]
-    size = np.abs(each.from_neighbours)
-    found = [_modes(row[:, None] * basis) for row in size / each.deviation]
-    most = max(power.size for _, power in found)
-    modes = np.zeros((len(size), frequency.size, most))
-    powers = np.zeros((len(size), most))
-    for row, (shapes, power) in enumerate(found):
-        modes[row, :, : power.size], powers[row, : power.size] = shapes, power
-    turn = each.from_neighbours.conj() / np.where(size > 0, size, 1.0)
-    return SmoothErrors(np.where(size > 0, turn, 1.0), modes, powers)
+    return np.asarray(basis / np.sqrt(np.sum(basis**2, axis=1))[:, None])
 
 
 def _modes(weighted: Real) -> tuple[Real, Real]:
-    """Left singular vectors and squared singular values of (lines, knots)."""
+    """(lines, K) left singular vectors of (lines, knots), and (K, knots) the rest of its decomposition."""
     lines, knots = weighted.shape
     if knots < lines:
         power, right = np.linalg.eigh(weighted.T @ weighted)
         kept = power > SMALLEST * max(power[-1], 1e-300)
-        return weighted @ right[:, kept] / np.sqrt(power[kept]), power[kept]
+        root = np.sqrt(power[kept])
+        return weighted @ right[:, kept] / root, (right[:, kept] * root).T
     power, left = np.linalg.eigh(weighted @ weighted.T)
     kept = power > SMALLEST * max(power[-1], 1e-300)
-    return left[:, kept], power[kept]
+    return left[:, kept], left[:, kept].T @ weighted

@@ -1,11 +1,11 @@
-"""The cheapest further measurement that would settle what a diagnosis leaves open.
+"""The further experiment that tells most about which explanation is true, for the rig time that it takes.
 
-Two explanations fit the same data. A further measurement is simulated under the first; the second is fitted to it,
-constrained by the first measurement. The residual, in standard deviations, is the separation to expect. A check that
-the simulation does not contain, such as a ruler, measures the size of an effect instead.
+What each leading explanation expects of an experiment follows from its own fit and the simulation, and so does the
+information in it: `analysis.gap.expected_data`, `analysis.gap.information`. A check that the simulation does not
+contain, such as a ruler, reads parameters with the accuracy of its instrument.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
@@ -13,21 +13,31 @@ from functools import partial
 import numpy as np
 
 from analysis.dof import Direction, Dof
-from analysis.gap.calibration import UNCALIBRATED
-from analysis.gap.fit import in_other_set_up
+from analysis.gap.calibration import UNCALIBRATED, Calibration
+from analysis.gap.expected_data import Reading, expected_data, expected_readings, names_read, reading_of
+from analysis.gap.information import doubt, expected_information, posterior
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, leading
-from analysis.inverse.levenberg_marquardt import inverse
 
-CONVINCING = 5.0
-"""Expected separation in standard deviations that is enough to decide."""
-LINES = 64
-"""Of a simulated hammer set."""
+LINES, POINTS = 40, 150
+"""Of a simulated hammer set, and of the tester."""
 SAME = 1.01
 """Ratio up to which two amplitudes count as equal."""
 FURTHER_MASS = 0.02
 """kg, about what an accelerometer weighs."""
+RIVALS = 4
+"""Explanations beside the verdict, and beside an unknown cause, that an experiment is to tell from it."""
+RIVAL = 1e-6
+"""Probability from which an explanation is a rival, whatever it has."""
+REFUTED = 10.0
+"""Misfit beyond that of the verdict, over the patterns of an inexact law, of an explanation that cannot be right."""
+TRUSTED = 0.9
+"""Probability that a weighing is right as it is; otherwise each explanation is as probable as another."""
+LEAST = 0.03
+"""Bit, below which an experiment tells nothing: the accuracy of the information itself."""
+MOST_OF = 0.5
+"""Of the largest information, from which the time of an experiment decides."""
 
 
 class Experiment(StrEnum):
@@ -72,40 +82,91 @@ class NextExperiment:
         id: the experiment.
         effects: ids of those that it is expected to tell apart or to confirm, or that are to be corrected.
         tells_apart: whether these data cannot tell `effects` apart; otherwise the experiment confirms them.
-        separation: that is expected, in standard deviations; 0 where none was computed.
+        information: that is expected of it, bits; 0 where none was computed.
+        doubt: about the explanation before it, bits; no experiment tells more.
+        minutes: of rig time.
         corrections: ids of effects that records show; their cause is to be removed before anything is measured again.
     """
 
     id: Experiment
     effects: tuple[str, ...] = ()
     tells_apart: bool = False
-    separation: float = 0.0
+    information: float = 0.0
+    doubt: float = 0.0
+    minutes: float = 0.0
     corrections: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
+class RigTime:
+    """How long the rig takes, s.
+
+    Attributes:
+        point: all blows at one point.
+        sine: one sine point, with settling.
+        change: a change of the set-up by the operator.
+    """
+
+    point: float = 60.0
+    sine: float = 5.0
+    change: float = 300.0
+
+    def minutes(self, further: Measurement, rigs: Sequence[str]) -> float:
+        """Of a further measurement."""
+        rows = sum(len(each.inputs) for each in further.sets) if "inverse" in rigs else 0
+        sines = further.points.order.size if further.points is not None and "direct" in rigs else 0
+        return (self.change + rows * self.point + sines * self.sine) / 60
+
+
+PAPER_TIME = RigTime()
+"""About that of the paper's steps."""
+
+
+@dataclass(frozen=True)
 class Check:
-    """A check that measures the size of effects directly.
+    """An instrument that reads the size of effects.
 
     Attributes:
         id: the experiment.
-        tells: ids of effects whose size it measures.
-        share: standard deviation of the check, over the range of the effect.
+        minutes: that it takes.
+        readings: of the instrument.
     """
 
     id: Experiment
-    tells: tuple[str, ...]
-    share: float
+    minutes: float
+    readings: tuple[Reading, ...]
 
-    def separation(self, verdict: Model, rival: Model) -> float:
-        """Standard deviations between the sizes of an effect in two explanations."""
-        found = [
-            _size(one, place) / self.share
-            for one, other in ((verdict, rival), (rival, verdict))
-            for place, effect in enumerate(one.effects)
-            if effect.id in self.tells and effect.id not in other.ids
+    def asked(
+        self, weighed: Sequence[Weighed[Model]], none: Model | None, time: RigTime, calibration: Calibration
+    ) -> tuple[float, float]:
+        """Expected information in bits, and minutes; nothing where no explanation has an effect that it reads."""
+        del none, time
+        if not names_read(weighed, self.readings):
+            return 0.0, self.minutes
+        return expected_information(expected_readings(weighed, self.readings, calibration)), self.minutes
+
+    def after(
+        self, weighed: Sequence[Weighed[Model]], read: Mapping[str, float], calibration: Calibration
+    ) -> tuple[Weighed[Model], ...]:
+        """Explanations after a reading, the most probable first.
+
+        Args:
+            weighed: explanations before.
+            read: by name as `names_read` has it; others do not count.
+            calibration: how wrong laws may be.
+        """
+        possible = [each for each in weighed if each.probability > 0]
+        expected = expected_readings(possible, self.readings, calibration, only=read)
+        data = [
+            read[name] / reading.deviation
+            for name in names_read(possible, self.readings)
+            if name in read and (reading := reading_of(name, self.readings)) is not None
         ]
-        return max(found, default=0.0)
+        if not data:
+            return tuple(weighed)
+        logs = np.log(posterior(expected, np.array(data)))
+        found = [replace(e, probability=float(np.exp(p)), score=float(p)) for e, p in zip(possible, logs, strict=True)]
+        return tuple(sorted(found, key=lambda each: -each.probability))
 
 
 @dataclass(frozen=True)
@@ -114,52 +175,40 @@ class FurtherMeasurement:
 
     Attributes:
         id: the experiment.
-        rig: "inverse" or "direct".
+        rigs: that measure, "inverse" and "direct".
         planned: gives the further measurement after a first one; None where it is impossible.
     """
 
     id: Experiment
-    rig: str
+    rigs: tuple[str, ...]
     planned: Callable[[Measurement], Measurement | None]
 
-    def separation(self, verdict: Model, rival: Model) -> float:
-        """Standard deviations by which the rival cannot follow the data that the verdict expects."""
-        further = self.planned(verdict.fit.likelihood.measurement.thinned(LINES))
-        return 0.0 if further is None else separation(verdict, rival, further, self.rig)
+    def asked(
+        self, weighed: Sequence[Weighed[Model]], none: Model | None, time: RigTime, calibration: Calibration
+    ) -> tuple[float, float]:
+        """Expected information in bits, and minutes; nothing where it is impossible."""
+        further = self.planned(weighed[0].model.fit.likelihood.measurement.thinned(LINES))
+        if further is None:
+            return 0.0, 0.0
+        expected = expected_data(_standing(weighed, calibration), none, _thinned(further), self.rigs, calibration)
+        return expected_information(expected), time.minutes(further, self.rigs)
 
 
-def separation(verdict: Model, rival: Model, further: Measurement, rig: str) -> float:
-    """Standard deviations by which a rival cannot follow the data that a verdict expects of a further measurement.
-
-    No law is exact: as in weighing, the misfit that the verdict itself leaves counts as noise.
-
-    Args:
-        verdict, rival: fitted to the same first measurement.
-        further: with its inputs, lines and noise; its values do not matter.
-        rig: which of its data count: "inverse" or "direct".
-    """
-    likelihood, scores = in_other_set_up(rival.fit, _expected(verdict, further))
-    shared = len(likelihood.simulation.shared)
-    blocks = [block for block in likelihood.blocks(scores) if block.rig == rig]
-    normal, descent = np.eye(likelihood.unknowns), np.zeros(likelihood.unknowns)
-    normal[:shared, :shared] = inverse(inverse(rival.fit.at.normal)[:shared, :shared])
-    for block in blocks:
-        normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
-        descent[block.unknowns] += block.descent
-    followed = descent @ np.linalg.solve(normal, descent)
-    left = max(0.0, sum(block.chi_square for block in blocks) - followed)
-    return float(np.sqrt(left / max(1.0, verdict.misfit.certain / UNCALIBRATED.patterns)))
+def _standing(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> list[Weighed[Model]]:
+    """Explanations that the first data do not refute; more of their kind tell nothing new of the others."""
+    verdict = weighed[0]
+    most = verdict.model.misfit.certain + REFUTED * calibration.patterns
+    kept = [each for each in weighed[1:] if each.effects == UNKNOWN or each.model.misfit.certain < most]
+    return [replace(verdict, probability=1 - sum(each.probability for each in kept)), *kept]
 
 
-def _expected(model: Model, further: Measurement) -> Measurement:
-    """The further measurement as a model expects it, without noise."""
-    likelihood, scores = in_other_set_up(model.fit, further)
-    found = likelihood.predict(scores, derivatives=())
-    sets = tuple(
-        replace(each, accelerance=a, reference=None) for each, a in zip(further.sets, found.accelerances, strict=True)
-    )
-    points = None if further.points is None else replace(further.points, stiffness=found.stiffness)
-    return replace(further, sets=sets, points=points)
+def _thinned(further: Measurement) -> Measurement:
+    """With at most `POINTS` of the tester, at random."""
+    points = further.points
+    if points is None or points.order.size <= POINTS:
+        return further
+    chosen = np.random.default_rng(0).permutation(points.order.size) < POINTS
+    return replace(further, points=points.only(chosen))
 
 
 # --- further measurements that can be simulated ---
@@ -212,73 +261,168 @@ def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
     return replace(first, points=halved)
 
 
+def _at_other_levels(first: Measurement) -> Measurement | None:
+    """A further hammer level twice as hard as the hardest, and the largest amplitude of the tester twice as large."""
+    if not first.sets:
+        return None
+    hardest = max(first.sets, key=lambda each: each.peak_force)
+    harder = replace(hardest, peak_force=2 * hardest.peak_force, deviation=hardest.deviation / 2)
+    points = first.points
+    if points is not None:
+        largest = points.only(points.amplitude * SAME >= np.max(points.amplitude))
+        points = replace(largest, amplitude=2 * largest.amplitude)
+    return replace(first, sets=(harder,), points=points)
+
+
+def _to_a_higher_frequency(first: Measurement) -> Measurement | None:
+    """The upper half of the tester's points at frequencies that are twice as high."""
+    points = first.points
+    if points is None:
+        return None
+    upper = points.only(points.frequency >= np.median(points.frequency))
+    return replace(first, points=replace(upper, frequency=2 * upper.frequency))
+
+
+BY_HAND = 5.0
+"""Minutes of a check by hand, the rig at rest."""
+SET_UP = 20.0
+"""Minutes of a check that needs a set-up of its own."""
+BOTH = ("inverse", "direct")
+
 EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
-    Check(Experiment.READ_THERMOMETERS, ("temperature_shift",), 0.05),
-    Check(Experiment.MEASURE_PLACES, ("support_position", "impact_position"), 0.1),
-    Check(Experiment.WEIGH_PARTS, ("accelerometer_mass", "joint_mass", "density"), 0.05),
-    Check(Experiment.MEASURE_CYLINDERS, ("cylinder_angle", "vertical_offset", "contact_patch"), 0.1),
-    Check(Experiment.STRIKE_KNOWN_MASS, ("sensor_gain", "channel_delay", "highpass_corner"), 0.05),
-    Check(Experiment.BLANK_TEST, ("frame_compliance", "frame_resonance", "fixture_inertia"), 0.05),
-    Check(Experiment.MASS_IN_TESTER, ("transducer_lag", "fixture_inertia"), 0.05),
-    FurtherMeasurement(Experiment.HALF_FORCE, "inverse", _at_half_the_force),
-    FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, "inverse", _heavier_accelerometer),
-    FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, "inverse", partial(_accelerometer_at, 0.0)),
-    FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, "inverse", partial(_accelerometer_at, 0.5)),
-    FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, "inverse", partial(_accelerometer_at, 1.0)),
-    Check(Experiment.LONG_RECORDS, ("exponential_window", "beam_damping"), 0.1),
-    FurtherMeasurement(Experiment.RANDOM_ORDER, "direct", _in_random_order),
-    FurtherMeasurement(Experiment.HALF_AMPLITUDE, "direct", _at_half_the_amplitude),
-    Check(Experiment.ANOTHER_PRESET, ("preload_stiffening",), 0.1),
-    Check(Experiment.TURN_ACCELEROMETER, ("cross_axis_sensitivity",), 0.1),
-    Check(Experiment.OUT_OF_PLANE, ("out_of_plane_bending",), 0.1),
-    Check(Experiment.GUIDED_HAMMER, ("impact_angle",), 0.1),
-    Check(Experiment.FREE_BEAM, ("youngs_modulus", "density", "beam_damping", "mesh_error"), 0.1),
-    Check(Experiment.AT_FOUNDATION, ("foundation_compliance",), 0.1),
-    Check(Experiment.OTHER_LEVELS, ("amplitude_dependence", "cubic_stiffness", "coulomb_friction"), 0.1),
-    Check(Experiment.HIGHER_FREQUENCY, ("frequency_dependence", "loss_law"), 0.2),
+    Check(Experiment.READ_THERMOMETERS, BY_HAND, (Reading("temperature_shift", "delta_t", 0.5),)),
+    Check(
+        Experiment.MEASURE_PLACES,
+        BY_HAND,
+        (Reading("support_position", "dx", 5e-4), Reading("impact_position", "shift", 5e-4)),
+    ),
+    Check(
+        Experiment.WEIGH_PARTS,
+        2 * BY_HAND,
+        (
+            Reading("accelerometer_mass", "m", 5e-4),
+            Reading("joint_mass", "m", 2e-3),
+            Reading("density", "relative", 1e-3),
+        ),
+    ),
+    Check(
+        Experiment.MEASURE_CYLINDERS,
+        2 * BY_HAND,
+        (
+            Reading("cylinder_angle", "delta_deg", 0.3),
+            Reading("vertical_offset", "shift", 3e-4),
+            Reading("contact_patch", "length", 2e-3),
+        ),
+    ),
+    Check(
+        Experiment.STRIKE_KNOWN_MASS,
+        2 * BY_HAND,
+        (
+            Reading("sensor_gain", "gain", 3e-3),
+            Reading("channel_delay", "tau", 2e-6),
+            Reading("highpass_corner", "corner", 0.1),
+        ),
+    ),
+    Check(
+        Experiment.BLANK_TEST,
+        SET_UP,
+        (
+            Reading("frame_compliance", "c", 2e-9),
+            Reading("frame_resonance", "f_r", 1e-4, reciprocal=True),
+            Reading("fixture_inertia", "m", 5e-3),
+        ),
+    ),
+    Check(
+        Experiment.MASS_IN_TESTER,
+        SET_UP,
+        (Reading("transducer_lag", "tau", 1e-5), Reading("fixture_inertia", "m", 5e-3)),
+    ),
+    FurtherMeasurement(Experiment.HALF_FORCE, ("inverse",), _at_half_the_force),
+    FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, ("inverse",), _heavier_accelerometer),
+    FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, ("inverse",), partial(_accelerometer_at, 0.0)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, ("inverse",), partial(_accelerometer_at, 0.5)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, ("inverse",), partial(_accelerometer_at, 1.0)),
+    Check(Experiment.LONG_RECORDS, SET_UP, (Reading("exponential_window", "s", 0.3),)),
+    FurtherMeasurement(Experiment.RANDOM_ORDER, ("direct",), _in_random_order),
+    FurtherMeasurement(Experiment.HALF_AMPLITUDE, ("direct",), _at_half_the_amplitude),
+    Check(Experiment.ANOTHER_PRESET, 3 * SET_UP, (Reading("preload_stiffening", "s", 0.03),)),
+    Check(Experiment.TURN_ACCELEROMETER, SET_UP, (Reading("cross_axis_sensitivity", "sensitivity", 3e-3),)),
+    Check(Experiment.OUT_OF_PLANE, SET_UP, (Reading("out_of_plane_bending", "coupling", 3e-3),)),
+    Check(Experiment.GUIDED_HAMMER, SET_UP, (Reading("impact_angle", "angle_deg", 0.3),)),
+    Check(
+        Experiment.FREE_BEAM,
+        2 * SET_UP,
+        (
+            Reading("youngs_modulus", "relative", 2e-3),
+            Reading("beam_damping", "eta", 3e-4),
+            Reading("mesh_error", "third_mode", 3e-4),
+        ),
+    ),
+    Check(Experiment.AT_FOUNDATION, SET_UP, (Reading("foundation_compliance", "k_f", 5e-9, reciprocal=True),)),
+    FurtherMeasurement(Experiment.OTHER_LEVELS, BOTH, _at_other_levels),
+    FurtherMeasurement(Experiment.HIGHER_FREQUENCY, ("direct",), _to_a_higher_frequency),
 )
-"""The cheapest first."""
+"""All that may be asked for."""
+CHECKS = {each.id: each for each in EXPERIMENTS if isinstance(each, Check)}
+CHANGES_THE_BENCH = (
+    Experiment.HEAVIER_ACCELEROMETER,
+    Experiment.ACCELEROMETER_LEFT,
+    Experiment.ACCELEROMETER_MIDDLE,
+    Experiment.ACCELEROMETER_RIGHT,
+)
+"""Experiments whose data are not diagnosed together with the first."""
 
 
-def next_experiment(status: Status, weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> NextExperiment:
-    """What to measure next.
+def next_experiment(
+    status: Status,
+    weighed: Sequence[Weighed[Model]],
+    groups: Sequence[Sequence[str]],
+    calibration: Calibration = UNCALIBRATED,
+    time: RigTime = PAPER_TIME,
+    among: Sequence[Check | FurtherMeasurement] = EXPERIMENTS,
+) -> NextExperiment:
+    """What to do next: of the experiments that tell about as much as any does, the one with most bits a minute.
 
     Args:
         status: of the diagnosis.
-        weighed: explanations, the verdict first.
+        weighed: explanations.
         groups: of effects that these data cannot tell apart.
+        calibration: how wrong laws may be.
+        time: of the rig.
+        among: experiments that can be made.
     """
     if status is Status.NONE:
         return NextExperiment(Experiment.NOTHING)
-    if status is Status.UNKNOWN:
-        return NextExperiment(Experiment.NEW_SET_UP)
-    verdict, rivals = leading(weighed), _rivals(weighed, groups)
-    found, expected = Experiment.CORRECT_EFFECTS, 0.0
-    for experiment in EXPERIMENTS:  # the first that tells the verdict from all rivals, else the one that comes nearest
-        told = min((experiment.separation(verdict.model, rival.model) for rival in rivals), default=0.0)
-        if told > expected:
-            found, expected = experiment.id, told
-        if told >= CONVINCING:
-            break
-    if expected == 0.0:
-        return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects)
-    doubtful = tuple(name for group in groups for name in group) or verdict.effects
-    return NextExperiment(found, doubtful, tells_apart=bool(groups), separation=expected)
+    rivals = doubtful(weighed)
+    verdict, before = rivals[0], doubt([each.probability for each in rivals])
+    none = next((each.model for each in weighed if not each.effects), None)
+    asked = {each: each.asked(rivals, none, time, calibration) for each in among} if len(rivals) > 1 else {}
+    enough = max(LEAST, MOST_OF * max((told for told, _ in asked.values()), default=0.0))
+    useful = {each: found for each, found in asked.items() if found[0] >= enough}
+    if not useful:
+        if verdict.effects == UNKNOWN:
+            return NextExperiment(Experiment.NEW_SET_UP, doubt=before)
+        return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects, doubt=before)
+    best = max(useful, key=lambda each: useful[each][0] / useful[each][1])
+    told, minutes = useful[best]
+    named = tuple(name for group in groups for name in group)
+    if verdict.effects == UNKNOWN:
+        named = tuple(dict.fromkeys(name for each in rivals if each.effects != UNKNOWN for name in each.effects))
+    return NextExperiment(best.id, named or verdict.effects, bool(named), told, before, minutes)
 
 
-def _rivals(weighed: Sequence[Weighed], groups: Sequence[Sequence[str]]) -> list[Weighed]:
-    """The best explanation with each confounded effect; without these, the best that lacks part of the verdict."""
+def doubtful(weighed: Sequence[Weighed[Model]]) -> list[Weighed[Model]]:
+    """The verdict, its best rivals and an unknown cause, the verdict first; probabilities sum to one.
+
+    Rivals are the best explanations without each effect of the verdict, however improbable, and other probable ones.
+    """
     verdict = leading(weighed)
-    others = [each for each in weighed if each is not verdict and each.effects != UNKNOWN]
-    others_of_group = {name for group in groups for name in group} - set(verdict.effects)
-    found = [next(each for each in others if name in each.effects) for name in sorted(others_of_group)]
-    return found or [each for each in others if not set(verdict.effects) <= set(each.effects)][:1]
-
-
-def _size(model: Model, effect: int) -> float:
-    """Size of an effect in standard deviations of its prior, weighted by how certain its parameters are."""
-    places = list(model.places(effect))
-    scores = model.fit.scores[places]
-    certain = np.linalg.inv(model.fit.covariance[np.ix_(places, places)])
-    weight = np.diag(certain) / np.max(np.diag(certain))
-    return float(np.sqrt(np.sum(weight * scores**2) / np.sum(weight)))
+    others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)
+    unknown = [each for each in others if each.effects == UNKNOWN and each.probability > RIVAL]
+    known = [each for each in others if each.effects != UNKNOWN]
+    lacking = [next((each for each in known if effect not in each.effects), None) for effect in verdict.effects]
+    rivals = [each for each in known if each.probability > RIVAL][:RIVALS]
+    rivals += [each for each in lacking if each is not None and verdict.effects != UNKNOWN and each not in rivals]
+    chosen = [verdict, *dict.fromkeys(rivals), *unknown]
+    total, even = sum(each.probability for each in chosen), (1 - TRUSTED) / len(chosen)
+    return [replace(each, probability=TRUSTED * each.probability / total + even) for each in chosen]

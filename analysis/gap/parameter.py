@@ -1,7 +1,7 @@
 """What is not known: parameters with Gaussian priors, and their estimates with intervals."""
 
 from dataclasses import dataclass
-from math import exp, inf
+from math import exp, inf, log
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,12 @@ class Parameter:
     def value(self, score: float) -> float:
         """The value at a score."""
         return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score
+
+    def score(self, value: float) -> float:
+        """The score of a value; zero where nothing differs from the centre."""
+        if not self.spread:
+            return 0.0
+        return log(value / self.centre) / self.spread if self.positive else (value - self.centre) / self.spread
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,14 @@ the others (A. Gelman, J. Hwang, A. Vehtari, Statistics and Computing 24, 2014, 
 fit, so that leaving a part out is a subtraction from the normal equations.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.fit import Fit
+from analysis.gap.fitted import Fitted
 from analysis.gap.residual_structure import series
 
 Part = tuple[np.ndarray, Real, Real, float]
@@ -18,9 +20,15 @@ Part = tuple[np.ndarray, Real, Real, float]
 
 
 def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
+    """Of all rows and series of the beam rig and the tester: `density_of`."""
+    return density_of(_parts(found), found, temperature)
+
+
+def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1.0) -> float:
     """Of all parts, each given the others, up to a constant that all models of the same data share.
 
     Args:
+        parts: of the data.
         found: a fitted model.
         temperature: T, by which chi-square is divided.
     """
@@ -28,7 +36,7 @@ def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
     whole = np.asarray(unit + (found.at.normal - unit) / temperature)
     _, all_parts = np.linalg.slogdet(whole)
     total = 0.0
-    for unknowns, normal, descent, chi_square in _parts(found):
+    for unknowns, normal, descent, chi_square in parts:
         others = whole.copy()
         others[np.ix_(unknowns, unknowns)] -= normal / temperature
         pull = np.zeros(len(others))
@@ -40,9 +48,10 @@ def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
 
 
 def _parts(found: Fit) -> Iterator[Part]:
-    for block in found.blocks:
-        if block.row >= 0:
-            yield block.unknowns, block.normal, block.descent, block.chi_square
+    for number, each in enumerate(found.likelihood.measurement.sets):
+        for row in range(len(each.inputs)):
+            for block in found.left_out([(number, row)]):
+                yield block.unknowns, block.normal, block.descent, block.chi_square
     points = found.likelihood.measurement.points
     if points is None:
         return

@@ -4,12 +4,12 @@ Noise differs from line to line; a misfit does not. The products of neighbouring
 the energy of the misfit alone, and to nothing where the model holds (G. M. Ljung, G. E. P. Box, Biometrika 65, 1978).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from analysis.frequency_response import Complex
-from analysis.gap.fit import Fit
 from analysis.gap.measurement import Indices, TesterPoints
 
 DOUBT = 3.0
@@ -68,20 +68,18 @@ class Misfit:
         return max(self.energy, self.excess, 0.0) / self.deviation
 
 
-def misfit(found: Fit) -> Misfit:
-    """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    measurement = found.likelihood.measurement
-    predicted = found.likelihood.predict(found.scores, derivatives=())
-    parts = list[Complex]()
-    for rows in found.likelihood.residuals(found.scores):
-        parts += list(rows)
-    points = measurement.points
-    if points is not None:
-        left = (points.stiffness - predicted.stiffness) / points.deviation
-        parts += [left[members] for members in series(points).values()]
+def misfit_of(residuals: Sequence[Complex]) -> Misfit:
+    """The misfit in whitened residuals, real or complex (n,) each, of which neighbours are next to each other."""
+    parts = [each if np.iscomplexobj(each) else _paired(each) for each in residuals]
     energies, deviations = zip(*map(energy_of, parts), strict=True)
     return Misfit(
         energy=sum(energies),
         deviation=float(np.sqrt(sum(deviation**2 for deviation in deviations))),
         excess=sum(float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts),
     )
+
+
+def _paired(left: Complex) -> Complex:
+    """Every two neighbours of a real residual as one complex number, which keeps their scatter and their likeness."""
+    even = np.concatenate([left, np.zeros(1)]) if left.size % 2 else left
+    return np.asarray(even[0::2] + 1j * even[1::2])

@@ -6,14 +6,16 @@ is how narrow the prior of some unknowns is, and how much of a residual smooth e
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.baseline import GAIN, IN_TESTER
-from analysis.gap.fit import FINAL, Block, Fit, Likelihood, fit, normal_equations
+from analysis.gap.fit import FINAL, Fit, Likelihood, fit
+from analysis.gap.normal_equations import Block, normal_equations
 from analysis.gap.scales import HALF_NORMAL, Scales, unknown_scales
 from analysis.inverse.levenberg_marquardt import Linearised
 
@@ -22,7 +24,16 @@ MULTIPLES = (0.02, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0)
 COARSE = (0.1, 0.35, 1.0, 2.2)
 """Those with which lengths of correlation are compared."""
 CORRELATIONS = (6.0, 15.0, 40.0, 100.0)
-"""Hz, that are tried."""
+"""Hz, that are tried first."""
+CLOSER = (1.6, 1.25, 1.12)
+"""Factors by which the best is then changed, up or down: one that is a fifth off leaves far more than noise."""
+COMMON = (0.0, 0.3, 0.6, 0.8, 0.9, 0.96, 0.985, 1.0)
+"""Shares of the variance of smooth errors that all sets have in common, that are tried."""
+HOLDS = 1.2
+"""Chi-square per datum up to which a model holds. What a wrong one lacks is the same in every set: it would seem a
+smooth error that sets have in common, so none is assumed then."""
+LINES = 512
+"""Of each set, that are enough to tell scales: two or three in the shortest length of correlation."""
 SWEEPS = 2
 """How often each scale is chosen, given the others."""
 FAR = 3.0
@@ -51,22 +62,47 @@ def rescaled(likelihood: Likelihood, scores: Real, scales: Scales) -> Real:
 
 def likely_scales(found: Fit) -> Scales:
     """The scales of highest evidence among some multiples of their priors; those that are stated stay."""
-    likelihood, own = found.likelihood, found.likelihood.scales
+    simulation, own = found.likelihood.simulation, found.likelihood.scales
+    likelihood = Likelihood(simulation.of(found.likelihood.measurement.thinned(LINES)))
     unknown = unknown_scales(likelihood.measurement.tolerances)
     predicted = likelihood.predict(found.scores)
+    rows, tester = list(likelihood.rows(found.scores, predicted)), tuple(likelihood.of_tester(predicted))
     smooth = bool(likelihood.measurement.sets and own.model_error)
-    models = [
-        _LinearModel(other, found.scores, other.blocks(found.scores, predicted))
-        for correlation in (CORRELATIONS if smooth else (own.correlation,))
-        for other in [_under(likelihood, replace(own, correlation=correlation))]
-    ]
-    coarse = COARSE if smooth and "model_error" in unknown else ()
-    tried = {model: list(_multiples(model.likelihood.scales, "model_error", coarse)) for model in models}
-    pairs = [(model, scales) for model in models for scales in tried[model]]
-    model, best = max(pairs, key=lambda pair: pair[0].at(pair[1]))
+    sizes = COARSE if smooth and "model_error" in unknown else ()
+
+    @cache
+    def of_length(correlation: float) -> tuple[float, _LinearModel, Scales]:
+        """Log evidence of a length of correlation, with the model and scales that have it."""
+        other = _under(likelihood, replace(own, correlation=correlation, common=0.0))  # each row has them
+        errors = other.errors_of_rows
+        along = [errors[block.set_number, block.row].along(whole) if smooth else None for block, whole in rows]
+        model = _LinearModel(other, found.scores, [block for block, _ in rows], along, tester)
+        scales = max(_multiples(model.likelihood.scales, "model_error", sizes), key=model.at)
+        return model.at(scales), model, scales
+
+    length = max({own.correlation, *CORRELATIONS} if smooth else {own.correlation}, key=lambda each: of_length(each)[0])
+    for factor in CLOSER if smooth else ():
+        shorter = max(length / factor, CORRELATIONS[0] / CLOSER[1])  # what is shorter is noise
+        length = max((length, shorter, length * factor), key=lambda each: of_length(each)[0])
+    _, model, best = of_length(length)
     for name in SWEEPS * unknown:
         best = max(_multiples(best, name, MULTIPLES), key=model.at)
+    if smooth and found.per_datum < HOLDS and any(len(point.rows) > 1 for point in likelihood.smooth_errors):
+        best = _climbed(replace(best, common=own.common), model.at)
+        for name in unknown:
+            if name != "model_error":
+                best = max(_multiples(best, name, MULTIPLES), key=model.at)
     return best
+
+
+def _climbed(scales: Scales, at: Callable[[Scales], float]) -> Scales:
+    """The common share of highest evidence, from the one that is given on, as long as the next is better."""
+    while True:
+        near = int(np.argmin(np.abs(np.array(COMMON) - scales.common)))
+        found = max((replace(scales, common=share) for share in COMMON[max(near - 1, 0) : near + 2]), key=at)
+        if found == scales:
+            return found
+        scales = found
 
 
 def _multiples(scales: Scales, name: str, multiples: Iterable[float]) -> Iterable[Scales]:
@@ -85,13 +121,16 @@ class _LinearModel:
     Attributes:
         likelihood: under the scales of the fit.
         scores: (unknowns,).
-        blocks: of its normal equations.
+        rows, tester: its normal equations, with noise alone.
+        along: (n + 1, 2, K) amplitudes of smooth errors in each row; None without them.
     """
 
     likelihood: Likelihood
     scores: Real
-    blocks: tuple[Block, ...]
-    _sums: dict[float, Linearised] = field(default_factory=dict)
+    rows: Sequence[Block]
+    along: Sequence[Real | None]
+    tester: Sequence[Block]
+    _sums: dict[tuple[float, float], Linearised] = field(default_factory=dict)
     _known: dict[Scales, float] = field(default_factory=dict)
 
     def at(self, scales: Scales) -> float:
@@ -101,29 +140,24 @@ class _LinearModel:
         return self._known[scales]
 
     def _log_evidence(self, scales: Scales) -> float:
-        other, data = _under(self.likelihood, scales), self._without_prior(scales.model_error)
-        spread = _spreads(self.likelihood, scales)
+        other = _under(self.likelihood, scales)
+        data, spread = self._without_prior(other), _spreads(self.likelihood, scales)
         scores = _divided(self.scores, spread)
         normal = spread[:, None] * data.normal * spread + np.eye(scores.size)
         pull = spread * data.descent - scores
         cost = data.cost + float(scores @ scores - pull @ np.linalg.solve(normal, pull))
         return float(-(cost + np.linalg.slogdet(normal)[1]) / 2 + other.log_normalisation)
 
-    def _without_prior(self, model_error: float) -> Linearised:
-        if model_error not in self._sums:
-            given = self.likelihood.scales.model_error
-            blocks = [self._seen(block, given, model_error) for block in self.blocks]
+    def _without_prior(self, other: Likelihood) -> Linearised:
+        key = other.scales.model_error, other.scales.common
+        if key not in self._sums:
+            errors, blocks = other.errors_of_rows, list(self.tester)
+            for block, along in zip(self.rows, self.along, strict=True):
+                own = errors.get((block.set_number, block.row))
+                blocks.append(block if own is None or along is None else block.under(own, *own.taken(along)))
             whole = normal_equations(blocks, np.zeros(self.scores.size))
-            self._sums[model_error] = replace(whole, normal=whole.normal - np.eye(self.scores.size))
-        return self._sums[model_error]
-
-    def _seen(self, block: Block, given: float, model_error: float) -> Block:
-        errors = None if block.smooth is None else self.likelihood.smooth_errors(block.set_number)
-        return (
-            block
-            if errors is None
-            else block.less(errors.share(block.row, model_error) - errors.share(block.row, given))
-        )
+            self._sums[key] = replace(whole, normal=whole.normal - np.eye(self.scores.size))
+        return self._sums[key]
 
 
 def _spreads(likelihood: Likelihood, scales: Scales) -> Real:

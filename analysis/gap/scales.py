@@ -20,17 +20,19 @@ class Scales:
         configuration_gain: of the tester's gain from one configuration to another.
         model_error: of an accelerance, coherent over neighbouring lines.
         correlation: length over which that error is coherent, Hz.
+        common: share of its variance that rows struck at one point have in common in all sets.
     """
 
     setup_scatter: float
     configuration_gain: float
     model_error: float
     correlation: float = 15.0
+    common: float = 0.0
 
 
 HALF_NORMAL = Scales(setup_scatter=0.005, configuration_gain=0.01, model_error=0.003)
 """Scales of the half-normal priors of scales that a laboratory does not state."""
-NAMES = tuple(each.name for each in fields(Scales) if each.name != "correlation")
+NAMES = tuple(each.name for each in fields(Scales) if each.name not in ("correlation", "common"))
 """Of the relative standard deviations."""
 
 

@@ -356,7 +356,7 @@ class Struck:
     answer: Answer
     moving: Moving | None
 
-    def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values]) -> list[Changes]:
+    def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values], own: bool) -> list[Changes]:
         """Derivatives of the bench in some shared parameters; then, in every state at once, in the factor of each
         joint's stiffness, and in the doubt about each joint's motion.
 
@@ -364,17 +364,19 @@ class Struck:
             simulation: of the bench.
             values: of its parameters.
             moved: by index of a parameter, values one `STEP` further in it.
+            own: whether those of the states are wanted, too.
         """
         at, joints = self.answer.bench, self.setups.shape[1]
         steps = STEP * np.eye(joints)
-        every = [*((each, 0.0 * steps[0]) for each in moved.values()), *((values, step) for step in steps)]
+        of_states = [(values, step) for step in steps] if own else []
+        every = [*((each, 0.0 * steps[0]) for each in moved.values()), *of_states]
         settings = self._settings(simulation, every)
         found = [
             simulation.change(setting, each, place, at, self.setups)
             for (each, _), setting, place in zip(every, settings, moved, strict=False)
         ]
         again = [(step, setting) for (_, step), setting in zip(every, settings, strict=True)][len(moved) :]
-        if self.setting.felt is not None:
+        if own and self.setting.felt is not None:
             felt, doubts = self.setting.felt, STEP * np.eye(2 * joints)
             moved_felt = [replace(felt, doubt=felt.doubt * factors_of(doubt[None])) for doubt in doubts]
             again += [(0.0 * steps[0], replace(self.setting, felt=each)) for each in moved_felt]
@@ -415,19 +417,22 @@ class State:
     struck: tuple[Struck, ...]
     stiffness: Complex
 
-    def prediction(self, derivatives: Sequence[int] | None = None) -> Prediction:
-        """Readings of both rigs, with derivatives in some shared parameters, by index; in all by default."""
-        return self._whole if derivatives is None else self._prediction(derivatives)
+    def prediction(self, derivatives: Sequence[int] | None = None, own: bool = True) -> Prediction:
+        """Readings of both rigs, with derivatives in some shared parameters, by index; in all by default.
+
+        Derivatives come with those in the unknowns of set-ups and rows, unless these are not wanted.
+        """
+        return self._whole if derivatives is None else self._prediction(derivatives, own)
 
     @cached_property
     def _whole(self) -> Prediction:
-        return self._prediction(range(self.scores.size))
+        return self._prediction(range(self.scores.size), own=True)
 
-    def _prediction(self, wanted: Sequence[int]) -> Prediction:
+    def _prediction(self, wanted: Sequence[int], own: bool) -> Prediction:
         simulation = self.simulation
         steps = {place: STEP * (np.arange(self.scores.size) == place) for place in wanted}
         moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
-        own = simulation.baseline.measurement.tolerances.impact_position
+        offset = simulation.baseline.measurement.tolerances.impact_position
         scatter = simulation.baseline.scales.setup_scatter
         accelerances, by_shared, by_blow, by_setup, by_doubt = (
             [np.empty(0, dtype=complex)] * self.gains.size for _ in range(5)
@@ -435,7 +440,7 @@ class State:
         values = simulation.values(self.scores.tolist())
         for struck in self.struck:
             group, answer = struck.group, struck.answer
-            columns = answer.derivatives(struck.changes(simulation, values, moved) if len(wanted) else [])
+            columns = answer.derivatives(struck.changes(simulation, values, moved, own) if len(wanted) else [])
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]
@@ -443,8 +448,8 @@ class State:
                 last = len(wanted) + struck.setups.shape[1]
                 by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
                 by_doubt[number] = gain * columns[last:, rows]
-                if len(wanted):
-                    by_blow[number] = gain * own * answer.by_blow_offset[rows]
+                if len(wanted) and own:
+                    by_blow[number] = gain * offset * answer.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
         return Prediction(
             tuple(accelerances),

@@ -5,11 +5,12 @@ prior, so that a trace that every bench has explains nothing. What the best expl
 it is said beside it, and only where it is most of the gap is the cause likely to be in no catalogue.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cache, cached_property
 from math import comb
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -17,8 +18,8 @@ from scipy.special import expit, logsumexp
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import effect_ids, mechanism_of
 from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.fitted import AnyModel
 from analysis.gap.local_change import LOCAL_CHANGE
-from analysis.gap.model import Model
 
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
@@ -39,6 +40,18 @@ RANKED = 5
 """Explanations that are shown."""
 
 
+M = TypeVar("M", bound=AnyModel)
+
+Catalogue = Mapping[str, str]
+"""Mechanism of each effect that could have been found, by id."""
+
+
+@cache
+def of_beam_rig() -> Catalogue:
+    """The catalogue of the beam rig and its tester."""
+    return {effect: mechanism_of(effect) for effect in effect_ids()}
+
+
 class Status(StrEnum):
     """The result of a diagnosis."""
 
@@ -53,7 +66,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Weighed:
+class Weighed(Generic[M]):
     """One explanation.
 
     Attributes:
@@ -64,7 +77,7 @@ class Weighed:
     """
 
     effects: tuple[str, ...]
-    model: Model
+    model: M
     score: float
     probability: float
 
@@ -79,26 +92,28 @@ class Weighed:
 
     def place_of(self, effect: str) -> int:
         """Index of the model's own effect that stands for one of `effects`: itself, or its mechanism without a law."""
-        ids = self.model.ids
-        return ids.index(effect) if effect in ids else ids.index(mechanism_of(effect))
+        ids = list(self.model.ids)
+        return ids.index(effect) if effect in ids else [each.law_free for each in self.model.effects].index(True)
 
 
 @dataclass(frozen=True, eq=False)
-class Contest:
+class Contest(Generic[M]):
     """Models of the same data, the paper's among them, to be compared with each other.
 
     Attributes:
         none: the paper's model.
         models: with any number of effects, of any number of laws.
         calibration: how wrong laws may be.
+        catalogue: of the effects.
     """
 
-    none: Model
-    models: Sequence[Model]
+    none: M
+    models: Sequence[M]
     calibration: Calibration
+    catalogue: Catalogue = field(default_factory=of_beam_rig)
 
     @cached_property
-    def _every(self) -> tuple[Model, ...]:
+    def _every(self) -> tuple[M, ...]:
         return (self.none, *self.models)
 
     @cached_property
@@ -108,7 +123,7 @@ class Contest:
         return {id(each): max(each.fit.chi_square - noise, each.misfit.certain) for each in self._every}
 
     @cached_property
-    def _best(self) -> Model:
+    def _best(self) -> M:
         """The explanation whose misfit is what laws of inexact form may leave.
 
         A further effect that leaves a large part of it only takes up the errors of the others' laws.
@@ -131,19 +146,19 @@ class Contest:
     def _scores(self) -> dict[int, float]:
         return {id(each): log_evidence(each.fit, self.temperature) for each in self._every}
 
-    def left(self, model: Model) -> float:
+    def left(self, model: M) -> float:
         """Its misfit beyond noise, squared standard deviations."""
         return self._left[id(model)]
 
-    def score(self, model: Model) -> float:
+    def score(self, model: M) -> float:
         """Log evidence of one law, up to a constant."""
         return self._scores[id(model)]
 
-    def foresight(self, model: Model) -> float:
+    def foresight(self, model: M) -> float:
         """Log density of data that are left out."""
         return model.log_predictive_density(self.temperature)
 
-    def as_trace(self, model: Model, effect: int) -> float:
+    def as_trace(self, model: M, effect: int) -> float:
         """Log evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
         parameters = model.effects[effect].parameters
         places = [
@@ -157,8 +172,12 @@ class Contest:
 
 
 def weigh(
-    none: Model, models: Sequence[Model], calibration: Calibration, left_out: bool = False
-) -> tuple[Weighed, ...]:
+    none: M,
+    models: Sequence[M],
+    calibration: Calibration,
+    left_out: bool = False,
+    catalogue: Catalogue | None = None,
+) -> tuple[Weighed[M], ...]:
     """Explanations by probability, the best first.
 
     Args:
@@ -166,8 +185,9 @@ def weigh(
         models: with any number of effects, of any number of laws.
         calibration: what trials say.
         left_out: whether the density of data that are left out counts beside the evidence; each then has half a say.
+        catalogue: of the effects; that of the beam rig by default.
     """
-    contest = Contest(none, models, calibration)
+    contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
     by_evidence, best = _weights(contest, contest.score, contest.as_trace)
     weights = by_evidence
     if left_out:
@@ -184,21 +204,19 @@ def weigh(
     return tuple(sorted(result, key=lambda each: -each.probability))
 
 
-Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], Model]]
+Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], M]]
 """By ids, the log probability if the cause is in the catalogue, and the best model."""
 
 
-def _weights(
-    contest: Contest, score: Callable[[Model], float], as_trace: Callable[[Model, int], float]
-) -> Explanations:
+def _weights(contest: Contest[M], score: Callable[[M], float], as_trace: Callable[[M, int], float]) -> Explanations[M]:
     every = (contest.none, *contest.models)
     by_law = [each for each in every if not any(effect.law_free for effect in each.effects)]
-    laws = dict[tuple[str, ...], list[tuple[float, Model]]]()
+    laws = dict[tuple[str, ...], list[tuple[float, M]]]()
     for each in by_law:
         laws.setdefault(tuple(sorted(each.ids)), []).append((score(each), each))
     named = {ids: max(of for of, _ in found) for ids, found in laws.items()}
     for each in every:
-        for ids, share in _closest(each, named).items():
+        for ids, share in _closest(each, named, contest.catalogue).items():
             laws[ids].append((score(each) + share, each))
     scores = {ids: _averaged([of for of, _ in found]) for ids, found in laws.items()}
     for each in by_law:  # a trace of one effect belongs to the explanation without it
@@ -206,26 +224,44 @@ def _weights(
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
             if rest in scores and (rest or contest.none.misfit.certain == 0.0):
                 scores[rest] = max(scores[rest], as_trace(each, place))
-    weights = {ids: of + log_prior(ids, contest.calibration) for ids, of in scores.items()}
+    weights = {ids: of + log_prior(ids, contest.calibration, contest.catalogue) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
     best = {ids: max(found, key=lambda each: each[0])[1] for ids, found in laws.items()}
     return {ids: weight - total for ids, weight in weights.items()}, best
 
 
-def contenders(contest: Contest) -> list[Model]:
+def contenders(contest: Contest[M]) -> list[M]:
     """The models that may matter, the best first: at most `RIVALS` laws of one explanation."""
-    scores = {id(each): contest.score(each) + log_prior(each.ids, contest.calibration) for each in contest.models}
+    scores = {
+        id(each): contest.score(each) + log_prior(each.ids, contest.calibration, contest.catalogue)
+        for each in contest.models
+    }
     ranked = sorted(contest.models, key=lambda each: -scores[id(each)])
-    chosen = list[Model]()
+    chosen = list[M]()
     for each in ranked:
         alike = [other for other in chosen if set(other.ids) == set(each.ids)]
         known = any(set(other.effects) == set(each.effects) for other in alike)
         if not known and len(alike) < RIVALS and scores[id(each)] > scores[id(ranked[0])] - MARGIN:
             chosen.append(each)
-    return chosen[:MOST_CONTENDERS]
+    chosen = chosen[:MOST_CONTENDERS]
+    return [*chosen, *(each for each in _stood_for(chosen, ranked, contest.catalogue) if each not in chosen)]
 
 
-def _closest(model: Model, named: Mapping[tuple[str, ...], float]) -> dict[tuple[str, ...], float]:
+def _stood_for(chosen: Sequence[M], ranked: Sequence[M], catalogue: Catalogue) -> list[M]:
+    """The best model with a law in place of each smooth function: however far behind, it gives the name."""
+    found = list[M]()
+    for model in chosen:
+        free = next((each for each in model.effects if each.law_free), None)
+        if free is not None:
+            rest = set(model.ids) - {free.id}
+            own = [{*rest, effect} for effect, mechanism in catalogue.items() if mechanism == free.mechanism]
+            found += [each for each in ranked if set(each.ids) in own][:1]
+    return list({id(each): each for each in found}.values())
+
+
+def _closest(
+    model: AnyModel, named: Mapping[tuple[str, ...], float], catalogue: Catalogue
+) -> dict[tuple[str, ...], float]:
     """For a model with a mechanism without a law: ids with each effect of that mechanism, and its log share.
 
     A smooth function says which mechanism; which of its effects it is, the fits of their own laws say.
@@ -234,13 +270,13 @@ def _closest(model: Model, named: Mapping[tuple[str, ...], float]) -> dict[tuple
     if not free:
         return {}
     rest = {each.id for each in model.effects} - {free[0].id}
-    own = [effect for effect in effect_ids() if mechanism_of(effect) is free[0].mechanism]
+    own = [effect for effect, mechanism in catalogue.items() if mechanism == free[0].mechanism]
     found = {tuple(sorted({*rest, effect})): named.get(tuple(sorted({*rest, effect}))) for effect in own}
     known = {ids: score for ids, score in found.items() if score is not None}
     return {ids: score - float(logsumexp(list(known.values()))) for ids, score in known.items()}
 
 
-def outside_log_odds(none: Model, best: Model, calibration: Calibration) -> float:
+def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -> float:
     """Log odds that the cause of a gap is in no catalogue, from what the best explanation leaves of it.
 
     An effect whose form is known leaves less where it is the true one; what remains then says more.
@@ -254,7 +290,7 @@ def outside_log_odds(none: Model, best: Model, calibration: Calibration) -> floa
     return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + _strain(best)
 
 
-def _strain(model: Model) -> float:
+def _strain(model: M) -> float:
     """Log odds against an explanation whose effects need a size beyond their plausible range."""
     beyond = 0.0
     for number, effect in enumerate(model.effects):
@@ -264,7 +300,7 @@ def _strain(model: Model) -> float:
     return beyond**2 / 2 + PLAUSIBLE * beyond
 
 
-def leading(weighed: Sequence[Weighed]) -> Weighed:
+def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:
     """The verdict: an unknown cause where that is more likely than not, else the best explanation by the catalogue.
 
     Of explanations that are as probable as each other, for all that trials can tell, it is the one with fewest effects.
@@ -278,7 +314,26 @@ def leading(weighed: Sequence[Weighed]) -> Weighed:
     )
 
 
-def included(weighed: Sequence[Weighed]) -> Mapping[str, float]:
+def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: AnyModel) -> tuple[Weighed[M], ...]:
+    """Explanations without those that fail: their probability goes to an unknown cause, or to no effect.
+
+    It goes to no effect where there is nothing to explain, or where the unknown cause is among those that fail.
+
+    Args:
+        weighed: explanations.
+        fails: ids of those that lose it.
+        none: the model without effects; it leaves a misfit where a cause is to be looked for.
+    """
+    heir = UNKNOWN if none.misfit.certain and UNKNOWN not in fails else ()
+    lost = sum(each.probability for each in weighed if each.effects in fails)
+    changed = [
+        replace(each, probability=0.0 if each.effects in fails else each.probability + lost * (each.effects == heir))
+        for each in weighed
+    ]
+    return tuple(sorted(changed, key=lambda each: -each.probability))
+
+
+def included(weighed: Sequence[Weighed[Any]]) -> Mapping[str, float]:
     """Probability of each effect that it is part of the explanation, the largest first."""
     found = dict[str, float]()
     for each in weighed:
@@ -287,12 +342,12 @@ def included(weighed: Sequence[Weighed]) -> Mapping[str, float]:
     return dict(sorted(found.items(), key=lambda each: -each[1]))
 
 
-def listed(weighed: Sequence[Weighed]) -> list[Weighed]:
+def listed(weighed: Sequence[Weighed[M]]) -> list[Weighed[M]]:
     """The first of a ranking, with no effect and the unknown one whatever their rank."""
     return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
 
 
-def model_of_verdict(verdict: Weighed, none: Model) -> Model:
+def model_of_verdict(verdict: Weighed[M], none: M) -> M:
     """The model of a verdict; for an unknown effect the paper's."""
     return none if verdict.effects == UNKNOWN else verdict.model
 
@@ -301,11 +356,11 @@ def _averaged(evidence: Sequence[float]) -> float:
     return float(logsumexp(evidence) - np.log(len(evidence)))
 
 
-def log_prior(ids: Sequence[str], calibration: Calibration) -> float:
+def log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue) -> float:
     """Of a combination of effects, or of a change at one place of the beam, before anything was measured."""
     if LOCAL_CHANGE in ids:
         return float(np.log(calibration.counts[1] * calibration.local_share))
-    return float(np.log(calibration.counts[len(ids)] / comb(len(effect_ids()), len(ids))))
+    return float(np.log(calibration.counts[len(ids)] / comb(len(catalogue), len(ids))))
 
 
 ALIKE = 0.9
@@ -314,7 +369,7 @@ INSEPARABLE = 1 / 20
 """Share of the verdict's probability above which another explanation is confounded with it."""
 
 
-def confounded_effects(weighed: Sequence[Weighed]) -> tuple[tuple[str, ...], ...]:
+def confounded_effects(weighed: Sequence[Weighed[Any]]) -> tuple[tuple[str, ...], ...]:
     """Groups of effects that could replace each other in the verdict, one group for each effect of the verdict."""
     verdict = leading(weighed)
     if not verdict.effects or verdict.effects == UNKNOWN:

@@ -45,8 +45,8 @@ class BlowFault(StrEnum):
     SOFT = "soft"
     LATE_TRIGGER = "late trigger"
     NO_RESPONSE = "no response"
-    WRONG_POINT = "wrong point"
-    """Found beside other blows only: `point_check`."""
+    INCONSISTENT = "inconsistent"
+    """Found beside the other blows of its point only."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ class BlowLimits:
 
     Attributes:
         lowest_peak_force: in N.
-        bounce: largest second contact, as a fraction of the peak.
+        bounce: second contact, as a fraction of the peak, that noise must not hide. Any that is seen is a double hit,
+            from half of this on.
         longest_rise: largest distance in s between trigger and peak.
         highest_frequency: in Hz, up to which the force has to reach; None leaves its spectrum unchecked.
         deepest_spectrum: smallest force at `highest_frequency`, as a fraction of the force at low frequency.
@@ -145,7 +146,7 @@ def check_blow(
         *_overload(force, sensors, overloaded),
         *_weakness(float(force[peak]), contacts, limits),
         *_late_trigger((peak - trigger_index) / sample_rate, limits),
-        *_double_hit(contacts, sample_rate, limits),
+        *_double_hit(contacts, sample_rate),
         *_softness(force, sample_rate, limits),
         *_dead_sensors(sensors, quiet, trigger_index, sample_rate),
     ]
@@ -264,13 +265,13 @@ def _late_trigger(delay: float, limits: BlowLimits) -> Iterator[BlowReason]:
         )
 
 
-def _double_hit(contacts: _Contacts, sample_rate: float, limits: BlowLimits) -> Iterator[BlowReason]:
+def _double_hit(contacts: _Contacts, sample_rate: float) -> Iterator[BlowReason]:
     if contacts.second > 0:
         side = "after" if contacts.delay > 0 else "before"
         yield BlowReason(
             BlowFault.DOUBLE_HIT,
             f"double hit: a second contact of {100 * contacts.second:.1f} % of the peak, "
-            f"{1e3 * abs(contacts.delay) / sample_rate:.1f} ms {side} it (limit {100 * limits.bounce:g} %)",
+            f"{1e3 * abs(contacts.delay) / sample_rate:.1f} ms {side} it",
         )
 
 
@@ -312,7 +313,7 @@ def check_point(
         band: lowest and highest frequency in Hz that are compared.
 
     Returns:
-        For each blow the reason to suspect it, or None. All are None for fewer than three blows.
+        For each blow the reason why it is inconsistent with the others, or None; all None for fewer than three blows.
 
     Raises:
         AnalysisError: shapes differ, or there are no lines in the band.
@@ -351,7 +352,7 @@ def _judged(difference: Real, opposite: Real, blow: int, band: tuple[float, floa
     turned = float(np.median(opposite[others])) <= limit
     advice = "it has the opposite sign: turn the hammer round" if turned else "was another point struck?"
     return BlowReason(
-        BlowFault.WRONG_POINT,
-        f"does not fit its point: between {band[0]:g} and {band[1]:g} Hz the accelerance of this blow differs from the "
-        f"others by {100 * own:.0f} %, theirs from each other by {100 * among_others:.0f} %; {advice}",
+        BlowFault.INCONSISTENT,
+        f"inconsistent with the others at its point: between {band[0]:g} and {band[1]:g} Hz its accelerance differs "
+        f"from theirs by {100 * own:.0f} %, those from each other by {100 * among_others:.0f} %; {advice}",
     )

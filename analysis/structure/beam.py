@@ -198,9 +198,7 @@ class FreeBeam:
         return replace(
             self,
             beam=replace(
-                self.beam,
-                youngs_modulus=modulus * self.beam.youngs_modulus,
-                density=density * self.beam.density,
+                self.beam, youngs_modulus=modulus * self.beam.youngs_modulus, density=density * self.beam.density
             ),
             mass=density * self.mass,
             damping=np.sqrt(modulus * density) * self.damping,

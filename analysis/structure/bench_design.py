@@ -197,10 +197,7 @@ class EigenvalueStudy:
 
 
 def condition_numbers(
-    free_beam: FreeBeam,
-    stiffness_ratios: ArrayLike,
-    modes: int,
-    supports: Sequence[Support] = PAPER_SUPPORTS,
+    free_beam: FreeBeam, stiffness_ratios: ArrayLike, modes: int, supports: Sequence[Support] = PAPER_SUPPORTS
 ) -> Real:
     """(points, supports) condition number of Yw, Eq. (45), for each support at each k-bar, Fig. 3.
 
@@ -226,10 +223,7 @@ def condition_numbers(
 
 
 def eigenvalue_study(
-    free_beam: FreeBeam,
-    stiffness_ratios: ArrayLike,
-    modes: int = 6,
-    supports: Sequence[Support] = PAPER_SUPPORTS,
+    free_beam: FreeBeam, stiffness_ratios: ArrayLike, modes: int = 6, supports: Sequence[Support] = PAPER_SUPPORTS
 ) -> EigenvalueStudy:
     """Natural frequencies and their sensitivities against k-bar, Fig. 4; arguments as of `condition_numbers`."""
     ratios = np.asarray(stiffness_ratios, dtype=float)

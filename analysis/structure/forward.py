@@ -142,10 +142,7 @@ def _diagonal(values: Complex) -> Complex:
 
 
 def eigensolution(
-    free_beam: FreeBeam,
-    joints: Sequence[Joint],
-    highest_frequency: float,
-    dofs: Sequence[Dof] | None = None,
+    free_beam: FreeBeam, joints: Sequence[Joint], highest_frequency: float, dofs: Sequence[Dof] | None = None
 ) -> Modes:
     """Complex modes of the supported beam, Eqs. (17), (41), those with positive imaginary part.
 

@@ -79,11 +79,7 @@ def effective_stiffness(cylinder: Cylinder, inclination: float, eccentricity: fl
 
 
 def joint_from_cylinders(
-    name: str,
-    node: int,
-    cylinders: Sequence[Cylinder],
-    inclinations: Sequence[float] | Real,
-    eccentricity: float,
+    name: str, node: int, cylinders: Sequence[Cylinder], inclinations: Sequence[float] | Real, eccentricity: float
 ) -> Joint:
     """A joint of a lower and an upper cylinder, Eq. (11).
 

@@ -151,10 +151,7 @@ class ElasticModes:
 
 
 def elastic_modes(
-    modes: Modes,
-    free_beam: FreeBeam,
-    lowest_frequency: float | None = None,
-    suspension: Suspension | None = None,
+    modes: Modes, free_beam: FreeBeam, lowest_frequency: float | None = None, suspension: Suspension | None = None
 ) -> ElasticModes:
     """Find the elastic modes of the beam among measured ones, and subtract the effect of the suspension.
 

@@ -31,12 +31,7 @@ class Bench:
 @pytest.fixture(scope="session")
 def paper_beam() -> Beam:
     return Beam(
-        length=0.914,
-        height=0.0254,
-        width=1290e-6 / 0.0254,
-        youngs_modulus=207e9,
-        poisson_ratio=0.3,
-        density=7850.0,
+        length=0.914, height=0.0254, width=1290e-6 / 0.0254, youngs_modulus=207e9, poisson_ratio=0.3, density=7850.0
     )
 
 

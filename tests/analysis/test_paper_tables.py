@@ -15,10 +15,7 @@ if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
 
 # midpoints of the intervals printed in Table 2, by rows, in units of EI/L^3, EI/L^2 and EI/L
-TABLE_2 = {
-    "I": [[141, 103, 5], [103, 129.5, -0.1], [-9, -3, 1]],
-    "II": [[175, -119, 9], [-119, 170, -3], [1, 2, 0.05]],
-}
+TABLE_2 = {"I": [[141, 103, 5], [103, 129.5, -0.1], [-9, -3, 1]], "II": [[175, -119, 9], [-119, 170, -3], [1, 2, 0.05]]}
 
 
 @pytest.fixture(scope="module")

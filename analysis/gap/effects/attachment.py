@@ -11,8 +11,12 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
-RADIUS = Parameter("radius", "m", 0.012, 0.5, positive=True)
-"""Radius of gyration of caps and bolts about the axis of a joint; their outer one is of the size of a cylinder."""
+GYRATION = Parameter("gyration_squared", "m^2", 0.0, 0.015**2, least=0.0)
+"""Square of the radius of gyration of caps and bolts about their own centre; their outer one is that of a cylinder."""
+ASIDE = 0.005
+"""Standard deviation, m, of the centre of caps and bolts along the beam from their joint: a part of their radius."""
+ALONG = Parameter("along", "1", 1.0, 0.25)
+"""Mass that moves along the beam over that which moves across: what is held by rubber need not be the same."""
 
 
 class JointMass(Effect):
@@ -33,15 +37,15 @@ class TurningMass(JointMass):
     """The same mass at every joint, which turns with the beam: it has an inertia about the joint's axis, too."""
 
     law = "equal masses with their inertia"
-    own_parameters = (*JointMass.own_parameters, RADIUS)
+    own_parameters = (*JointMass.own_parameters, GYRATION)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
         masses = np.full(joints.shape[2], given["m"])
-        return joints + inertia(masses, pole, given["radius"])
+        return joints + inertia(masses, pole, given["gyration_squared"])
 
 
 class MassOfEachJoint(EffectOfEachJoint):
-    """A mass of its own at each joint, all with the same radius of gyration."""
+    """A mass of its own at each joint, a little aside of it along the beam, all with the same radius of gyration."""
 
     id = "joint_mass"
     title = "mass at the joints"
@@ -51,15 +55,32 @@ class MassOfEachJoint(EffectOfEachJoint):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (*(Parameter(f"m_{name}", "kg", 0.0, 0.2, least=-0.01) for name in self.names), RADIUS)
+        masses = (Parameter(f"m_{name}", "kg", 0.0, 0.2, least=-0.01) for name in self.names)
+        return (*masses, GYRATION, *(Parameter(f"aside_{name}", "m", 0.0, ASIDE) for name in self.names), ALONG)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        return joints + inertia(self.at_joints(given, "m"), pole, given["radius"])
+        masses, aside = self.at_joints(given, "m"), self.at_joints(given, "aside")
+        return joints + inertia(masses, pole, given["gyration_squared"], aside, given["along"])
 
 
-def inertia(masses: Real, pole: Complex, radius: float = 0.0) -> Complex:
-    """(lines, joints, 3, 3) dynamic stiffness of masses (joints,) in kg with a radius of gyration in m."""
-    return np.asarray(np.multiply.outer(pole**2, np.multiply.outer(masses, np.diag([1.0, 1.0, radius**2]))))
+def inertia(
+    masses: Real, pole: Complex, gyration_squared: float = 0.0, aside: Real | float = 0.0, along: float = 1.0
+) -> Complex:
+    """(lines, joints, 3, 3) dynamic stiffness of masses at the joints.
+
+    Args:
+        masses: (joints,) kg.
+        pole: (lines,) 1/s.
+        gyration_squared: square of their radius of gyration about their own centre, m^2.
+        aside: (joints,) m, of their centres along the beam from the joint.
+        along: share of them that moves along the beam.
+    """
+    aside = np.broadcast_to(aside, masses.shape)
+    matrix = np.zeros((masses.size, 3, 3))
+    matrix[:, 0, 0], matrix[:, 1, 1] = along, 1.0
+    matrix[:, 1, 2] = matrix[:, 2, 1] = aside
+    matrix[:, 2, 2] = gyration_squared + aside**2  # about the joint (Steiner)
+    return np.asarray(np.multiply.outer(pole**2, masses[:, None, None] * matrix))
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,10 @@ class LossLawOfEach(LossLaw):
     """A power for shear, and another for compression and rotation."""
 
     law = "powers of shear and compression"
-    own_parameters = (Parameter("p_shear", "1", 0.0, 0.6), Parameter("p_compression", "1", 0.0, 0.6))
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("p_shear", "1", 0.0, 0.6),
+        Parameter("p_compression", "1", 0.0, 0.6),
+    )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         powers = given["p_shear"] * np.array(SHEAR) + given["p_compression"] * np.array(COMPRESSION)
@@ -142,6 +145,25 @@ class PartViscous(LossLaw):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         share = given["q_shear"] * np.array(SHEAR) + given["q_compression"] * np.array(COMPRESSION)
         return cylinders.scaled(1.0, 1 + share * (loading.frequency / LOSS_REFERENCE - 1))
+
+
+BESIDE_POWER = SmoothCurve((8.0, 30.0, 300.0, 800.0), zero=LOSS_REFERENCE)
+
+
+class LossCurve(LossLawOfEach):
+    """A power for shear, and another for compression and rotation, times any smooth curve of each."""
+
+    law = "smooth curves of shear and compression"
+    own_parameters = (
+        *LossLawOfEach.own_parameters,
+        *BESIDE_POWER.parameters("shear", 0.3),
+        *BESIDE_POWER.parameters("compression", 0.3),
+    )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        shear, compression = (BESIDE_POWER.at(given, name, loading.frequency) for name in ("shear", "compression"))
+        curves = np.exp(shear * np.array(SHEAR) + compression * np.array(COMPRESSION))
+        return super().cylinders(given, cylinders.scaled(1.0, curves), loading)
 
 
 OVER_FREQUENCY = SmoothCurve((8.0, 25.0, 140.0, 500.0), zero=REFERENCE)

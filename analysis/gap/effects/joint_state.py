@@ -20,10 +20,15 @@ THERMOMETER = 1.0
 """Standard deviation, K, of a specimen's temperature about that of the thermometer beside it."""
 
 
+SLOPE = SmoothCurve((15.0, 200.0), zero=60.0)
+"""Softening per K over that at 60 Hz, less one: what a rubber does at one temperature it does at another frequency in
+another (M. L. Williams, R. F. Landel, J. D. Ferry, J. Am. Chem. Soc. 77, 1955), so it softens unlike at each."""
+
+
 class TemperatureShift(Effect):
     """The beam is warmer than the tester by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
 
-    The softening of a rubber is known to a factor, and so delta_t is known no better.
+    The softening of a rubber is known to a factor, and so delta_t is known no better. It differs with frequency.
     """
 
     id = "temperature_shift"
@@ -33,7 +38,7 @@ class TemperatureShift(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (self.difference, Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING)
+        return (self.difference, Parameter("loss_ratio", "1", 2.0, 1.0), SOFTENING, *SLOPE.parameters("slope", 0.2))
 
     @property
     def difference(self) -> Parameter:
@@ -43,7 +48,7 @@ class TemperatureShift(Effect):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        stiffer = given["softening"] * given["delta_t"]
+        stiffer = given["softening"] * given["delta_t"] * (1 + SLOPE.at(given, "slope", loading.frequency))
         return cylinders.scaled(np.exp(stiffer), np.exp(stiffer * given["loss_ratio"]))
 
 
@@ -122,8 +127,8 @@ class PreloadWithSomeLoss(PreloadStiffening):
 class ConditioningDrift(Effect):
     """Specimens soften while they are cycled (slow part of Mullins' effect), up to 10 %.
 
-    Stiffness and loss fall in proportion to the share of the test that is done. The beam may have been struck before
-    it or after it.
+    Stiffness and loss fall in proportion to the share of the test that is done, in shear by a share of what they fall
+    by in compression. The beam may have been struck before it or after it.
     """
 
     id = "conditioning_drift"
@@ -133,14 +138,14 @@ class ConditioningDrift(Effect):
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("d", "1", 0.0, 0.067),
         Parameter("under_beam", "1", 0.5, 0.5),
+        Parameter("shear_share", "1", 1.0, 0.2),
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        if (
-            not loading.tester
-        ):  # they are the cylinders as the beam has them: the many lines of the beam stay as they are
+        if not loading.tester:  # cylinders are as the beam has them: its many lines stay as they are
             return cylinders
-        factor = (1 - given["d"] * self._done(given, loading.fraction)) / (1 - given["d"] * given["under_beam"])
+        fall = given["d"] * np.array([given["shear_share"], 1.0, 1.0])[:, None, None]
+        factor = (1 - fall * self._done(given, loading.fraction)) / (1 - fall * given["under_beam"])
         return cylinders.scaled(factor, factor)
 
     def _done(self, _given: Given, fraction: Real) -> Real:

@@ -22,8 +22,7 @@ SHEAR, COMPRESSION, LOSS = 4e5, 2.4e6, 0.1
 Made = Callable[..., Measurement]
 
 
-@pytest.fixture(scope="session")
-def drawing() -> Drawing:
+def drawn() -> Drawing:
     """The paper's beam, its joints a little inside the ends."""
     quarter = float(np.pi / 4)
     return Drawing(
@@ -38,8 +37,7 @@ def drawing() -> Drawing:
     )
 
 
-@pytest.fixture(scope="session")
-def empty(drawing: Drawing) -> Measurement:
+def blank(drawing: Drawing) -> Measurement:
     """Where and how was measured, with nothing sensible in it yet."""
     frequency = np.arange(20.0, 520.0, 4.0)
     shape = len(INPUTS), frequency.size
@@ -68,6 +66,16 @@ def empty(drawing: Drawing) -> Measurement:
         temperature=np.full(len(grid), 23.0),
     )
     return Measurement(drawing, sets, points, preset=5e-4)
+
+
+@pytest.fixture(scope="session")
+def drawing() -> Drawing:
+    return drawn()
+
+
+@pytest.fixture(scope="session")
+def empty(drawing: Drawing) -> Measurement:
+    return blank(drawing)
 
 
 @pytest.fixture(scope="session")

@@ -46,7 +46,7 @@ def felt(empty: Measurement) -> Felts:
 
     def at(measurement: Measurement = empty, **values: float) -> Felt:
         likelihood = likelihood_of(measurement, CubicStiffness())
-        found = likelihood._state(scores_of(likelihood, values)).struck[0].setting.felt
+        found = likelihood.state(scores_of(likelihood, values)).struck[0].setting.felt
         assert found is not None
         return found
 
@@ -98,7 +98,7 @@ def test_joints_and_their_motion_agree(felt: Felts, empty: Measurement) -> None:
     own = felt(beta=20.0).own[:, 1, :, 0]
     assert np.all(own[:, rows:] < 3.9 * own[:, :rows])
     likelihood = likelihood_of(empty, CubicStiffness())
-    (struck,) = likelihood._state(scores_of(likelihood, {"beta": 20.0})).struck
+    (struck,) = likelihood.state(scores_of(likelihood, {"beta": 20.0})).struck
     assert struck.moving is not None
     agreed = struck.moving.agreed
     means = [agreed.motion.logarithm[:rows], agreed.motion.logarithm[rows:]]

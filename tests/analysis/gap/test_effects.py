@@ -21,6 +21,7 @@ from analysis.gap.effects.attachment import (
 from analysis.gap.effects.beam import (
     REFERENCE,
     AccelerometerMass,
+    AccelerometerWithCable,
     BeamDamping,
     BendingByRow,
     DampingFollowingFrequency,
@@ -129,16 +130,29 @@ def test_joint_mass_adds_inertia_to_both_translations(cylinders: Cylinders, moun
 def test_a_mass_that_turns_has_its_inertia_about_the_joint(cylinders: Cylinders, mounting: Mounting) -> None:
     pole = 2j * np.pi * np.array([400.0])
     joints = joint_matrices(cylinders, mounting)
-    added = TurningMass().joints({"m": 0.2, "radius": 0.01}, joints, pole) - joints
+    added = TurningMass().joints({"m": 0.2, "gyration_squared": 1e-4}, joints, pole) - joints
     assert np.allclose(added[0, 0, 1], np.diag([0.2, 0.2, 2e-5]) * pole[0] ** 2, atol=1e-9)
 
 
 def test_mass_of_each_joint_stays_at_its_joint(cylinders: Cylinders, mounting: Mounting) -> None:
     pole = 2j * np.pi * np.array([400.0])
     joints = joint_matrices(cylinders, mounting)
-    added = MassOfEachJoint(("I", "II")).joints({"m_I": 0.0, "m_II": 0.1, "radius": 0.01}, joints, pole) - joints
+    effect = MassOfEachJoint(("I", "II"))
+    added = effect.joints(values(effect, m_II=0.1), joints, pole) - joints
     assert np.allclose(added[0, 0, 0], 0.0)
     assert added[0, 0, 1, 1, 1] == pytest.approx((pole[0] ** 2).real * 0.1)
+
+
+def test_a_mass_aside_of_its_joint_moves_with_the_turning_beam(cylinders: Cylinders, mounting: Mounting) -> None:
+    pole = 2j * np.pi * np.array([400.0])
+    joints = joint_matrices(cylinders, mounting)
+    effect, aside = MassOfEachJoint(("I", "II")), 0.008
+    added = effect.joints(values(effect, m_II=0.1, aside_II=aside, along=0.8), joints, pole) - joints
+    motion = np.array([0.3, 1.0, 5.0])  # along, across, turning
+    centre = motion[1] + aside * motion[2]
+    force = added[0, 0, 1] @ motion
+    assert np.allclose(force, 0.1 * pole[0] ** 2 * np.array([0.8 * 0.3, centre, aside * centre]))
+    assert np.allclose(added[0, 0, 0], 0.0)
 
 
 def test_a_contact_patch_turns_with_a_twelfth_of_its_length_squared(cylinders: Cylinders, mounting: Mounting) -> None:
@@ -234,6 +248,7 @@ def test_a_support_moves_along_the_beam_alone(empty: Measurement, mounting: Moun
         (BeamDamping(), {"eta": 0.02}, "loss"),
         (MeshError(), {"third_mode": 0.02}, "mesh"),
         (AccelerometerMass(), {"m": 0.02}, "sensor_mass"),
+        (AccelerometerWithCable(), {"m": 0.0, "c": 0.02}, "sensor_damping"),
         (CrossAxisSensitivity(), {"sensitivity": 0.02}, "cross_axis"),
     ],
 )

@@ -26,6 +26,7 @@ from analysis.gap.effects.joint_frequency import (
     FewRelaxations,
     FractionalZener,
     FrequencyDependence,
+    LossCurve,
     LossLaw,
     LossLawOfEach,
     PartViscous,
@@ -261,12 +262,21 @@ def test_a_loss_law_changes_the_imaginary_part_alone() -> None:
         assert np.allclose(loss, expected, rtol=1e-12), effect.law
 
 
+def test_loss_may_follow_a_smooth_curve_of_each_way_of_loading() -> None:
+    effect, frequency = LossCurve(), np.array([30.0, 100.0, 300.0])
+    given = own(effect, p_compression=0.5, shear_300=0.4, compression_30=-0.2)
+    storage, loss = ratios(effect, given, in_tester(frequency=frequency))
+    assert np.allclose(storage, 1.0)
+    assert loss[0] == pytest.approx([1.0, 1.0, np.exp(0.4)])
+    assert loss[1] == pytest.approx([np.sqrt(0.3) * np.exp(-0.2), 1.0, np.sqrt(3.0)])
+
+
 # --- between the rigs, and in the order of measuring ---
 
 
 def test_temperature_shows_in_the_tester_alone_and_takes_loss_along() -> None:
     effect = TemperatureShift()
-    given = {"delta_t": 5.0, "loss_ratio": 2.0, "softening": 0.006}
+    given = own(effect, delta_t=5.0, loss_ratio=2.0, softening=0.006)
     assert np.allclose(ratios(effect, given, struck()), 1.0)
     storage, loss = ratios(effect, given, in_tester())
     assert np.allclose(storage, np.exp(5 * 0.006))
@@ -280,6 +290,14 @@ def test_thermometers_that_differ_say_by_how_much(empty: Measurement) -> None:
     (effect,) = ShownTemperatureShift.variants(replace(empty, points=colder))
     (difference, *_) = effect.parameters
     assert (difference.centre, difference.spread) == pytest.approx((4.0, 1.0))
+
+
+def test_a_rubber_softens_otherwise_at_another_frequency() -> None:
+    effect, frequency = TemperatureShift(), np.array([15.0, 60.0, 200.0])
+    given = own(effect, delta_t=10.0, softening=0.01, loss_ratio=2.0, slope_200=0.5)
+    storage, loss = ratios(effect, given, in_tester(frequency=frequency))
+    assert np.log(storage[1]) == pytest.approx([0.1, 0.1, 0.15])
+    assert np.allclose(np.log(loss), 2 * np.log(storage))
 
 
 def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
@@ -296,7 +314,7 @@ def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
 @pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
 def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
     done = np.linspace(0.0, 1.0, 9)
-    given = {"d": 0.08, "knee": 0.3, "under_beam": 0.0}
+    given = own(effect, d=0.08, under_beam=0.0)
     storage, loss = ratios(effect, given, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
     assert storage[:, 0] == pytest.approx(1.0)
     assert storage[:, -1] == pytest.approx(0.92)
@@ -305,22 +323,30 @@ def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: Conditio
     again, _ = ratios(effect, given, in_tester(frequency=50.0, fraction=done))
     assert np.array_equal(storage, again)
     assert np.allclose(ratios(effect, given, struck()), 1.0)
-    after, _ = ratios(effect, given | {"under_beam": 1.0}, in_tester(fraction=done))
+    after, _ = ratios(effect, {**given, "under_beam": 1.0}, in_tester(fraction=done))
     assert np.allclose(after, storage / 0.92)  # the beam had the specimens when they had softened
 
 
 def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
     half = {
-        law: ratios(law(), {"d": 0.1, "knee": 0.3, "under_beam": 0.0}, in_tester(fraction=0.5))[0][0, 0]
+        law: ratios(law(), own(law(), d=0.1, under_beam=0.0), in_tester(fraction=0.5))[0][0, 0]
         for law in (ConditioningDrift, SaturatingDrift, LogarithmicDrift)
     }
     assert half[ConditioningDrift] == pytest.approx(0.95)
     assert half[LogarithmicDrift] < half[SaturatingDrift] < half[ConditioningDrift]
 
 
+def test_shear_drifts_to_its_share() -> None:
+    given = own(ConditioningDrift(), d=0.1, under_beam=0.0, shear_share=0.5)
+    storage, _ = ratios(ConditioningDrift(), given, in_tester(fraction=1.0))
+    assert storage[:, 0] == pytest.approx([0.95, 0.9, 0.9])
+
+
 def test_a_drift_that_comes_to_rest_is_over_after_a_few_knees() -> None:
     early, late = (
-        ratios(SaturatingDrift(), {"d": 0.1, "knee": knee, "under_beam": 0.0}, in_tester(fraction=0.3))[0][0, 0]
+        ratios(SaturatingDrift(), own(SaturatingDrift(), d=0.1, knee=knee, under_beam=0.0), in_tester(fraction=0.3))[0][
+            0, 0
+        ]
         for knee in (0.05, 100.0)
     )
     assert early == pytest.approx(0.9, rel=1e-3)

@@ -47,7 +47,7 @@ class Line:
         left = self.measured - self.columns @ scores
         at = Linearised(float(left @ left + scores @ scores), np.zeros(UNKNOWNS), normal)
         shared = [Parameter(str(place), "1", 0.0, 1.0, least=least if place == 0 else -np.inf) for place in range(2)]
-        likelihood = SimpleNamespace(simulation=SimpleNamespace(shared=shared), data=DATA, log_normalisation=0.0)
+        likelihood = SimpleNamespace(parameters=shared, data=DATA, log_normalisation=0.0)
         return Fit(cast("Likelihood", likelihood), scores, at, True)
 
 

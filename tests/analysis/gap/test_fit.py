@@ -1,5 +1,6 @@
 """Fits in stages: what they share, and where they end."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 
 from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fit import CLOSE, FINAL, LastState, Likelihood, Stage, fit
+from analysis.gap.fit import CLOSE, FINAL, LastState, Likelihood, Stage, evaluated, fit
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.simulation import Simulation, State
 from tests.analysis.gap.conftest import Made
@@ -64,3 +65,46 @@ def test_a_model_is_searched_to_the_end_where_no_stage_calls_it_hopeless(simulat
     assert found.converged
     again = fit(simulation, found.scores, (FINAL,), hopeless={FINAL: 0.0})
     assert again.converged, "the last stage is never cut short"
+
+
+@pytest.mark.parametrize("common", [0.0, 0.7, 1.0])
+def test_sum_of_squares_normal_equations_and_whitened_columns_are_one_likelihood(
+    simulation: Simulation, common: float
+) -> None:
+    """Whatever share of their smooth errors the sets have in common."""
+    scales = replace(simulation.baseline.scales, model_error=0.01, correlation=25.0, common=common)
+    likelihood = Likelihood(simulation.with_scales(scales))
+    values = 0.1 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
+    shared, left = likelihood.columns(values, range(len(simulation.shared)))
+    columns = np.concatenate([shared, likelihood.own_columns(values)])
+    at = likelihood.at(values)
+    linearised = at.linearised()
+    assert at.cost == pytest.approx(left @ left + values @ values)
+    assert linearised.cost == pytest.approx(at.cost)
+    size = np.abs(np.diag(linearised.normal))
+    assert np.allclose(linearised.normal, columns @ columns.T + np.eye(len(values)), rtol=0, atol=1e-6 * size.max())
+    assert np.allclose(
+        linearised.descent, columns @ left - values, rtol=0, atol=1e-6 * np.abs(linearised.descent).max()
+    )
+
+
+@pytest.mark.parametrize("common", [0.0, 0.7, 1.0])
+def test_what_rows_say_given_all_others_is_what_all_say_beyond_the_others(
+    simulation: Simulation, common: float
+) -> None:
+    scales = replace(simulation.baseline.scales, model_error=0.01, correlation=25.0, common=common)
+    likelihood = Likelihood(simulation.with_scales(scales))
+    values, (first, second) = np.zeros(likelihood.unknowns), likelihood.measurement.sets
+    found = evaluated(likelihood, values)
+    out = [(0, 2), (1, 4)]
+    keep = [np.arange(len(each.inputs)) != row for each, (_, row) in zip((first, second), out, strict=True)]
+    rest = replace(likelihood.measurement, sets=(first.rows(keep[0]), second.rows(keep[1])))
+    others = Likelihood(likelihood.simulation.of(rest)).at(np.zeros(likelihood.unknowns - 2))
+    assert found.at.cost - sum(each.chi_square for each in found.left_out(out)) == pytest.approx(others.cost)
+    normal = found.at.normal.copy()
+    for each in found.left_out(out):
+        normal[np.ix_(each.unknowns, each.unknowns)] -= each.normal
+    blows = [likelihood.first_blow[number] + row for number, row in out]
+    known = np.delete(np.arange(likelihood.unknowns), blows)
+    expected = others.linearised().normal
+    assert np.allclose(normal[np.ix_(known, known)], expected, rtol=0, atol=1e-6 * np.abs(np.diag(expected)).max())

@@ -24,6 +24,7 @@ from analysis.gap.gaps import (
     gaps_where_asked,
     held_to_account,
     shrinks,
+    unknown_held_to_account,
 )
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import HammerSet, Measurement
@@ -129,7 +130,7 @@ def test_the_floor_elsewhere_is_that_of_the_rows_there(found: Fit) -> None:
 
 
 def test_what_the_model_is_wrong_by_is_carried_over() -> None:
-    held = HeldOut(Gap(5.0, 9.0, 4.0), Gap(2.0, 1.0, 2.0), (3.0, 6.0))
+    held = HeldOut(Gap(5.0, 9.0, 4.0, 4.0), Gap(2.0, 1.0, 2.0, 2.0), (3.0, 6.0))
     there = gap_on_unseen_rows(held, 4.0)
     assert there.overall.percent == pytest.approx(np.hypot(4.0, 4.0))
     assert there.overall.sigma == 9.0
@@ -139,15 +140,15 @@ def test_what_the_model_is_wrong_by_is_carried_over() -> None:
 
 def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> None:
     for percent in (1.0, 3.0):
-        held = HeldOut(Gap(percent, 1.0, 0.0), None, (percent, percent))
+        held = HeldOut(Gap(percent, 1.0, 0.0, 0.0), None, (percent, percent))
         assert gap_on_unseen_rows(held, 4.0).overall.percent == pytest.approx(4.0)
-    tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0), (1.0, 3.0))
+    tester_alone = HeldOut(None, Gap(2.0, 1.0, 1.0, 1.0), (1.0, 3.0))
     assert gap_on_unseen_rows(tester_alone, 4.0) is tester_alone
 
 
 def gap_of(inverse: float, direct: float) -> HeldOut:
     """Of both rigs, percent; a sigma in proportion."""
-    return HeldOut(Gap(inverse, inverse, inverse), Gap(direct, direct, direct), (inverse, inverse))
+    return HeldOut(Gap(*[inverse] * 4), Gap(*[direct] * 4), (inverse, inverse))
 
 
 @pytest.mark.parametrize(
@@ -173,3 +174,16 @@ def test_an_explanation_that_lowers_no_gap_loses_its_probability_to_an_unknown_c
     lost = held_to_account(weighed, none, {id(none): before, id(right): gap_of(10376.0, 3.0)})
     assert leading(lost).effects == UNKNOWN
     assert sum(each.probability for each in lost) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("left", "expected"), [(0.0, ()), (0.2, UNKNOWN)])
+def test_a_cause_in_no_catalogue_leaves_something_of_data_that_no_fit_saw(
+    models: tuple[Model, Model], left: float, expected: tuple[str, ...]
+) -> None:
+    none, right = models
+    weighed = held_to_account(
+        weigh(none, [right], UNCALIBRATED), none, {id(none): gap_of(20.0, 3.0), id(right): gap_of(30.0, 3.0)}
+    )
+    assert leading(weighed).effects == UNKNOWN
+    before = HeldOut(Gap(3.6, 5.0, 0.0, 0.0), Gap(0.9, 1.0, left, left), (3.2, 4.0))
+    assert leading(unknown_held_to_account(weighed, none, {id(none): before})).effects == expected

@@ -11,6 +11,7 @@ from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.gaps import floor_percent
 from analysis.gap.held_out import _by_a_step, _folds, _refitted_without, held_out
 from analysis.gap.measurement import Measurement
+from analysis.gap.scale_estimate import with_likely_scales
 from analysis.gap.simulation import Simulation
 from tests.analysis.gap.conftest import Made
 
@@ -69,6 +70,21 @@ def test_of_a_model_that_holds_next_to_nothing_is_the_models_own(found: Fit) -> 
     assert gap.direct.model_percent < 0.5 * gap.direct.percent
 
 
+def test_smooth_errors_that_every_bench_has_do_not_count_as_remaining(found: Fit) -> None:
+    measurement, random = found.likelihood.measurement, np.random.default_rng(6)
+    error, sets = 0.01, []
+    for each in measurement.sets:
+        apart = each.frequency[:, None] - each.frequency
+        smooth = np.linalg.cholesky(np.exp(-(apart**2) / (2 * 30.0**2)) + 1e-9 * np.eye(each.frequency.size))
+        real, imaginary = error * random.standard_normal((2, *each.accelerance.shape)) @ smooth.T
+        sets.append(replace(each, accelerance=each.accelerance * (1 + real + 1j * imaginary)))
+    stated = replace(measurement.tolerances, model_error=error)
+    gap = held_out(with_likely_scales(fitted(replace(measurement, sets=tuple(sets), tolerances=stated))))
+    assert gap.inverse is not None
+    assert gap.inverse.model_percent == pytest.approx(100 * error * np.sqrt(2), rel=0.3)
+    assert gap.inverse.remaining_percent < 0.5 * gap.inverse.model_percent
+
+
 def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
     measurement = found.likelihood.measurement
     once = held_out(found)
@@ -79,6 +95,7 @@ def test_a_row_that_the_model_cannot_make_widens_the_gap(found: Fit) -> None:
     worse = held_out(fitted(replace(measurement, sets=sets)))
     assert worse.overall.percent > once.overall.percent + 1
     assert worse.overall.model_percent > 0.8 * worse.overall.percent
+    assert worse.overall.remaining_percent > 0.9 * worse.overall.model_percent
     assert worse.overall.sigma > 2 * once.overall.sigma
 
 

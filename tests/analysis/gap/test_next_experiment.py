@@ -1,29 +1,31 @@
-"""The cheapest further measurement is the first that is expected to settle the matter."""
+"""The next experiment is the one that tells most about the explanations for its time."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from analysis.gap.catalogue import effect_ids
-from analysis.gap.effect import Effect
+from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.catalogue import candidates, effect_ids, laws
+from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
 from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fit import CLOSE, Likelihood, fit
+from analysis.gap.expected_data import Reading, as_expected, reading_of
+from analysis.gap.fit import Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model
+from analysis.gap.model import Model, without_effects
 from analysis.gap.next_experiment import (
-    CONVINCING,
+    CHECKS,
     EXPERIMENTS,
+    LEAST,
     Check,
     Experiment,
     FurtherMeasurement,
     NextExperiment,
-    _expected,
+    RigTime,
     next_experiment,
-    separation,
 )
 from analysis.gap.search import search_of
 from analysis.gap.verdict import UNKNOWN, Status, Weighed
@@ -32,7 +34,6 @@ from tests.analysis.gap.conftest import Made
 FURTHER = {each.id: each for each in EXPERIMENTS if isinstance(each, FurtherMeasurement)}
 HEAVIER = FURTHER[Experiment.HEAVIER_ACCELEROMETER]
 SHUFFLED = FURTHER[Experiment.RANDOM_ORDER]
-SOFTER = FURTHER[Experiment.HALF_FORCE]
 
 
 def fitted(measurement: Measurement, *effects: Effect) -> Model:
@@ -41,7 +42,7 @@ def fitted(measurement: Measurement, *effects: Effect) -> Model:
     return Model(effects, fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
 
 
-def weighed(probability: float, model: Model) -> Weighed:
+def weighed(probability: float, model: Model) -> Weighed[Model]:
     return Weighed(tuple(sorted(model.ids)), model, float(np.log(probability)), probability)
 
 
@@ -61,33 +62,14 @@ def of_modulus(heavy: Measurement) -> Model:
     return fitted(heavy, YoungsModulus())
 
 
-def test_an_explanation_follows_what_it_expects_itself(of_mass: Model) -> None:
-    for each in FURTHER.values():
-        assert each.separation(of_mass, of_mass) == pytest.approx(0.0, abs=1e-3)
+def told(each: Check | FurtherMeasurement, *explanations: Weighed[Model]) -> float:
+    """Bits that an experiment is expected to tell."""
+    return each.asked(explanations, None, RigTime(), UNCALIBRATED)[0]
 
 
-def test_a_separation_is_by_how_much_a_fit_to_both_measurements_is_worse(of_mass: Model, of_modulus: Model) -> None:
-    alone = of_modulus.fit
-    first, simulation = alone.likelihood.measurement, alone.likelihood.simulation
-    further = SOFTER.planned(first)
-    assert further is not None
-    seen = _expected(of_mass, further)
-    both = simulation.of(replace(first, sets=(*first.sets, *seen.sets)))
-    shared = len(both.shared)
-    start = np.zeros(Likelihood(both).unknowns)
-    start[:shared] = alone.scores[:shared]
-    together = fit(both, start, CLOSE)
-    expected = separation(of_mass, of_modulus, further, "inverse")
-    assert expected > 1  # joints that differ by set-up and smooth errors leave little to half the force
-    assert expected**2 == pytest.approx(together.at.cost - alone.at.cost, rel=0.02)
-
-
-def test_noise_makes_a_further_measurement_tell_less(of_mass: Model, of_modulus: Model) -> None:
-    further = HEAVIER.planned(of_mass.fit.likelihood.measurement)
-    assert further is not None
-    noisy = replace(further, sets=tuple(replace(each, deviation=3 * each.deviation) for each in further.sets))
-    quiet, loud = (separation(of_mass, of_modulus, each, "inverse") for each in (further, noisy))
-    assert 0 < loud < quiet
+def test_an_explanation_is_not_told_from_itself_and_another_one_is(of_mass: Model, of_modulus: Model) -> None:
+    assert told(HEAVIER, weighed(0.5, of_mass), weighed(0.5, of_mass)) < LEAST
+    assert told(HEAVIER, weighed(0.5, of_mass), weighed(0.5, of_modulus)) > 3 * LEAST
 
 
 def test_random_order_tells_drift_from_compliance_of_a_frame(made: Made) -> None:
@@ -95,19 +77,58 @@ def test_random_order_tells_drift_from_compliance_of_a_frame(made: Made) -> None
     points = measurement.points
     assert points is not None
     stiff_last = np.argsort(np.argsort(np.abs(points.stiffness))).astype(float)
-    drifting = _expected(
+    drifting = as_expected(
         fitted(measurement, ConditioningDrift()), replace(measurement, points=replace(points, order=stiff_last))
     )
     drift, frame = fitted(drifting, ConditioningDrift()), fitted(drifting, FrameCompliance())
-    assert SHUFFLED.separation(drift, frame) > CONVINCING
+    assert told(SHUFFLED, weighed(0.5, drift), weighed(0.5, frame)) > 0.5
 
 
-def test_a_check_tells_sizes_that_only_one_explanation_has(of_mass: Model, of_modulus: Model) -> None:
-    scales = Check(Experiment.WEIGH_PARTS, ("accelerometer_mass", "density"), 0.05)
-    size = abs(of_mass.fit.scores[of_mass.places(0)[0]])
-    assert scales.separation(of_mass, of_modulus) == pytest.approx(size / 0.05)
-    assert scales.separation(of_modulus, of_mass) == pytest.approx(size / 0.05)
-    assert scales.separation(of_mass, of_mass) == 0.0
+def test_scales_tell_masses_that_they_can_read_and_no_others(of_mass: Model, of_modulus: Model) -> None:
+    two = weighed(0.5, of_mass), weighed(0.5, of_modulus)
+    scales = Check(Experiment.WEIGH_PARTS, 5.0, (Reading("accelerometer_mass", "m", 5e-4),))
+    coarse = replace(scales, readings=(Reading("accelerometer_mass", "m", 0.05),))
+    ruler = Check(Experiment.MEASURE_PLACES, 5.0, (Reading("support_position", "dx", 5e-4),))
+    assert told(scales, *two) == pytest.approx(1.0, abs=0.02)
+    assert 0 < told(coarse, *two) < 0.2
+    assert told(ruler, *two) == 0.0
+
+
+def test_a_reading_changes_the_odds_by_what_it_reads(of_mass: Model, of_modulus: Model) -> None:
+    two = weighed(0.1, of_mass), weighed(0.89, of_modulus), Weighed(UNKNOWN, of_mass, 0.0, 0.01)
+    scales = CHECKS[Experiment.WEIGH_PARTS]
+    size = of_mass.fit.value("m")
+    there = scales.after(two, {"accelerometer_mass.m": size}, UNCALIBRATED)
+    assert (there[0].model, there[0].effects) == (of_mass, ("accelerometer_mass",))
+    assert there[0].probability > 0.99
+    absent = scales.after(two, {"accelerometer_mass.m": 0.0}, UNCALIBRATED)
+    assert absent[0].model is of_modulus
+    assert absent[-1].probability < 1e-6
+    assert sum(each.probability for each in absent) == pytest.approx(1.0)
+    assert scales.after(two, {"joint_mass.m": 0.1}, UNCALIBRATED) == two  # no explanation has it
+
+
+def test_an_explanation_that_the_data_refute_is_a_rival_for_checks_alone(of_mass: Model) -> None:
+    none = without_effects(of_mass, fitted(of_mass.fit.likelihood.measurement))
+    two = weighed(0.9, of_mass), weighed(0.1, none)
+    assert told(HEAVIER, *two) == 0.0
+    assert told(CHECKS[Experiment.WEIGH_PARTS], *two) > 0.4
+
+
+def test_of_two_experiments_that_tell_as_much_the_shorter_is_asked_for(of_mass: Model, of_modulus: Model) -> None:
+    long = Check(Experiment.FREE_BEAM, 60.0, (Reading("youngs_modulus", "relative", 1e-3),))
+    short = Check(Experiment.WEIGH_PARTS, 6.0, (Reading("accelerometer_mass", "m", 5e-4),))
+    vague = Check(Experiment.MEASURE_PLACES, 0.1, (Reading("accelerometer_mass", "m", 0.05),))
+    two = [weighed(0.6, of_mass), weighed(0.4, of_modulus)]
+    found = next_experiment(Status.EXPLAINED, two, (), among=(long, vague, short))
+    assert (found.id, found.minutes) == (Experiment.WEIGH_PARTS, 6.0)
+    assert found.information == pytest.approx(found.doubt, abs=0.05)
+
+
+def test_an_unknown_cause_is_told_from_a_law_that_says_what_further_data_would_be(of_mass: Model) -> None:
+    none = Model((), fitted(of_mass.fit.likelihood.measurement).fit)
+    two = weighed(0.5, of_mass), Weighed(UNKNOWN, of_mass, 0.0, 0.5)
+    assert HEAVIER.asked(two, none, RigTime(), UNCALIBRATED)[0] > 0.3
 
 
 def test_no_gap_asks_for_nothing_and_an_unknown_cause_for_a_new_set_up(of_mass: Model) -> None:
@@ -123,7 +144,7 @@ def test_confounded_effects_ask_for_the_first_experiment_that_tells_them_apart(
     found = next_experiment(Status.EXPLAINED, explanations, [("accelerometer_mass", "youngs_modulus")])
     assert (found.id, found.tells_apart) == (Experiment.WEIGH_PARTS, True)
     assert found.effects == ("accelerometer_mass", "youngs_modulus")
-    assert found.separation > 0
+    assert 0 < found.information <= found.doubt
 
 
 def test_a_clear_verdict_is_to_be_confirmed_against_the_next_best(of_mass: Model, of_modulus: Model) -> None:
@@ -137,8 +158,18 @@ def test_where_nothing_tells_the_verdict_from_another_its_effects_are_to_be_corr
 
 
 def test_every_effect_of_the_bench_has_an_experiment() -> None:
-    checked = {name for each in EXPERIMENTS if isinstance(each, Check) for name in each.tells}
+    checked = {each.effect for check in EXPERIMENTS if isinstance(check, Check) for each in check.readings}
     assert checked <= set(effect_ids())
-    seen_otherwise = {"conditioning_drift", "double_hit", "mains_hum"}  # by another order, and in raw blows
-    assert set(effect_ids()) - checked <= seen_otherwise
-    assert all(0 < each.share < 1 for each in EXPERIMENTS if isinstance(each, Check))
+    of_laws = {law.id: law for law in laws()}
+    simulated = {"density", "conditioning_drift"} | {
+        each for each, law in of_laws.items() if law.mechanism in (Mechanism.JOINT_AMPLITUDE, Mechanism.JOINT_FREQUENCY)
+    }
+    in_records = {"double_hit", "mains_hum"}
+    assert set(effect_ids()) - checked <= simulated | in_records
+
+
+def test_every_reading_is_a_parameter_of_its_effect(empty: Measurement) -> None:
+    known = [(each.id, parameter.name) for each in candidates(empty) for parameter in each.parameters]
+    for check in EXPERIMENTS:
+        for each in check.readings if isinstance(check, Check) else ():
+            assert any(reading_of(f"{effect}.{name}", (each,)) for effect, name in known), each

@@ -27,14 +27,16 @@ def test_it_is_the_density_of_each_part_given_the_others(temperature: float) -> 
     scores = np.linalg.solve(np.eye(UNKNOWNS) + normal / temperature, descent / temperature)
     left = measured - columns @ scores
     blocks = [
-        SimpleNamespace(row=0, unknowns=np.arange(UNKNOWNS), normal=j.T @ j, descent=j.T @ r, chi_square=float(r @ r))
+        SimpleNamespace(unknowns=np.arange(UNKNOWNS), normal=j.T @ j, descent=j.T @ r, chi_square=float(r @ r))
         for j, r in zip(columns, left, strict=True)
     ]
     fitted = SimpleNamespace(
         scores=scores,
         at=SimpleNamespace(normal=np.eye(UNKNOWNS) + normal),
-        blocks=blocks,
-        likelihood=SimpleNamespace(measurement=SimpleNamespace(points=None)),
+        left_out=lambda rows: tuple(blocks[row] for _, row in rows),
+        likelihood=SimpleNamespace(
+            measurement=SimpleNamespace(points=None, sets=[SimpleNamespace(inputs=range(PARTS))])
+        ),
     )
     expected = 0.0
     for part in range(PARTS):

@@ -11,7 +11,7 @@ from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.forward_selection import selected
 from analysis.gap.measurement import Measurement
-from analysis.gap.residual_structure import misfit
+from analysis.gap.model import misfit
 from analysis.gap.search import Search
 from analysis.gap.verdict import UNKNOWN, weigh
 from tests.analysis.gap.conftest import Made, search_among

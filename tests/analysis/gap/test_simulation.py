@@ -91,6 +91,16 @@ def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> No
     assert np.max(np.abs(predicted - expected)) < 1e-6 * np.max(np.abs(expected))
 
 
+def test_derivatives_without_those_of_set_ups_and_rows_are_the_same(empty: Measurement) -> None:
+    modes, shown = beam_modes_of(empty.drawing), {"joint_mass", "amplitude_dependence"}
+    for effect in {each.id: each for each in candidates(empty) if each.id in shown}.values():
+        likelihood = Likelihood(Simulation(baseline_of(empty), modes, (effect,)))
+        scores = np.full(likelihood.unknowns, 0.1)
+        whole, shared = likelihood.predict(scores, (0, 3)), likelihood.predict(scores, (0, 3), own=False)
+        for one, other in zip(whole.by_shared, shared.by_shared, strict=True):
+            assert np.array_equal(one, other)
+
+
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: float) -> None:
     """All stiffness, E and density times one factor divide accelerances by it: absolute scale is not observable."""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.gap.calibration import UNCALIBRATED
-from analysis.gap.effect import Effect
+from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
@@ -24,6 +24,7 @@ from analysis.gap.verdict import (
     Contest,
     Weighed,
     confounded_effects,
+    contenders,
     included,
     leading,
     outside_log_odds,
@@ -50,13 +51,15 @@ def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, sco
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
     scores = np.full(len(shared), score)
     simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()), effects=effects)
-    likelihood = cast("Likelihood", SimpleNamespace(simulation=simulation, data=DATA, log_normalisation=0.0))
+    likelihood = cast(
+        "Likelihood", SimpleNamespace(simulation=simulation, parameters=shared, data=DATA, log_normalisation=0.0)
+    )
     normal = np.eye(len(shared)) * 1e4
     at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
     return Stated(effects, Fit(likelihood, scores, at, True), left)
 
 
-def weigh(none: Model, models: list[Model]) -> tuple[Weighed, ...]:
+def weigh(none: Model, models: list[Model]) -> tuple[Weighed[Model], ...]:
     return weigh_with(none, models, UNCALIBRATED)
 
 
@@ -218,7 +221,7 @@ def test_each_effect_keeps_its_own_law_whichever_was_found_first() -> None:
     }
 
 
-def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed:
+def weighed(probability: float, *effects: Effect, score: float = 1.0) -> Weighed[Model]:
     """An explanation whose parameters are each `score` standard deviations large and well known."""
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
     simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()))
@@ -261,3 +264,20 @@ def test_of_explanations_that_are_as_probable_the_one_with_fewer_effects_is_the_
     assert leading(weighed).effects == ()
     clear = [Weighed(ids, none, 0.0, share) for ids, share in (shares | {("density",): 0.6, (): 0.31}).items()]
     assert leading(clear).effects == ("density",)
+
+
+class AnyFrame(FrameCompliance):
+    """A smooth function in place of a law of the tester."""
+
+    id = Mechanism.TESTER
+    law_free = True
+
+
+def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind() -> None:
+    none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
+    closest = model((FrameCompliance(),), 5e5, 4e5)
+    kept = contenders(Contest(none, [smooth, closest, model((TransducerLag(),), 9e5, 8e5)], UNCALIBRATED))
+    assert kept == [smooth, closest]
+    best = leading(weigh(none, kept))
+    assert best.effects == ("frame_compliance",)
+    assert best.model is smooth

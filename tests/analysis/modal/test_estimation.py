@@ -305,9 +305,12 @@ def test_intervals_widen_where_no_modal_model_fits() -> None:
 
 
 def test_intervals_hold_where_every_row_has_moved_and_the_noise_is_not_stated() -> None:
-    """Rows that happen to agree must not get all the weight."""
+    """Rows that happen to agree must not get all the weight.
+
+    26 of 30 intervals have to hold. Where 95 % do, 2 draws in 100 fail; where 70 % do, 3 in 100 pass.
+    """
     held = []
-    for seed in range(8):
+    for seed in range(5):
         moved = 1 + 1e-4 * np.random.default_rng([seed, 1]).standard_normal(len(INPUTS))
         rows = [replace(BEAM, frequency=BEAM.frequency * factor).accelerance()[row] for row, factor in enumerate(moved)]
         estimate = estimate_modes(replace(BEAM.measured(seed, accelerance=np.array(rows)), variance=None))
@@ -339,11 +342,7 @@ def test_the_chart_holds_a_column_for_every_mode(estimates: list[ModalEstimate])
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    frequency=st.floats(30.0, 450.0),
-    loss_factor=st.floats(0.003, 0.2),
-    seed=st.integers(0, 2**32 - 1),
-)
+@given(frequency=st.floats(30.0, 450.0), loss_factor=st.floats(0.003, 0.2), seed=st.integers(0, 2**32 - 1))
 def test_any_single_mode_is_found_within_its_uncertainty(frequency: float, loss_factor: float, seed: int) -> None:
     truth = one_mode(frequency, loss_factor, np.linspace(0.5, 512, 1024))
     modes = estimate_modes(truth.measured(seed), highest_order=30).modes

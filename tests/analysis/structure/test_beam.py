@@ -16,10 +16,7 @@ def ten_equal_elements(beam: Beam, elements_between: int = 1) -> Mesh:
 
 @pytest.mark.parametrize(
     ("theory", "expected"),
-    [
-        (Theory.TIMOSHENKO, [160.06, 439.13, 855.68]),
-        (Theory.EULER_BERNOULLI, [160.5, 442.5, 868.1]),
-    ],
+    [(Theory.TIMOSHENKO, [160.06, 439.13, 855.68]), (Theory.EULER_BERNOULLI, [160.5, 442.5, 868.1])],
 )
 def test_ten_equal_elements_give_the_free_frequencies_of_table_1(
     paper_beam: Beam, theory: Theory, expected: list[float]
@@ -111,10 +108,7 @@ def test_a_point_mass_weighs_in_x_and_y_at_its_node_alone(paper_beam: Beam) -> N
     np.testing.assert_allclose(added, expected, atol=1e-15)
 
 
-@given(
-    gaps=st.lists(st.floats(0.01, 0.2), min_size=2, max_size=8),
-    elements=st.integers(1, 5),
-)
+@given(gaps=st.lists(st.floats(0.01, 0.2), min_size=2, max_size=8), elements=st.integers(1, 5))
 def test_named_nodes_lie_where_they_were_asked_for(gaps: list[float], elements: int) -> None:
     positions = np.concatenate([[0.0], np.cumsum(gaps)])
     mesh = Mesh.through(positions, elements)

@@ -178,9 +178,7 @@ def test_a_spring_at_the_end_of_a_slender_bar_takes_part_fourfold_and_at_a_node_
     assert at_node.mean[0] < 1e-6
 
 
-def test_springs_at_unknown_places_have_a_participation_of_one_on_average(
-    held_beam: FreeBeam,
-) -> None:
+def test_springs_at_unknown_places_have_a_participation_of_one_on_average(held_beam: FreeBeam) -> None:
     unknown = participation(Suspension(3.0), held_beam, BENDING)
     np.testing.assert_allclose(unknown.mean, 1, rtol=0.02)  # rotary inertia takes a little
     everywhere = np.linspace(0, BEAM.length, 400)

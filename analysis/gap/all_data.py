@@ -1,0 +1,43 @@
+"""All data of one bench in one measurement: a further one on top of the first."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.gap.measurement import Drawing, Measurement, TesterPoints
+
+
+def together(first: Measurement, further: Measurement) -> Measurement:
+    """Hammer sets and points of both; the further points come after the first in the order of the test.
+
+    Raises:
+        AnalysisError: the further measurement is of another bench, or of this one after a change.
+    """
+    for field in fields(Drawing):
+        one, other = (getattr(each.drawing, field.name) for each in (first, further))
+        if not np.array_equal(one, other):
+            raise AnalysisError(
+                f"{field.name} of the further measurement differs from the first; data of a changed bench are not "
+                "diagnosed together, so diagnose them by themselves"
+            )
+    if further.points is not None and first.points is not None and further.preset != first.preset:
+        raise AnalysisError(
+            f"the further points have a preset of {further.preset:g} m and the first of {first.preset:g} m; "
+            "diagnose them by themselves"
+        )
+    return replace(
+        first,
+        sets=(*first.sets, *further.sets),
+        points=_after(first.points, further.points),
+        preset=first.preset if first.points is not None else further.preset,
+        blows=(*first.blows, *further.blows),
+    )
+
+
+def _after(first: TesterPoints | None, further: TesterPoints | None) -> TesterPoints | None:
+    if first is None or further is None:
+        return first or further
+    later = replace(further, order=further.order - np.min(further.order) + np.max(first.order) + 1)
+    names = (field.name for field in fields(TesterPoints))
+    return TesterPoints(**{name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names})

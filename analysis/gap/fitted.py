@@ -1,0 +1,134 @@
+"""What every fitted model has, whatever it simulates: scores with a standard normal prior, and a cost about them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.parameter import Parameter
+from analysis.gap.residual_structure import Misfit
+from analysis.inverse.levenberg_marquardt import Linearised, inverse
+
+
+class Target(Protocol):
+    """A likelihood that was maximised."""
+
+    @property
+    def parameters(self) -> Sequence[Parameter]:
+        """Parameters of the bench and of the effects: the first of the unknowns, in order."""
+
+    @property
+    def log_normalisation(self) -> float:
+        """Of its density, where that differs between models of the same data."""
+
+    @property
+    def data(self) -> int:
+        """Number of real values, each with a square of about one where the model holds."""
+
+
+T = TypeVar("T", bound=Target, covariant=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted(Generic[T]):
+    """The most likely parameters of one model.
+
+    Attributes:
+        likelihood: that was maximised.
+        scores: (unknowns,).
+        at: the normal equations at `scores`.
+        converged: whether the search ended before its limit of steps.
+    """
+
+    likelihood: T
+    scores: Real
+    at: Linearised
+    converged: bool
+
+    @property
+    def chi_square(self) -> float:
+        """Without the priors."""
+        return self.at.cost - float(self.scores @ self.scores)
+
+    @property
+    def per_datum(self) -> float:
+        """Chi-square per real or imaginary part."""
+        return self.chi_square / self.likelihood.data
+
+    @cached_property
+    def covariance(self) -> Real:
+        """(unknowns, unknowns) of the scores."""
+        return inverse(self.at.normal)
+
+    @property
+    def deviations(self) -> Real:
+        """(unknowns,) standard deviations of the scores."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def value(self, name: str) -> float:
+        """Of a parameter of the bench or of an effect."""
+        for parameter, score in zip(self.likelihood.parameters, self.scores, strict=False):
+            if parameter.name == name:
+                return float(np.real(parameter.value(float(score))))
+        raise KeyError(name)
+
+
+class AnyEffect(Protocol):
+    """What a verdict needs of an effect; `analysis.gap.effect.Effect` explains each."""
+
+    @property
+    def id(self) -> str:
+        """Name in its catalogue."""
+
+    @property
+    def law(self) -> str:
+        """Name of the law."""
+
+    @property
+    def law_free(self) -> bool:
+        """Whether it is a smooth function in place of a law."""
+
+    @property
+    def mechanism(self) -> str:
+        """That it belongs to."""
+
+    @property
+    def form_is_known(self) -> bool:
+        """Whether a real bench follows it exactly."""
+
+    @property
+    def parameters(self) -> Sequence[Parameter]:
+        """With their plausible ranges."""
+
+
+class AnyModel(Protocol):
+    """What a verdict needs of a fitted model."""
+
+    @property
+    def effects(self) -> Sequence[AnyEffect]:
+        """That it has."""
+
+    @property
+    def ids(self) -> Sequence[str]:
+        """Of its effects."""
+
+    @property
+    def fit(self) -> Fitted[Any]:
+        """Its most likely parameters."""
+
+    @property
+    def misfit(self) -> Misfit:
+        """The misfit beyond noise."""
+
+    @property
+    def log_evidence(self) -> float:
+        """With noise alone."""
+
+    def log_predictive_density(self, temperature: float) -> float:
+        """Of parts of the data that are left out in turn."""
+
+    def places(self, effect: int) -> range:
+        """Indices, among the parameters, of those of one of its effects."""

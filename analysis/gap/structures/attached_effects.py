@@ -1,0 +1,334 @@
+"""Effects on a structure given by its modes: what is attached to it, where it is supported, which part is softer."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from analysis.gap.effect import Given, Mechanism
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.curve import Conditions, Curve
+from analysis.gap.structures.effect import Properties, StructureEffect
+from analysis.gap.structures.modes import Attached, Modes
+
+KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time", "temperature"})
+"""Conditions with a meaning of their own; any other is the reading of a sensor that something may follow."""
+POSITION_SHARE = 0.1
+"""Of the length of a structure, that its support moves by over the range of a sensor (standard deviation)."""
+MODULUS_SHARE = 0.02
+"""That its stiffness changes by over that range."""
+
+
+def attached_effects(
+    modes: Modes, attached: Sequence[Attached], curves: Sequence[Curve], largest: float | None
+) -> tuple[StructureEffect, ...]:
+    """All of them that these curves could show.
+
+    Args:
+        modes: of the structure.
+        attached: what its model has attached.
+        curves: measured.
+        largest: displacement that was measured under a known force, m; None where no force is known.
+    """
+    found = list[StructureEffect]()
+    sensors = dict[str, list[float]]()
+    for each in curves:
+        for name in sorted(set(each.conditions) - KNOWN):
+            sensors.setdefault(name, []).extend(each.conditions[name].tolist())
+    movable = modes.coordinates is not None and bool(attached) and not isinstance(attached[0].place, str)
+    if movable and modes.coordinates is not None:
+        length = float(np.ptp(modes.coordinates))
+        found.append(SupportElsewhere(length))
+        found += [SupportFollows(name, own[0], float(np.ptp(own)) or 1.0, length) for name, own in sensors.items()]
+    found += [ModulusFollows(name, own[0], float(np.ptp(own)) or 1.0) for name, own in sensors.items()]
+    weight = 1 / float(np.max(np.abs(modes.shapes))) ** 2  # kg: the least modal mass at any degree of freedom
+    stiffness = weight * (2 * np.pi * float(np.max(modes.frequencies[:3]))) ** 2
+    places = modes.dofs if modes.coordinates is None else tuple(modes.coordinates[[len(modes.dofs) // 2, -1]].tolist())
+    for place in places:
+        found += [PointMass(place, weight), PointSpring(place, stiffness)]
+        if largest is not None:
+            found += [CubicPointSpring(place, stiffness, largest), FrictionSpring(place, stiffness, largest)]
+        if any(each.is_complex for each in curves):
+            found += [PointDashpot(place, weight), Absorber(place, weight, float(modes.frequencies[-1]))]
+    found += [SofterPart(name) for name in modes.parts]
+    if any(each.is_complex for each in curves):
+        found.append(ViscousRatio())
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class AtPlace(StructureEffect, ABC):
+    """Something that is attached at one place.
+
+    Attributes:
+        place: a degree of freedom, or a coordinate.
+        size: kg or N/m, of the structure there, to which parameters refer.
+    """
+
+    mechanism: ClassVar[Mechanism] = Mechanism.ATTACHMENT
+    form_is_known: ClassVar[bool] = True
+    place: str | float = ""
+    size: float = 1.0
+
+    @abstractmethod
+    def attached(self, given: Given) -> Attached:
+        """What is attached."""
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """With one thing more."""
+        del conditions
+        return {**properties, "attached": (*properties["attached"], self.attached(given))}
+
+
+class PointMass(AtPlace):
+    """A mass at one place."""
+
+    id = "added_mass"
+    title = "a mass that the model lacks"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Half-normal, to a fifth of the least modal mass."""
+        return (Parameter("mass", "kg", 0.0, 0.2 * self.size, least=0.0, starts=(0.1,)),)
+
+    def attached(self, given: Given) -> Attached:
+        """The mass."""
+        return Attached(self.place, mass=given["mass"])
+
+
+class PointSpring(AtPlace):
+    """A spring to the ground at one place."""
+
+    id = "added_spring"
+    title = "a spring that the model lacks"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Half-normal, to a fifth of the modal stiffness of the third mode."""
+        return (Parameter("stiffness", "N/m", 0.0, 0.2 * self.size, least=0.0, starts=(0.01,)),)
+
+    def attached(self, given: Given) -> Attached:
+        """The spring."""
+        return Attached(self.place, stiffness=given["stiffness"])
+
+
+@dataclass(frozen=True)
+class OfAmplitudeAtPlace(AtPlace, ABC):
+    """A spring at one place whose stiffness follows its amplitude.
+
+    Attributes:
+        largest: displacement that was measured, m, to which parameters refer.
+    """
+
+    mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE
+    needs: ClassVar[frozenset[str]] = frozenset({"force", "frequency"})
+    largest: float = 1.0
+
+
+class CubicPointSpring(OfAmplitudeAtPlace):
+    """A spring to the ground whose force grows with the cube of displacement."""
+
+    id = "added_cubic_spring"
+    title = "a cubic spring that the model lacks"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """To a fifth of the modal stiffness of the third mode, at the largest displacement."""
+        return (Parameter("cubic", "N/m3", 0.0, 0.2 * self.size / self.largest**2, starts=(0.01, -0.01)),)
+
+    def attached(self, given: Given) -> Attached:
+        """The spring."""
+        return Attached(self.place, cubic=given["cubic"])
+
+
+class FrictionSpring(OfAmplitudeAtPlace):
+    """A spring to the ground that slips under dry friction (Jenkins element)."""
+
+    id = "friction_spring"
+    title = "a spring that slips"
+    law = "Jenkins element"
+    form_is_known = False
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Stiffness as of a spring; slips from a displacement of some tenths of the largest."""
+        return (
+            Parameter("stiffness", "N/m", 0.0, 0.2 * self.size, least=0.0, starts=(0.1, 0.01)),
+            Parameter("slips_from", "m", 0.2 * self.largest, 1.0, positive=True),
+        )
+
+    def attached(self, given: Given) -> Attached:
+        """The spring."""
+        stiffness = given["stiffness"]
+        return Attached(self.place, stiffness=stiffness, slip=stiffness * given["slips_from"])
+
+
+class PointDashpot(AtPlace):
+    """A viscous damper to the ground at one place."""
+
+    id = "added_damper"
+    title = "a damper that the model lacks"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Half-normal."""
+        return (Parameter("damping", "N s/m", 0.0, 20.0 * self.size, least=0.0, starts=(0.1,)),)
+
+    def attached(self, given: Given) -> Attached:
+        """The damper."""
+        return Attached(self.place, damping=given["damping"])
+
+
+@dataclass(frozen=True)
+class Absorber(AtPlace):
+    """A mass on a spring at one place.
+
+    Attributes:
+        highest: Hz, up to which it may be tuned.
+    """
+
+    id: ClassVar[str] = "absorber"
+    title: ClassVar[str] = "something that resonates on the structure"
+    highest: float = 1.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Searched from four frequencies."""
+        return (
+            Parameter("mass", "kg", 0.0, 0.1 * self.size, least=0.0, starts=(0.1, 0.1, 0.1, 0.1)),
+            Parameter("tuned", "Hz", self.highest / 4, 0.7, positive=True, starts=(-2.0, -1.0, 0.0, 1.0)),
+            Parameter("loss", "1", 0.05, 1.0, positive=True),
+        )
+
+    def attached(self, given: Given) -> Attached:
+        """The absorber."""
+        return Attached(self.place, mass=given["mass"], tuned=given["tuned"], tuned_loss=given["loss"])
+
+
+@dataclass(frozen=True)
+class SupportElsewhere(StructureEffect):
+    """The support is not where the model has it.
+
+    Attributes:
+        length: of the structure, m.
+    """
+
+    id: ClassVar[str] = "support_position"
+    title: ClassVar[str] = "the support is elsewhere"
+    mechanism: ClassVar[Mechanism] = Mechanism.JOINT_GEOMETRY
+    law: ClassVar[str] = "one place"
+    form_is_known: ClassVar[bool] = True
+    length: float = 1.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Some per cent of the length."""
+        return (Parameter("shift", "m", 0.0, 0.03 * self.length),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """The same for all values."""
+        del conditions
+        return {**properties, "support": properties["support"] + given["shift"]}
+
+
+@dataclass(frozen=True)
+class Following(StructureEffect):
+    """Something that follows the reading of a sensor.
+
+    Attributes:
+        sensor: name of the condition.
+        reference: its reading where the model is right.
+        span: range of its readings.
+    """
+
+    sensor: str = ""
+    reference: float = 0.0
+    span: float = 1.0
+
+    def change(self, conditions: Conditions) -> np.ndarray:
+        """(n,) change of the reading."""
+        return np.asarray(conditions[self.sensor] - self.reference)
+
+
+@dataclass(frozen=True)
+class SupportFollows(Following):
+    """The support moves with the reading of a sensor.
+
+    Attributes:
+        length: of the structure, m.
+    """
+
+    id: ClassVar[str] = "support_position"
+    title: ClassVar[str] = "the support is elsewhere"
+    mechanism: ClassVar[Mechanism] = Mechanism.JOINT_GEOMETRY
+    form_is_known: ClassVar[bool] = True
+    law: ClassVar[str] = "moves with a sensor"
+    length: float = 1.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """A tenth of the length over the range of the sensor."""
+        return (Parameter("per_reading", "m", 0.0, POSITION_SHARE * self.length / self.span, starts=(0.5, -0.5)),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """In proportion to the change of the reading."""
+        return {**properties, "support": properties["support"] + given["per_reading"] * self.change(conditions)}
+
+
+class ModulusFollows(Following):
+    """The stiffness of the structure changes with the reading of a sensor."""
+
+    id = "modulus_change"
+    title = "the structure becomes softer or stiffer"
+    mechanism = Mechanism.BEAM
+    law = "follows a sensor"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Two per cent over the range of the sensor."""
+        return (Parameter("per_reading", "1", 0.0, MODULUS_SHARE / self.span),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """In proportion to the change of the reading."""
+        return {**properties, "modulus": properties["modulus"] * (1 + given["per_reading"] * self.change(conditions))}
+
+
+@dataclass(frozen=True)
+class SofterPart(StructureEffect):
+    """A substructure is softer or stiffer than in the model.
+
+    Attributes:
+        part: its name.
+    """
+
+    id: ClassVar[str] = "substructure_stiffness"
+    title: ClassVar[str] = "a part is softer or stiffer than in the model"
+    mechanism: ClassVar[Mechanism] = Mechanism.BEAM
+    form_is_known: ClassVar[bool] = True
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("share", "1", 0.0, 0.3),)
+    part: str = ""
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """Its stiffness, relative."""
+        del conditions
+        name = f"part:{self.part}"
+        return {**properties, name: properties[name] * (1 + given["share"])}
+
+
+class ViscousRatio(StructureEffect):
+    """Viscous damping of every mode beside the structural one."""
+
+    id = "viscous_damping"
+    title = "damping is viscous, not structural"
+    mechanism = Mechanism.BEAM
+    form_is_known = True
+    own_parameters = (Parameter("ratio", "1", 0.0, 0.01, least=0.0, starts=(0.3,)),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """Damping ratio of every mode."""
+        del conditions
+        return {**properties, "damping_ratio": properties["damping_ratio"] + given["ratio"]}

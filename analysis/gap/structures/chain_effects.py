@@ -1,0 +1,50 @@
+"""Effects of sensors and cables: what is read differs from what happened."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from analysis.frequency_response import Complex
+from analysis.gap.effect import Given, Mechanism
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.curve import Curve
+from analysis.gap.structures.effect import StructureEffect
+
+
+def chain_effects(curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
+    """Those that complex curves over frequency could show."""
+    seen = any(each.is_complex and "frequency" in each.conditions for each in curves)
+    return (Delay(), GainSlope()) if seen else ()
+
+
+class Delay(StructureEffect):
+    """The response is read late."""
+
+    id = "time_delay"
+    title = "a delay between the channels"
+    mechanism = Mechanism.MEASURING_CHAIN
+    form_is_known = True
+    needs = frozenset({"frequency"})
+    own_parameters = (Parameter("delay", "s", 0.0, 1e-3),)
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        """Turned by -w delay."""
+        return np.asarray(values * np.exp(-2j * np.pi * curve.conditions["frequency"] * given["delay"]))
+
+
+class GainSlope(StructureEffect):
+    """The sensitivity changes with frequency."""
+
+    id = "gain_slope"
+    title = "a sensitivity that changes with frequency"
+    mechanism = Mechanism.MEASURING_CHAIN
+    needs = frozenset({"frequency"})
+    own_parameters = (Parameter("per_decade", "1", 0.0, 0.1),)
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        """One at the geometric mean of the frequencies."""
+        frequency = curve.conditions["frequency"]
+        decades = np.log10(frequency / np.exp(np.mean(np.log(frequency))))
+        return np.asarray(values * (1 + given["per_decade"] * decades))

@@ -1,0 +1,344 @@
+"""The diagnosis of any structure: which effects explain the gap, and how far it shrinks on parts that were left out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.calibration import UNCALIBRATED, Calibration
+from analysis.gap.findings import estimates
+from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.structures.curve import Curve, checked, parts_of
+from analysis.gap.structures.effect import StructureEffect, showing
+from analysis.gap.structures.likelihood import CurveFit, fit_curves
+from analysis.gap.structures.search import CLOSE, CurveModel, CurveSearch, Failure
+from analysis.gap.structures.simulator import Simulator
+from analysis.gap.verdict import (
+    CHANCE,
+    UNKNOWN,
+    Contest,
+    Status,
+    Weighed,
+    confounded_effects,
+    contenders,
+    included,
+    leading,
+    listed,
+    refused,
+    weigh,
+)
+
+FOLDS = 8
+"""Into which the values of a single part are divided."""
+EXPLAINED_SHARE = 0.95
+"""Of the misfit beyond noise, from which a gap counts as explained."""
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """One explanation.
+
+    Attributes:
+        effects, laws: ids and names; ("unknown",) without a law for a cause in no catalogue.
+        probability: all of a ranking sum to one.
+        parameters: of each effect by name.
+        percent: gap on data that were left out.
+    """
+
+    effects: tuple[str, ...]
+    laws: tuple[str, ...]
+    probability: float
+    parameters: dict[str, dict[str, Estimate]]
+    percent: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class CurveDiagnosis:
+    """A diagnosis of any structure.
+
+    Attributes:
+        status: its result.
+        effects: the verdict's.
+        before, after: per cent, of data that were left out in turn, without and with these effects. Where the
+            simulation as it is was fitted to some parts, `before` is what it then says of all.
+        never_shown: the same two for parts that no fit has seen; None where all were shown.
+        by_part: per cent before and after, of each part that was left out or never shown.
+        ranking: explanations, the most probable first.
+        included: probability of each effect.
+        confounded: groups of effects that these data cannot tell apart.
+        remainder_significant: whether the verdict leaves more than noise would.
+        failures: candidates that could not be computed.
+        none, model: the simulation as it is, fitted to what it was to be fitted to, and as the verdict has it.
+        seconds: duration.
+    """
+
+    status: Status
+    effects: tuple[str, ...]
+    before: float
+    after: float
+    never_shown: tuple[float, float] | None
+    by_part: dict[str, tuple[float, float]]
+    ranking: tuple[Explanation, ...]
+    included: dict[str, float]
+    confounded: tuple[tuple[str, ...], ...]
+    remainder_significant: bool
+    failures: tuple[Failure, ...]
+    none: CurveModel
+    model: CurveModel
+    seconds: float
+
+
+def diagnose_curves(
+    simulator: Simulator,
+    curves: Sequence[Curve],
+    effects: Sequence[StructureEffect] | None = None,
+    hold_out: Sequence[str] = (),
+    without: frozenset[str] = frozenset(),
+    progress: Callable[[str, float], None] | None = None,
+    calibration: Calibration = UNCALIBRATED,
+    fitted_to: Sequence[str] = (),
+    failed: Sequence[Failure] = (),
+) -> CurveDiagnosis:
+    """Diagnose the gap between a simulator and measured curves.
+
+    Args:
+        simulator: of the structure.
+        curves: measured.
+        effects: candidates; those of the simulator by default.
+        hold_out: parts that nothing but the last figure sees.
+        without: ids to leave out.
+        progress: called as the work proceeds.
+        calibration: what trials say.
+        fitted_to: parts that the simulation as it is was fitted to, for figures before; all that are seen by default.
+        failed: candidates that could not even be made, to be told with the others.
+
+    Raises:
+        AnalysisError: there is too little to diagnose, or the simulator does not predict these curves.
+    """
+    started, report = time.perf_counter(), progress or _silent
+    absent = [each for each in (*hold_out, *fitted_to) if each not in parts_of(curves)]
+    if absent:
+        raise AnalysisError(f"no part is called {absent[0]!r}; there are {', '.join(parts_of(curves))}")
+    if both := set(hold_out) & set(fitted_to):
+        raise AnalysisError(f"part {min(both)!r} cannot be held out and fitted")
+    seen = checked([each for each in curves if each.part not in hold_out])
+    offered = simulator.effects(seen) if effects is None else effects
+    candidates, failures = usable([each for each in offered if each.id not in without])
+    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, [*failed, *failures])
+    report("fitting the simulation", 0.0)
+    none = search.without_effects()
+    found = search.run(none)
+    report("leaving parts out", 0.85)
+    gaps = {id(none): left_out(none)}
+    while True:
+        chosen = contenders(Contest(none, found, calibration, search.catalogue))
+        weighed = weigh(none, chosen, calibration, left_out=True, catalogue=search.catalogue)
+        gaps |= {id(each.model): left_out(each.model) for each in listed(weighed) if id(each.model) not in gaps}
+        percent = {key: percent_of(each) for key, each in gaps.items()}
+        if not (worse := outdone(weighed, found, none, percent)):
+            break
+        found = [each for each in found if each not in worse]
+    weighed = held_to_account(weighed, none, percent)
+    verdict = leading(weighed)
+    after = none if verdict.effects == UNKNOWN else verdict.model
+    if id(after) not in gaps:
+        gaps[id(after)] = left_out(after)
+    remainder = after.misfit.significance > CHANCE
+    before, without_it = none, gaps[id(none)]
+    if fitted_to:
+        own = tuple(each for each in seen if each.part in fitted_to)
+        before = CurveSearch(simulator, own, (), calibration, report).without_effects()
+        without_it = [predicted(before.fit, each) for each in seen]
+        after = before if after is none else after
+    with_it = without_it if after is before else gaps[id(after)]
+    unseen = [each for each in curves if each.part in hold_out]
+    never = [[predicted(model.fit, each) for each in unseen] for model in (before, after)]
+    parts = [by_part([*of, *more]) for of, more in zip((without_it, with_it), never, strict=True)]
+    return CurveDiagnosis(
+        status=_status(none, verdict),
+        effects=() if verdict.effects == UNKNOWN else verdict.effects,
+        before=percent_of(without_it),
+        after=percent_of(with_it),
+        never_shown=(percent_of(never[0]), percent_of(never[1])) if unseen else None,
+        by_part={part: (parts[0][part], parts[1][part]) for part in parts[0]},
+        ranking=tuple(_explanation(each, gaps, calibration) for each in listed(weighed)),
+        included=dict(included(weighed)),
+        confounded=confounded_effects(weighed),
+        remainder_significant=remainder,
+        failures=tuple(search.failures),
+        none=before,
+        model=after,
+        seconds=time.perf_counter() - started,
+    )
+
+
+def usable(effects: Sequence[StructureEffect]) -> tuple[tuple[StructureEffect, ...], list[Failure]]:
+    """Effects that state their parameters, without those whose id and law one of another class has; and the others."""
+    first, kept, failures = dict[tuple[str, str], type[StructureEffect]](), list[StructureEffect](), list[Failure]()
+    for each in effects:
+        name, own = f"{each.id} ({each.law})", type(each)
+        try:
+            _check_parameters(each)
+        except AnalysisError as error:
+            failures.append(Failure(name, str(error)))
+            continue
+        other = first.setdefault((each.id, each.law), own)
+        if other is own:
+            kept.append(each)
+        else:
+            where = f"{other.__module__}.{other.__qualname__} and {own.__module__}.{own.__qualname__}"
+            failures.append(Failure(name, f"the name is used twice, by {where}; rename one"))
+    return tuple(kept), failures
+
+
+def _check_parameters(effect: StructureEffect) -> None:
+    try:
+        stated = all(isinstance(each, Parameter) for each in effect.parameters)
+    except Exception as error:  # anybody's code may raise anything; its candidate alone is lost, and said
+        raise AnalysisError(f"the parameters of {effect.id} fail: {type(error).__name__}: {error}") from error
+    if not stated:
+        raise AnalysisError(f"a parameter of {effect.id} is no analysis.gap.parameter.Parameter")
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """A prediction of data that the fit did not use.
+
+    Attributes:
+        curve: measured; what counts in it was left out.
+        values: (n,) predicted.
+    """
+
+    curve: Curve
+    values: Complex
+
+
+def predicted(found: CurveFit, curve: Curve) -> Predicted:
+    """A part that a fit has not seen, with its local parameters at their centres; not finite where none exists."""
+    try:
+        return Predicted(curve, found.likelihood.predict(found.scores, curve))
+    except AnalysisError:  # as where a response has no steady state there: the explanation fails, not the diagnosis
+        return _not_predicted(curve)
+
+
+def _not_predicted(curve: Curve) -> Predicted:
+    return Predicted(curve, np.full(curve.values.size, np.nan, dtype=complex))
+
+
+def left_out(model: CurveModel) -> list[Predicted]:
+    """Every part predicted by a fit to all others; of a single part, every eighth of its values."""
+    found, curves = list[Predicted](), model.fit.likelihood.curves
+    for rest, left in _folds(curves):
+        likelihood = replace(model.fit.likelihood, curves=rest)
+        start = np.concatenate(
+            [model.fit.scores[: len(likelihood.parameters)], *(model.fit.local_of(part) for part in likelihood.parts)]
+        )
+        try:
+            again = fit_curves(likelihood, start, CLOSE[-1:])
+        except AnalysisError:  # there is no prediction beside the start
+            found += [_not_predicted(each) for each in left]
+        else:
+            found += [predicted(again, each) for each in left]
+    return found
+
+
+def _folds(curves: tuple[Curve, ...]) -> list[tuple[tuple[Curve, ...], list[Curve]]]:
+    parts = parts_of(curves)
+    if len(parts) > 1:
+        return [
+            (tuple(each for each in curves if each.part != part), [each for each in curves if each.part == part])
+            for part in parts
+        ]
+    return [
+        (tuple(_only(each, turn, False) for each in curves), [_only(each, turn, True) for each in curves])
+        for turn in range(FOLDS)
+    ]
+
+
+def _only(curve: Curve, turn: int, kept: bool) -> Curve:
+    """A curve of which every eighth value alone counts, or all but these."""
+    own = (np.arange(curve.values.size) % FOLDS == turn) == kept
+    return replace(curve, deviation=np.where(own, curve.deviation, np.inf))
+
+
+def percent_of(found: Sequence[Predicted]) -> float:
+    """100 sqrt(sum |y - f|^2 / sum |y|^2) over what counts; zero of nothing, infinite where a prediction is missing."""
+    off = sum(float(np.sum(np.abs(_kept(each, each.curve.values - each.values)) ** 2)) for each in found)
+    size = sum(float(np.sum(np.abs(_kept(each, each.curve.values)) ** 2)) for each in found)
+    if np.isnan(off):
+        return float("inf")
+    return 100 * float(np.sqrt(off / size)) if size else 0.0
+
+
+def _kept(found: Predicted, values: Complex | Real) -> Complex:
+    return np.asarray(values[found.curve.counted])
+
+
+def by_part(found: Sequence[Predicted]) -> dict[str, float]:
+    """The same of each part."""
+    return {
+        part: percent_of([each for each in found if each.curve.part == part])
+        for part in parts_of([each.curve for each in found])
+    }
+
+
+def outdone(
+    weighed: Sequence[Weighed[CurveModel]], models: Sequence[CurveModel], none: CurveModel, percent: dict[int, float]
+) -> list[CurveModel]:
+    """Models that do not lower the gap on data that were left out, where another law of the same effects may."""
+    return [
+        each.model
+        for each in weighed
+        if each.effects not in ((), UNKNOWN)
+        and percent.get(id(each.model), -1.0) >= percent[id(none)]
+        and any(tuple(sorted(other.ids)) == each.effects and other is not each.model for other in models)
+    ]
+
+
+def held_to_account(
+    weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
+) -> tuple[Weighed[CurveModel], ...]:
+    """Explanations that do not lower the gap on data that were left out lose their probability."""
+    fails = {
+        each.effects
+        for each in weighed
+        if each.effects not in ((), UNKNOWN) and percent.get(id(each.model), -1.0) >= percent[id(none)]
+    }
+    return refused(weighed, fails, none)
+
+
+def _status(none: CurveModel, verdict: Weighed[CurveModel]) -> Status:
+    if verdict.effects == UNKNOWN:
+        return Status.UNKNOWN
+    if not verdict.effects:
+        return Status.NONE
+    gap, left = none.misfit.certain, verdict.model.misfit.certain
+    return Status.EXPLAINED if left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+
+
+def _explanation(each: Weighed[CurveModel], gaps: dict[int, list[Predicted]], calibration: Calibration) -> Explanation:
+    unknown = each.effects == UNKNOWN
+    own = () if unknown else estimates(each.model, calibration)
+    return Explanation(
+        effects=each.effects,
+        laws=each.laws,
+        probability=each.probability,
+        parameters={} if unknown else {effect: own[each.place_of(effect)] for effect in each.effects},
+        percent=None if unknown or id(each.model) not in gaps else percent_of(gaps[id(each.model)]),
+    )
+
+
+def curve_of(found: CurveDiagnosis, curve: Curve) -> tuple[Complex, Complex]:
+    """(n,) readings of one curve by the simulation as it is, and with the verdict's effects."""
+    return found.none.fit.likelihood.predict(found.none.fit.scores, curve), found.model.fit.likelihood.predict(
+        found.model.fit.scores, curve
+    )
+
+
+def _silent(what: str, share: float) -> None:
+    del what, share

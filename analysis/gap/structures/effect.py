@@ -1,0 +1,91 @@
+"""The protocol of an effect on any structure: what it is called, its parameters, and what it changes.
+
+A simulator computes its curves from *properties* by name (`stiffness`, `mass`, `loss_factor` ...), each a number or
+(n,) numbers for the values of a curve. An effect changes conditions, properties or readings; those that it does not
+override stay as they are. A subclass is all that a new effect needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from analysis.frequency_response import Complex
+from analysis.gap.effect import Given, Mechanism
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.curve import Conditions, Curve
+
+Properties = Mapping[str, Any]
+"""Of a structure, by name: what a simulator computes with. Which there are, each simulator says."""
+
+
+@dataclass(frozen=True)
+class StructureEffect:
+    """An effect under one law. Fields of a subclass tell its variants from each other."""
+
+    id: ClassVar[str]
+    """Name in its catalogue."""
+    title: ClassVar[str]
+    """A few words for tables and reports."""
+    mechanism: ClassVar[Mechanism]
+    law: ClassVar[str] = "the only one"
+    """Name of the law, where rival laws share an id."""
+    law_free: ClassVar[bool] = False
+    """Whether this is a smooth function in place of a law; its id is that of the mechanism."""
+    form_is_known: ClassVar[bool] = False
+    """Whether a real structure follows the law exactly, as it does for a mass or a delay."""
+    needs: ClassVar[frozenset[str]] = frozenset()
+    """Conditions without which it cannot show."""
+    own_parameters: ClassVar[tuple[Parameter, ...]] = ()
+    """Parameters, where they are the same for all variants."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters with their full plausible ranges; without effect all of those that have a zero are zero."""
+        return self.own_parameters
+
+    def conditions(self, given: Given, conditions: Conditions) -> Conditions:
+        """Change the conditions that properties follow, such as the temperature of a specimen."""
+        return conditions
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        """Change properties of the structure, for each value of a curve."""
+        return properties
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        """Change the (n,) readings of a curve: sensors, cables, filters."""
+        return values
+
+
+@dataclass(frozen=True)
+class Acting:
+    """An effect with values of its parameters."""
+
+    effect: StructureEffect
+    given: Given
+
+
+def properties_under(acting: Sequence[Acting], properties: Properties, conditions: Conditions) -> Properties:
+    """Properties as all effects leave them; those that change conditions act first."""
+    for each in acting:
+        conditions = each.effect.conditions(each.given, conditions)
+    for each in acting:
+        properties = each.effect.properties(each.given, properties, conditions)
+    return properties
+
+
+def read_by(acting: Sequence[Acting], values: Complex, curve: Curve) -> Complex:
+    """Readings of a curve as all effects leave them."""
+    for each in acting:
+        values = each.effect.reading(each.given, values, curve)
+    return values
+
+
+def showing(effects: Sequence[StructureEffect], curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
+    """Effects whose conditions were all measured in some curve.
+
+    `amplitude` follows from a force where it is not a condition itself.
+    """
+    measured = [set(each.conditions) | ({"amplitude"} if "force" in each.conditions else set()) for each in curves]
+    return tuple(each for each in effects if any(each.needs <= known for known in measured))

@@ -1,0 +1,239 @@
+"""The most likely parameters of one model of any structure.
+
+All unknowns are scores with a standard normal prior: shared parameters, those of the effects, and the local ones of
+each part. Derivatives are central differences, as a simulator may be a black box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.fitted import Fitted
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.curve import Curve, parts_of
+from analysis.gap.structures.effect import Acting, StructureEffect
+from analysis.gap.structures.simulator import Simulator
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, minimise
+
+STEP = 1e-4
+"""Of a score, for derivatives."""
+FARTHEST = 30.0
+"""Standard deviations from its prior that no parameter exceeds."""
+INFLATIONS = (0.5, 0.1, 0.03, 0.0)
+"""Shares of the size of each value by which its deviation is inflated, in fits one after the other: sharp peaks have
+local minima."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """The normal equations of one part.
+
+    Attributes:
+        unknowns: (m,) indices of those that it depends on.
+        normal: (m, m) J^t J.
+        descent: (m,) J^t r.
+        chi_square: r^t r.
+    """
+
+    unknowns: np.ndarray
+    normal: Real
+    descent: Real
+    chi_square: float
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLikelihood:
+    """A sum of squares over unknown scores.
+
+    Attributes:
+        simulator: of the structure.
+        effects: that act.
+        curves: that are fitted.
+        inflation: share of the size of each value that is added to its deviation.
+    """
+
+    simulator: Simulator
+    effects: tuple[StructureEffect, ...]
+    curves: tuple[Curve, ...]
+    inflation: float = 0.0
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Of the structure, then of each effect."""
+        own = [parameter for effect in self.effects for parameter in effect.parameters]
+        return (*self.simulator.parameters, *own)
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts, in the order of their local unknowns."""
+        return parts_of(self.curves)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        return len(self.parameters) + len(self.parts) * len(self.simulator.local)
+
+    @cached_property
+    def data(self) -> int:
+        """Number of real values that count."""
+        return sum(each.data for each in self.curves)
+
+    @property
+    def log_normalisation(self) -> float:
+        """The deviations are given: nothing that differs between models."""
+        return 0.0
+
+    def places_of(self, part: str) -> list[int]:
+        """Indices of the unknowns that one part depends on; without local ones where it was not fitted."""
+        shared, each = len(self.parameters), len(self.simulator.local)
+        own = [shared + self.parts.index(part) * each + n for n in range(each)] if part in self.parts else []
+        return [*range(shared), *own]
+
+    def predict(self, scores: Real, curve: Curve) -> Complex:
+        """(n,) readings of one curve at `scores` (unknowns,).
+
+        Raises:
+            AnalysisError: the simulator gives none, or not one for each value.
+        """
+        known = [float(scores[place]) for place in self.places_of(curve.part)]
+        own, local = known[: len(self.parameters)], known[len(self.parameters) :]
+        shared = self.simulator.parameters
+        values = {each.name: each.value(score) for each, score in zip(shared, own, strict=False)}
+        for number, each in enumerate(self.simulator.local):
+            values[each.name] = each.value(local[number] if local else 0.0)
+        acting, rest = [], iter(own[len(shared) :])
+        for effect in self.effects:
+            acting.append(Acting(effect, {each.name: each.value(next(rest)) for each in effect.parameters}))
+        try:
+            found = np.asarray(self.simulator.predict(values, acting, curve))
+        except AnalysisError:
+            raise
+        except Exception as error:  # anybody's code may raise anything; its candidate alone is lost, and said
+            raise AnalysisError(f"{self.who} fails for {curve.name}: {type(error).__name__}: {error}") from error
+        if found.shape != curve.values.shape:
+            raise AnalysisError(f"{self.who} gives shape {found.shape} for {curve.name}, expected {curve.values.shape}")
+        return found if curve.is_complex else np.real(found)
+
+    @property
+    def who(self) -> str:
+        """Simulator and effects, for messages."""
+        names = [each.id for each in self.effects]
+        return f"simulator {self.simulator.name}" + (f" with effects {names}" if names else "")
+
+    def whitened(self, scores: Real, curve: Curve) -> Real:
+        """(data,) real and imaginary parts of prediction over deviation, of the values that count."""
+        kept = curve.counted
+        found = self.predict(scores, curve)[kept] / self._deviation(curve)[kept]
+        return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
+
+    def measured(self, curve: Curve) -> Real:
+        """The same of what was measured."""
+        kept = curve.counted
+        found = curve.values[kept] / self._deviation(curve)[kept]
+        return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
+
+    def _deviation(self, curve: Curve) -> Real:
+        return np.hypot(curve.deviation, self.inflation * np.abs(curve.values))
+
+    def at(self, values: Real) -> Trial:
+        """Chi-square and the squared scores at `values` (unknowns,); `NOWHERE` for an impossible structure."""
+        if np.max(np.abs(values), initial=0.0) > FARTHEST or not self._possible(values):
+            return NOWHERE
+        try:
+            with np.errstate(all="ignore"):
+                left = [self.measured(each) - self.whitened(values, each) for each in self.curves]
+        except AnalysisError:
+            return NOWHERE
+        total = sum(float(each @ each) for each in left) + float(values @ values)
+        return Trial(total, lambda: self.linearised(values)) if np.isfinite(total) else NOWHERE
+
+    def _possible(self, values: Real) -> bool:
+        pairs = zip(self.parameters, values.tolist(), strict=False)
+        return all(parameter.value(score) >= parameter.least for parameter, score in pairs)
+
+    def linearised(self, values: Real) -> Linearised:
+        """The normal equations of all parts and of the prior."""
+        normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
+        for block in self.blocks(values):
+            normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
+            descent[block.unknowns] += block.descent
+            cost += block.chi_square
+        return Linearised(cost, descent, normal)
+
+    def blocks(self, values: Real) -> tuple[Block, ...]:
+        """The normal equations of each part, linearised at `values` (unknowns,).
+
+        Raises:
+            AnalysisError: there is no finite prediction beside `values`.
+        """
+        found = []
+        for part in self.parts:
+            places, curves = self.places_of(part), [each for each in self.curves if each.part == part]
+            with np.errstate(all="ignore"):
+                left = np.concatenate([self.measured(each) - self.whitened(values, each) for each in curves])
+                columns = np.array([self._slope(values, place, curves) for place in places])
+            if not (np.all(np.isfinite(left)) and np.all(np.isfinite(columns))):
+                raise AnalysisError(f"{self.who} gives values that are not finite for part {part!r}")
+            found.append(Block(np.array(places), columns @ columns.T, columns @ left, float(left @ left)))
+        return tuple(found)
+
+    def _slope(self, values: Real, place: int, curves: Sequence[Curve]) -> Real:
+        """(data,) derivative in one unknown; from one side where the other is impossible."""
+        ends, found = [], []
+        for sign in (1.0, -1.0):
+            there = values.copy()
+            there[place] += sign * STEP
+            if self._possible(there):
+                ends.append(sign * STEP)
+                found.append(np.concatenate([self.whitened(there, each) for each in curves]))
+        if len(ends) == 1:
+            ends.append(0.0)
+            found.append(np.concatenate([self.whitened(values, each) for each in curves]))
+        return np.asarray((found[0] - found[1]) / (ends[0] - ends[1]))
+
+
+class CurveFit(Fitted[CurveLikelihood]):
+    """The most likely parameters of one model of any structure."""
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """The normal equations of each part."""
+        return self.likelihood.blocks(self.scores)
+
+    def local_of(self, part: str) -> Real:
+        """Scores of the local unknowns of a part."""
+        return self.scores[self.likelihood.places_of(part)[len(self.likelihood.parameters) :]]
+
+
+def fit_curves(
+    likelihood: CurveLikelihood,
+    start: Real,
+    inflations: Sequence[float] = INFLATIONS,
+    tolerance: float = 0.1,
+    most_steps: int = 30,
+) -> CurveFit:
+    """Find the most likely parameters.
+
+    Args:
+        likelihood: to maximise.
+        start: (unknowns,) scores.
+        inflations: of the fits one after the other; the last should be zero.
+        tolerance: gain in chi-square (over chi-square per datum) at which the last ends.
+        most_steps: of each.
+
+    Raises:
+        AnalysisError: there is no prediction at the start.
+    """
+    scores, found = start, None
+    for inflation in inflations:
+        stage, last = replace(likelihood, inflation=inflation), inflation == inflations[-1]
+        found = minimise(stage, scores, tolerance if last else 3.0, most_steps)
+        scores = found.values
+    assert found is not None, "one fit at least"
+    return CurveFit(likelihood, scores, found.at, found.converged)

@@ -1,0 +1,210 @@
+"""Any linear structure from its modes at named degrees of freedom, with lumped things attached to it.
+
+The structure itself is diagonal in its modes; what is attached adds a dynamic stiffness at one degree of freedom, so
+that responses follow from receptances there (R. E. D. Bishop, D. C. Johnson, The Mechanics of Vibration, 1960).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.attached_effects import attached_effects
+from analysis.gap.structures.chain_effects import chain_effects
+from analysis.gap.structures.curve import Curve
+from analysis.gap.structures.effect import Acting, Properties, StructureEffect, properties_under, read_by
+from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.simulator import Values
+from analysis.gap.structures.steady_response import steady_response
+
+FREQUENCIES, POLES = "frequencies", "poles"
+"""Observables: natural frequencies without damping, Hz, real; i times angular frequencies less decay rates, rad/s,
+complex. The condition `mode` counts them from 1, and with them the mode that an absorber brings."""
+RESPONSES = {"receptance": 0, "mobility": 1, "accelerance": 2}
+"""Derivatives by time of displacement over force; observables are called `accelerance(response,force)`."""
+STIFFNESS, LOSS = Parameter("modulus", "1", 1.0, 0.05, positive=True), Parameter("loss_factor", "1", 0.01, 1.0, True)
+"""Of the structure: its stiffness over that of the model, and its structural loss factor."""
+
+
+@dataclass(frozen=True)
+class ModalStructure:
+    """A linear structure.
+
+    Properties that effects may change: `modulus` (its stiffness, relative), `loss_factor` (beside those of the modes),
+    `damping_ratio` (viscous, of every mode), `attached` (a tuple of `Attached`), `support` (displacement of the first
+    attached thing, m), and `part:NAME` (stiffness of a substructure, relative).
+
+    Observables: `frequencies` and `poles` with the condition `mode`; `receptance(a,b)`, `mobility(a,b)` and
+    `accelerance(a,b)` of response a over force b with the condition `frequency`, and `force` (N, at b) where one of the
+    attached things follows amplitude; without a force, and in natural frequencies, it has its stiffness at rest.
+
+    Attributes:
+        modes: of the structure alone.
+        attached: what the model has attached to it, such as supports.
+        parameters: `modulus` and `loss_factor`, or one of them.
+        local: `gain` (relative to one) of each part.
+    """
+
+    modes: Modes
+    attached: tuple[Attached, ...] = ()
+    parameters: tuple[Parameter, ...] = (STIFFNESS, LOSS)
+    local: tuple[Parameter, ...] = ()
+    name: str = "modal structure"
+
+    def effects(self, curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
+        """Things at every degree of freedom, substructures, the support, and the measuring chain."""
+        return (*attached_effects(self.modes, self.attached, curves, _largest(curves)), *chain_effects(curves))
+
+    def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
+        """(n,) readings of a curve.
+
+        Raises:
+            AnalysisError: the observable or a place of it does not exist.
+        """
+        known = {"loss_factor": 0.0, "damping_ratio": 0.0, "modulus": 1.0, "attached": self.attached, "support": 0.0}
+        known |= {f"part:{name}": 1.0 for name in self.modes.parts} | dict(values)
+        properties = properties_under(acting, known, curve.conditions)
+        kind, _, rest = curve.observable.partition("(")
+        if curve.observable in (FREQUENCIES, POLES):
+            return read_by(acting, self._natural(properties, curve), curve)
+        if kind in RESPONSES and rest.endswith(")") and rest.count(",") == 1:
+            response, force = rest[:-1].split(",")
+            pole = np.asarray(2j * np.pi * curve.conditions["frequency"], dtype=complex)
+            receptance = self._receptance(
+                properties, pole, response.strip(), force.strip(), curve.conditions.get("force")
+            )
+            found = receptance * pole ** RESPONSES[kind]
+        else:
+            raise AnalysisError(f"{self.name} has no observable {curve.observable!r}")
+        return read_by(acting, (1 + values.get("gain", 0.0)) * found, curve)
+
+    def _stiffness(self, properties: Properties, value: int) -> Real:
+        """(modes, modes) of the structure with its substructures, as it is for one value of a curve."""
+        found = np.diag((2 * np.pi * self.modes.frequencies) ** 2)
+        for name, own in self.modes.parts.items():
+            found = found + (_of(properties[f"part:{name}"], value) - 1) * own
+        return np.asarray(_of(properties["modulus"], value) * found)
+
+    def _losses(self) -> Real:
+        """(modes, modes) modal loss stiffness of the modes by themselves."""
+        squares = (2 * np.pi * self.modes.frequencies) ** 2
+        return np.diag(squares * (0.0 if self.modes.losses is None else self.modes.losses))
+
+    def _natural(self, properties: Properties, curve: Curve) -> Complex:
+        """Natural frequencies or poles; each value may have a support and a modulus of its own."""
+        names = ["support", "modulus", *(f"part:{name}" for name in self.modes.parts)]
+        spectra, found = dict[tuple[float, ...], Complex](), np.empty(curve.values.size, dtype=complex)
+        for value, mode in enumerate(curve.conditions["mode"].astype(int)):
+            key = tuple(_of(properties[name], value) for name in names)
+            if key not in spectra:
+                spectra[key] = self._spectrum(properties, value, damped=curve.observable == POLES)
+            if not 1 <= mode <= spectra[key].size:
+                raise AnalysisError(f"{self.name} has no mode {mode}; it has {spectra[key].size}")
+            found[value] = spectra[key][mode - 1]
+        return found
+
+    def _spectrum(self, properties: Properties, value: int, *, damped: bool) -> Complex:
+        """All of them; every absorber has a coordinate of its own beside those of the modes."""
+        attached = _moved(properties["attached"], _of(properties["support"], value))
+        count = own = self.modes.frequencies.size
+        size = count + sum(bool(each.tuned and each.mass) for each in attached)
+        mass, damping = np.eye(size), np.zeros((size, size))
+        stiffness = np.zeros((size, size), dtype=complex)
+        plain = self._stiffness(properties, value)
+        loss, ratio = (_of(properties[name], value) for name in ("loss_factor", "damping_ratio"))
+        stiffness[:count, :count] = plain * (1 + 1j * loss) + 1j * _of(properties["modulus"], value) * self._losses()
+        squares, turned = np.linalg.eigh(plain)
+        damping[:count, :count] = 2 * ratio * (turned * np.sqrt(np.maximum(squares, 0.0))) @ turned.T
+        for each in attached:
+            shape = np.concatenate([self.modes.at(each.place), np.zeros(size - count)])
+            stiffness += each.stiffness * np.outer(shape, shape)
+            damping += each.damping * np.outer(shape, shape)
+            if not each.tuned:
+                mass += each.mass * np.outer(shape, shape)
+            elif each.mass:
+                mass[own, own], shape[own], own = each.mass, -1.0, own + 1
+                spring = each.mass * (2 * np.pi * each.tuned) ** 2 * (1 + 1j * each.tuned_loss)
+                stiffness += spring * np.outer(shape, shape)
+        if not damped:
+            squares = eigh(stiffness.real, mass, eigvals_only=True)
+            return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi), dtype=complex)
+        lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+        roots = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), lower]))
+        return np.asarray(np.sort_complex(-1j * roots)[size:] * 1j)
+
+    def _receptance(
+        self, properties: Properties, pole: Complex, response: str, force: str, size: Real | None
+    ) -> Complex:
+        loss, ratio = (np.asarray(properties[name], dtype=float) for name in ("loss_factor", "damping_ratio"))
+        squares, turned = np.linalg.eigh(self._stiffness(properties, 0))
+        roots = np.sqrt(np.maximum(squares, 0.0))
+        lost = _of(properties["modulus"], 0) * np.einsum("im,ij,jm->m", turned, self._losses(), turned)
+        denominator = squares[:, None] * (1 + 1j * loss) + pole**2 + 2 * ratio * roots[:, None] * pole
+        denominator = denominator + 1j * lost[:, None]
+        attached = _moved(properties["attached"], _of(properties["support"], 0))
+        follows = [] if size is None else [each for each in attached if each.follows_amplitude]
+        if len(follows) > 1:
+            raise AnalysisError(
+                f"{self.name} has {len(follows)} attached things that follow amplitude; one is possible"
+            )
+        linear = [each for each in attached if each not in follows]
+        places = np.array([self.modes.at(each.place) for each in linear]).reshape(len(linear), squares.size) @ turned
+        stiff = np.array([each.dynamic_stiffness(pole) for each in linear]).reshape(len(linear), pole.size).T
+
+        def between(out: Real, into: Real) -> Complex:
+            """(lines,) of the structure with all linear things."""
+            plain = np.einsum("m,ml->l", out * into, 1 / denominator)
+            if not linear:
+                return np.asarray(plain)
+            own = np.einsum("am,bm,ml->lab", places, places, 1 / denominator)
+            to, back = (np.einsum("am,m,ml->la", places, each, 1 / denominator) for each in (into, out))
+            inner = np.eye(len(linear)) + stiff[:, :, None] * own
+            joined = np.linalg.solve(inner, (stiff * to)[..., None])[..., 0]
+            return np.asarray(plain - np.einsum("la,la->l", back, joined))
+
+        out, into = self.modes.at(response) @ turned, self.modes.at(force) @ turned
+        if not follows or size is None:
+            return between(out, into)
+        (thing,), place = follows, self.modes.at(follows[0].place) @ turned
+        own, to = between(place, place), between(place, into)
+        applied = size * to
+
+        def moving(amplitude: Real | None) -> Complex:
+            """(..., lines) m of its place."""
+            return np.asarray(applied / (1 + thing.dynamic_stiffness(pole, amplitude) * own))
+
+        amplitude = np.abs(steady_response(moving, np.abs(moving(None))))
+        added = thing.dynamic_stiffness(pole, amplitude)
+        return np.asarray(between(out, into) - between(out, place) * added * to / (1 + added * own))
+
+
+def _largest(curves: Sequence[Curve]) -> float | None:
+    """Of the displacements that were measured under a known force, m."""
+    found = [
+        np.max(np.abs(each.values) * each.conditions["force"] / (2 * np.pi * each.conditions["frequency"]) ** order)
+        for each in curves
+        for kind, order in RESPONSES.items()
+        if each.observable.startswith(f"{kind}(") and {"force", "frequency"} <= set(each.conditions)
+    ]
+    return float(max(found)) if found else None
+
+
+def _of(property_: float | Real, value: int) -> float:
+    """A property for one value of a curve."""
+    return float(np.atleast_1d(property_)[value if np.size(property_) > 1 else 0])
+
+
+def _moved(attached: Sequence[Attached], shift: float) -> Sequence[Attached]:
+    """What is attached, the first of it displaced along the line of the structure."""
+    if not attached or not shift:
+        return attached
+    first = attached[0]
+    if isinstance(first.place, str):
+        raise AnalysisError(f"the support at {first.place} has no coordinate, so it cannot move")
+    return (replace(first, place=first.place + shift), *attached[1:])

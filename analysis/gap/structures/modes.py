@@ -1,0 +1,118 @@
+"""Modes of a structure at named degrees of freedom, and lumped things that are attached to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import eigh
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.structures.steady_response import sticking
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A lumped thing at one place.
+
+    Attributes:
+        place: a degree of freedom, or where shapes are known along a line its coordinate.
+        mass, stiffness, damping: kg, N/m and N s/m, between the place and the ground (a mass moves along).
+        tuned: Hz, where the mass hangs on a spring (an absorber); zero where it is fixed.
+        tuned_loss: loss factor of that spring.
+        cubic: N/m^3, of a force that grows with the cube of displacement.
+        slip: N, at which the spring to the ground slips; zero where it does not.
+    """
+
+    place: str | float
+    mass: float = 0.0
+    stiffness: complex = 0.0
+    damping: float = 0.0
+    tuned: float = 0.0
+    tuned_loss: float = 0.0
+    cubic: float = 0.0
+    slip: float = 0.0
+
+    @property
+    def follows_amplitude(self) -> bool:
+        """Whether its stiffness is another at another amplitude."""
+        return bool(self.cubic or self.slip)
+
+    def dynamic_stiffness(self, pole: Complex, amplitude: Real | None = None) -> Complex:
+        """(lines,) N/m at `pole` (lines,); (..., lines) for the first harmonic of an `amplitude` (..., lines) in m."""
+        inertia: Complex = np.asarray(pole**2 * self.mass)
+        if self.tuned:
+            spring = self.mass * (2 * np.pi * self.tuned) ** 2 * (1 + 1j * self.tuned_loss)
+            inertia = spring * inertia / (spring + inertia)
+        grounded: Complex = np.asarray(self.stiffness, dtype=complex)
+        if amplitude is not None:
+            if self.slip:
+                storage, loss = sticking(np.minimum(1.0, self.slip / (np.abs(self.stiffness) * amplitude)))
+                grounded = grounded * (storage + 1j * loss)
+            grounded = grounded + 0.75 * self.cubic * amplitude**2
+        return np.asarray(grounded + pole * self.damping + inertia)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of a structure, scaled to unit modal mass.
+
+    Attributes:
+        dofs: names.
+        shapes: (dofs, modes) kg^-1/2.
+        frequencies: (modes,) Hz.
+        coordinates: (dofs,) m, where the degrees of freedom lie along one line and shapes are read between them.
+        parts: (modes, modes) modal stiffness of each named substructure, which sum up to no more than the whole.
+        losses: (modes,) loss factor of each; none by default.
+    """
+
+    dofs: tuple[str, ...]
+    shapes: Real
+    frequencies: Real
+    coordinates: Real | None = None
+    parts: Mapping[str, Real] = field(default_factory=dict)
+    losses: Real | None = None
+
+    def __post_init__(self) -> None:
+        if self.shapes.shape != (len(self.dofs), self.frequencies.size):
+            raise AnalysisError(
+                f"shapes are {self.shapes.shape}; {len(self.dofs)} degrees of freedom and "
+                f"{self.frequencies.size} modes were named"
+            )
+
+    @classmethod
+    def of_matrices(
+        cls, mass: Real, stiffness: Real, dofs: Sequence[str], modes: int, parts: Mapping[str, Real] | None = None
+    ) -> Modes:
+        """The lowest modes of M and K (dofs, dofs), and of substructures from their own K.
+
+        Raises:
+            AnalysisError: a matrix is not symmetric, or M is not positive.
+        """
+        for name, each in {"M": mass, "K": stiffness, **(parts or {})}.items():
+            if each.shape != (len(dofs),) * 2 or not np.allclose(
+                each, each.T, rtol=1e-6, atol=1e-9 * np.abs(each).max()
+            ):
+                raise AnalysisError(f"{name} is to be a symmetric matrix of {len(dofs)} x {len(dofs)}")
+        try:
+            squares, shapes = eigh(stiffness, mass, subset_by_index=(0, min(modes, len(dofs)) - 1))
+        except np.linalg.LinAlgError as error:
+            raise AnalysisError(f"M and K have no modes: {error}; M is to be positive definite") from error
+        own = {name: np.asarray(shapes.T @ each @ shapes) for name, each in (parts or {}).items()}
+        return cls(tuple(dofs), shapes, np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi), None, own)
+
+    def at(self, place: str | float) -> Real:
+        """(modes,) shapes at a degree of freedom, or at a coordinate.
+
+        Raises:
+            AnalysisError: there is no such place.
+        """
+        if isinstance(place, str):
+            if place not in self.dofs:
+                raise AnalysisError(f"the structure has no degree of freedom {place!r}; it has {', '.join(self.dofs)}")
+            return np.asarray(self.shapes[self.dofs.index(place)])
+        if self.coordinates is None or not self.coordinates[0] <= place <= self.coordinates[-1]:
+            raise AnalysisError(f"the structure has no point at {place:g} m")
+        return np.array([np.interp(place, self.coordinates, shape) for shape in self.shapes.T])

@@ -1,0 +1,266 @@
+"""The diagnosis of any structure, on simulated ones whose truth comes from formulas of this file."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from analysis.errors import AnalysisError
+from analysis.frequency_response import Complex, Real
+from analysis.gap.effect import Given, Mechanism
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.callable_simulator import CallableSimulator
+from analysis.gap.structures.curve import Conditions, Curve
+from analysis.gap.structures.diagnosis import CurveDiagnosis, diagnose_curves
+from analysis.gap.structures.effect import Properties, StructureEffect
+from analysis.gap.verdict import Status
+
+NOISE = 1e-3
+
+
+class Warmth(StructureEffect):
+    id, title, mechanism = "warmth", "softer when warm", Mechanism.JOINT_STATE
+    needs = frozenset({"temperature"})
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("per_kelvin", "1/K", 0.0, 0.01),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        return {**properties, "k": properties["k"] * (1 - given["per_kelvin"] * (conditions["temperature"] - 20))}
+
+
+class Lag(StructureEffect):
+    id, title, mechanism = "lag", "read late", Mechanism.MEASURING_CHAIN
+    needs = frozenset({"frequency"})
+    own_parameters = (Parameter("lag", "s", 0.0, 1e-3),)
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        return np.asarray(values * np.exp(-2j * np.pi * curve.conditions["frequency"] * given["lag"]))
+
+
+class Fails(StructureEffect):
+    id, title, mechanism = "fails", "an error of its author", Mechanism.BEAM
+    own_parameters = (Parameter("any", "1", 0.0, 1.0),)
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        raise ZeroDivisionError("three by nothing")
+
+
+class NotFinite(Fails):
+    id, title = "not_finite", "gives what is no number"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        return {**properties, "k": np.nan}
+
+
+class WrongShape(Fails):
+    id, title = "wrong_shape", "gives another number of readings"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        return properties
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        return values[:-1]
+
+
+class FailsFurtherOn(Warmth):
+    """As warmth, but for an error halfway to where the data are."""
+
+    id = "fails_further_on"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        if given["per_kelvin"] > 0.003:
+            raise KeyError("k of a warm spring")
+        return super().properties(given, properties, conditions)
+
+
+class NotFiniteFurtherOn(Warmth):
+    id = "not_finite_further_on"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        found = super().properties(given, properties, conditions)
+        return found if given["per_kelvin"] < 0.003 else {**found, "k": np.nan}
+
+
+class NoParameters(Fails):
+    id, title = "no_parameters", "cannot say what its parameters are"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        raise RuntimeError("no licence")
+
+
+def spring(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+    return np.asarray(parameters["k"] * (1 + 1j * parameters["loss"]) * np.ones(conditions["frequency"].size))
+
+
+def simulator(*effects: StructureEffect) -> CallableSimulator:
+    parameters = (Parameter("k", "N/m", 1e5, 0.1, positive=True), Parameter("loss", "1", 0.1, 0.3, positive=True))
+    return CallableSimulator(spring, parameters, effects or (Warmth(), Lag()))
+
+
+def measured(truth: Callable[[Real, float], Complex], seed: int = 1) -> tuple[Curve, ...]:
+    random, frequency = np.random.default_rng(seed), np.linspace(10.0, 100.0, 15)
+    curves = []
+    for temperature in (15.0, 20.0, 25.0, 30.0):
+        exact = truth(frequency, temperature)
+        deviation = NOISE * np.abs(exact)
+        noise = deviation * (random.standard_normal(15) + 1j * random.standard_normal(15))
+        conditions = {"frequency": frequency, "temperature": np.full(15, temperature)}
+        curves.append(Curve("stiffness", f"{temperature:g} degC", exact + noise, deviation, conditions))
+    return tuple(curves)
+
+
+def still(frequency: Real, temperature: float) -> Complex:
+    del temperature
+    return np.full(frequency.size, 1.04e5 * (1 + 0.12j))
+
+
+def warm(frequency: Real, temperature: float) -> Complex:
+    return np.asarray(still(frequency, temperature) * np.exp(-0.006 * (temperature - 20)))
+
+
+def late_and_warm(frequency: Real, temperature: float) -> Complex:
+    return np.asarray(warm(frequency, temperature) * np.exp(-2j * np.pi * frequency * 4e-4))
+
+
+def test_an_effect_that_is_there_is_named_and_the_gap_of_parts_left_out_falls() -> None:
+    found = diagnose_curves(simulator(), measured(warm))
+    assert (found.status, found.effects) == (Status.EXPLAINED, ("warmth",))
+    assert found.after < 0.2 * found.before
+    estimate = found.ranking[0].parameters["warmth"]["per_kelvin"]
+    assert estimate.ci90[0] < 0.006 < estimate.ci90[1]
+
+
+def test_two_effects_at_once_are_both_named() -> None:
+    found = diagnose_curves(simulator(), measured(late_and_warm))
+    assert set(found.effects) == {"warmth", "lag"}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nothing_is_named_where_only_parameters_differ(seed: int) -> None:
+    found = diagnose_curves(simulator(), measured(still, seed))
+    assert (found.status, found.effects) == (Status.NONE, ())
+
+
+def test_a_cause_in_no_catalogue_is_unknown() -> None:
+    def resonant(frequency: Real, temperature: float) -> Complex:
+        return still(frequency, temperature) * (1 + 0.3 / (1 - (frequency / 52.0) ** 2 + 0.1j))
+
+    assert diagnose_curves(simulator(), measured(resonant)).status is Status.UNKNOWN
+
+
+def test_parts_that_are_held_out_are_seen_by_no_fit() -> None:
+    curves = measured(warm)
+    spoiled = (*curves[:3], Curve("stiffness", "30 degC", 2 * curves[3].values, curves[3].deviation,
+                                  curves[3].conditions))  # fmt: skip
+    found = [diagnose_curves(simulator(), each, hold_out=("30 degC",)) for each in (curves, spoiled)]
+    assert found[0].ranking[0].parameters == found[1].ranking[0].parameters
+    assert found[0].never_shown is not None
+    assert found[0].never_shown[1] < 0.2 * found[0].never_shown[0]
+    assert found[1].never_shown is not None
+    assert found[1].never_shown[1] > 40.0
+
+
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        (Fails(), "ZeroDivisionError: three by nothing"),
+        (NotFinite(), "not finite"),
+        (WrongShape(), "shape"),
+        (NoParameters(), "RuntimeError: no licence"),
+    ],
+)
+def test_an_effect_with_an_error_is_named_and_costs_nothing_but_itself(bad: StructureEffect, said: str) -> None:
+    found: CurveDiagnosis = diagnose_curves(simulator(Warmth(), bad), measured(warm))
+    assert found.effects == ("warmth",)
+    (failure,) = found.failures
+    assert bad.id in failure.effect
+    assert said in failure.reason
+    assert bad.id in failure.reason
+
+
+@pytest.mark.parametrize("bad", [FailsFurtherOn(), NotFiniteFurtherOn()])
+def test_an_effect_whose_error_shows_only_in_the_search_costs_nothing_but_itself(bad: StructureEffect) -> None:
+    found = diagnose_curves(simulator(Warmth(), bad), measured(warm))
+    assert (found.status, found.effects) == (Status.EXPLAINED, ("warmth",))
+
+
+def test_a_law_that_predicts_no_part_that_was_left_out_gives_way_to_another_law_of_its_effect() -> None:
+    class Stepwise(Warmth):
+        """Fits better than the law of warmth, and knows nothing of temperatures between those that were measured."""
+
+        law = "a step for each temperature"
+        own_parameters = tuple(Parameter(f"at_{warm}", "1", 0.5, 0.3) for warm in (15, 20, 25, 30))
+
+        def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+            factor = 1 + given[f"at_{conditions['temperature'][0]:.0f}"]
+            return {**properties, "k": properties["k"] * factor}
+
+    def uneven(frequency: Real, temperature: float) -> Complex:
+        return np.asarray(warm(frequency, temperature) * (1.006 if temperature == 25 else 1.0))
+
+    found = diagnose_curves(simulator(Warmth(), Stepwise()), measured(uneven))
+    assert found.effects == ("warmth",)
+    assert found.ranking[0].laws == ("the only one",)
+
+
+def test_the_simulation_as_it_is_may_have_been_fitted_to_some_parts_alone() -> None:
+    every, one = (
+        diagnose_curves(simulator(), measured(warm), hold_out=("30 degC",), fitted_to=parts)
+        for parts in ((), ("15 degC",))
+    )
+    assert one.effects == every.effects == ("warmth",)
+    assert one.never_shown is not None
+    assert every.never_shown is not None
+    shift = 1 - np.exp(-0.006 * 15)  # from 15 to 30 degC
+    assert one.never_shown[0] == pytest.approx(100 * shift / (1 - shift), abs=1.0)
+    assert one.never_shown[0] > every.never_shown[0]
+    assert one.never_shown[1] == every.never_shown[1]
+    assert one.by_part["15 degC"][0] < 1.0
+    with pytest.raises(AnalysisError, match="cannot be held out and fitted"):
+        diagnose_curves(simulator(), measured(warm), hold_out=("30 degC",), fitted_to=("30 degC",))
+
+
+def test_a_name_that_is_used_twice_is_told_with_both_places_and_costs_the_second() -> None:
+    class Other(Warmth):
+        pass
+
+    found = diagnose_curves(simulator(Warmth(), Other()), measured(warm))
+    assert found.effects == ("warmth",)
+    (failure,) = found.failures
+    assert "Warmth and" in failure.reason
+    assert "Other" in failure.reason
+
+
+def test_a_simulator_with_an_error_is_named() -> None:
+    def broken(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+        raise ValueError("no licence")
+
+    bad = CallableSimulator(broken, simulator().parameters, (Warmth(),), name="solver of the bridge")
+    with pytest.raises(AnalysisError, match=r"solver of the bridge fails .* no licence"):
+        diagnose_curves(bad, measured(warm))
+
+
+def test_an_effect_that_cannot_predict_a_part_that_was_left_out_loses_and_the_diagnosis_goes_on() -> None:
+    class OnlyWarm(Warmth):
+        id = "only_warm"
+
+        def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+            if np.max(conditions["temperature"]) > 25 and given["per_kelvin"]:
+                raise AnalysisError("not so warm")
+            return super().properties(given, properties, conditions)
+
+    found = diagnose_curves(simulator(OnlyWarm()), measured(warm), hold_out=("30 degC",))
+    assert found.never_shown is not None
+    assert found.never_shown[1] == np.inf
+
+
+def test_too_few_values_are_refused() -> None:
+    one = Curve("stiffness", "a", np.ones(1), np.ones(1), {"frequency": np.ones(1)})
+    with pytest.raises(AnalysisError, match="needs 2"):
+        diagnose_curves(simulator(), [one])
+
+
+def test_a_part_that_does_not_exist_cannot_be_held_out() -> None:
+    with pytest.raises(AnalysisError, match="no part is called '31'"):
+        diagnose_curves(simulator(), measured(warm), hold_out=("31",))

@@ -1,5 +1,6 @@
 """A block: raw counts of the converters, and the scaling that turns them into SI units."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -18,7 +19,8 @@ class Block:
     Attributes:
         channels: one per row of `counts`.
         counts: int32 (channels, samples), raw converter counts.
-        scaling: per channel, the polynomial from counts to volts, coefficients in ascending order of power.
+        scaling: per channel, the polynomial from counts to volts, coefficients in ascending order of power; volts are
+            positive for a positive quantity, whatever the polarity of the sensor.
         sample_rate: in Hz, as the instrument coerced it.
         started_at: UTC of the first sample by the clock of this computer.
         trigger_index: column of the first sample at or after the trigger; None for a record without a trigger.
@@ -63,3 +65,19 @@ class Block:
     def value(self, name: str) -> npt.NDArray[np.float64]:
         """Channel `name` in its SI unit, (samples,)."""
         return self.volts(name) / self.channels[self.row(name)].sensitivity
+
+
+def at_range_ends(
+    channels: Sequence[Channel],
+    counts: npt.NDArray[np.int32],
+    scaling: Sequence[Sequence[float]],
+    ranges: Sequence[tuple[float, float]],
+) -> tuple[str, ...]:
+    """Names of channels whose lowest or highest count, of (channels, samples), is at an end of the range in V."""
+    names = []
+    for channel, row, coefficients, (low, high) in zip(channels, counts, scaling, ranges, strict=True):
+        ends = polynomial.polyval(np.array([row.min(), row.max()], dtype=np.float64), coefficients)
+        count = abs(coefficients[1])  # V, least significant bit
+        if ends.min() <= low + count or ends.max() >= high - count:
+            names.append(channel.name)
+    return tuple(names)

@@ -35,6 +35,11 @@ class Channel:
         excitation_current: IEPE current in A; 0 where the sensor has another supply or needs none.
         serial: serial number of the sensor.
         calibrated_on: date of the calibration that `sensitivity` comes from.
+        certificate: number of its certificate.
+        uncertainty: of the sensitivity, relative, expanded (k = 2); None where it is not known.
+        due_on: day until which the calibration is valid.
+        polarity: 1, or -1 where the sensor gives a negative voltage for a positive quantity.
+        noise: rms noise at rest by the data sheets of sensor and input, in `unit`; None where it is not known.
 
     Raises:
         ChannelError: a value is impossible, such as a sensitivity of zero, an empty range or kilovolts.
@@ -50,6 +55,11 @@ class Channel:
     excitation_current: float = 0.0
     serial: str = ""
     calibrated_on: date | None = None
+    certificate: str = ""
+    uncertainty: float | None = None
+    due_on: date | None = None
+    polarity: int = 1
+    noise: float | None = None
 
     def __post_init__(self) -> None:
         if not self.name or "," in self.name:
@@ -58,6 +68,8 @@ class Channel:
             raise ChannelError(
                 f"channel {self.name!r}: sensitivity {self.sensitivity} V per {self.unit} must be positive"
             )
+        if self.polarity not in (1, -1):
+            raise ChannelError(f"channel {self.name!r}: polarity {self.polarity} is neither 1 nor -1")
         if not self.minimum < self.maximum:
             raise ChannelError(f"channel {self.name!r}: range {self.minimum} to {self.maximum} {self.unit} is empty")
         if (volts := self.sensitivity * max(abs(self.minimum), abs(self.maximum))) > LARGEST_VOLTAGE:

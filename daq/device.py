@@ -4,31 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import nidaqmx
 from nidaqmx.constants import TaskMode
 from nidaqmx.system import System
 
-from daq.channels import Channel, checked_table
-from daq.errors import ChannelError, DaqError, InstrumentAbsentError
+from daq.channels import Channel
+from daq.errors import DaqError, InstrumentAbsentError
 from daq.grpc_link import open_channel
+from daq.instrument import DaqInstrument, Device, EdgeTrigger
 from daq.nidaqmx_errors import translated
 from daq.readback import agreed
 from daq.session import forget, open_task
-from daq.task import EdgeTrigger, Recorder, TriggeredTask, add_channels
+from daq.task import Recorder, TriggeredTask, add_channels
 
 TIMEOUT = 5.0  # s
-
-
-@dataclass(frozen=True)
-class Device:
-    """A chassis or module as the driver lists it: name, product, serial number and its analog inputs."""
-
-    name: str
-    product_type: str
-    serial: str
-    inputs: tuple[str, ...]
 
 
 def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
@@ -63,12 +53,8 @@ def _devices_of(system: System) -> tuple[Device, ...]:
     )
 
 
-class Chassis:
-    """The devices at one address. A context manager: leaving it closes the connection.
-
-    Attributes:
-        address: as given to `connect`.
-        devices: as the driver lists them.
+class Chassis(DaqInstrument):
+    """The devices that NI-DAQmx has at one address.
 
     Raises:
         InstrumentAbsentError: the driver or the server lists no device.
@@ -86,32 +72,9 @@ class Chassis:
         if not self.devices:
             raise InstrumentAbsentError(f"instrument at {address}: no device; check power and cable of the chassis")
 
-    def __enter__(self) -> Chassis:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.close()
-
     def close(self) -> None:
         """Close the connection, also that of open tasks."""
         self._close_channel()
-
-    def device_of(self, channel: Channel) -> Device:
-        """The module of `channel`; ChannelError, which names the known ones, if device or input do not exist."""
-        name = channel.physical.partition("/")[0]
-        device = next((d for d in self.devices if d.name == name), None)
-        if device is None:
-            known = ", ".join(f"{d.name} ({d.product_type})" for d in self.devices)
-            raise ChannelError(
-                f"channel {channel.name!r} is on {channel.physical}, but there is no device {name!r} at "
-                f"{self.address}; there are {known}"
-            )
-        if channel.physical not in device.inputs:
-            raise ChannelError(
-                f"channel {channel.name!r} is on {channel.physical}, but {name} ({device.product_type}) has only "
-                f"{', '.join(device.inputs) or 'no analog input'}"
-            )
-        return device
 
     def verify(self, channels: Sequence[Channel]) -> None:
         """Check that the instrument has these channels and supports their settings; ChannelError if not."""
@@ -128,18 +91,9 @@ class Chassis:
     def triggered(
         self, channels: Sequence[Channel], sample_rate: float, duration: float, trigger: EdgeTrigger
     ) -> TriggeredTask:
-        """A task that records `duration` s around a trigger, repeatedly.
-
-        Raises DaqError where the instrument cannot do it; ChannelError for an error in the channel table.
-        """
+        """A task with the trigger of the instrument."""
         return TriggeredTask(self._options, self._checked(channels), sample_rate, duration, trigger)
 
     def record(self, channels: Sequence[Channel], sample_rate: float, duration: float) -> Recorder:
-        """A recorder of all `channels` on one clock, `duration` s at a time, repeatedly; errors as for `triggered`."""
+        """A recorder of all `channels`."""
         return Recorder(self._options, self._checked(channels), sample_rate, duration)
-
-    def _checked(self, channels: Sequence[Channel]) -> tuple[Channel, ...]:
-        table = checked_table(channels)
-        for channel in table:
-            self.device_of(channel)
-        return table

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import Self
@@ -16,39 +15,31 @@ from nidaqmx.constants import (
     AccelSensitivityUnits,
     AccelUnits,
     AcquisitionType,
+    Coupling,
     ExcitationSource,
     ForceIEPESensorSensitivityUnits,
     ForceUnits,
     ReadRelativeTo,
+    Slope,
     TaskMode,
 )
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.stream_readers import AnalogUnscaledReader
 from nidaqmx.task.channels import AIChannel
-from numpy.polynomial import polynomial
 
-from daq.block import Block
+from daq.block import Block, at_range_ends
 from daq.channels import Channel, ChannelKind, checked_table
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
+from daq.instrument import EdgeTrigger, rate_note
 from daq.nidaqmx_errors import translated
 from daq.readback import agreed, check_channels, check_samples, check_trigger
 from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665
-RATE_TOLERANCE = 1e-6  # relative difference from the requested rate above which it is reported
 LONGEST_ARMING_SLEEP = 5e-3  # s
 CANCELLATION_POLL = 0.05  # s, between two questions whether to cancel
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
-NO_OVERLOAD_ATTRIBUTE = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
-
-
-@dataclass(frozen=True)
-class EdgeTrigger:
-    """Record when `channel` rises through `level` (its SI unit), from `pre_trigger` seconds before that on."""
-
-    channel: str
-    level: float
-    pre_trigger: float
+NOT_SUPPORTED = (DAQmxErrors.ATTR_NOT_SUPPORTED, DAQmxErrors.ATTRIBUTE_NOT_SUPPORTED_IN_TASK_CONTEXT)
 
 
 def add_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
@@ -94,12 +85,13 @@ def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: 
             )
 
 
-def _scaling_of(channel: AIChannel) -> tuple[float, ...]:
-    return tuple(float(coefficient) for coefficient in channel.ai_dev_scaling_coeff)
+def _scaling_of(channel: AIChannel, polarity: int) -> tuple[float, ...]:
+    return tuple(polarity * float(coefficient) for coefficient in channel.ai_dev_scaling_coeff)
 
 
-def _range_of(channel: AIChannel) -> tuple[float, float]:
-    return float(channel.ai_rng_low), float(channel.ai_rng_high)
+def _range_of(channel: AIChannel, polarity: int) -> tuple[float, float]:
+    low, high = sorted((polarity * float(channel.ai_rng_low), polarity * float(channel.ai_rng_high)))
+    return low, high
 
 
 class _FiniteTask:
@@ -147,9 +139,9 @@ class _FiniteTask:
         self._pre_trigger = 0
         if trigger is not None:
             self._set_trigger(trigger)
-        inputs = [self._task.ai_channels[channel.name] for channel in self.channels]
-        self._scaling = tuple(agreed("scaling", partial(_scaling_of, i)) for i in inputs)
-        self._range = tuple(agreed("range", partial(_range_of, i)) for i in inputs)
+        inputs = [(self._task.ai_channels[channel.name], channel.polarity) for channel in self.channels]
+        self._scaling = tuple(agreed("scaling", partial(_scaling_of, *each)) for each in inputs)
+        self._range = tuple(agreed("range", partial(_range_of, *each)) for each in inputs)
         check_channels(self._task, self.channels)
         check_samples(self._task, self.samples)
         if self._is_remote:  # so that a record can be read twice
@@ -165,8 +157,10 @@ class _FiniteTask:
         if source is None:
             raise ChannelError(f"trigger on {trigger.channel!r}: not one of {self._names}")
         level = trigger.level * source.sensitivity if source.kind is ChannelKind.VOLTAGE else trigger.level
+        level *= source.polarity
+        slope = Slope.RISING if source.polarity > 0 else Slope.FALLING
         self._task.triggers.reference_trigger.cfg_anlg_edge_ref_trig(
-            source.name, pretrigger_samples=self._pre_trigger, trigger_level=level
+            source.name, pretrigger_samples=self._pre_trigger, trigger_slope=slope, trigger_level=level
         )
         check_trigger(self._task, source.name, level, self._pre_trigger)
 
@@ -177,9 +171,7 @@ class _FiniteTask:
     @property
     def rate_note(self) -> str | None:
         """A note that the sample rate differs from the requested one; None if it does not."""
-        if abs(self.sample_rate / self.requested_rate - 1) <= RATE_TOLERANCE:
-            return None
-        return f"{self.requested_rate:g} Hz were requested; the instrument samples at {self.sample_rate:.6g} Hz"
+        return rate_note(self.requested_rate, self.sample_rate)
 
     def __enter__(self) -> Self:
         return self
@@ -237,7 +229,7 @@ class _FiniteTask:
                 timeout = self._wait_unless(cancelled, timeout)
             counts = self._counts(timeout)
             complete_at = datetime.now(UTC)
-            overloaded = self._flagged() | self._at_range_end(counts)
+            overloaded = self._flagged() | set(at_range_ends(self.channels, counts, self._scaling, self._range))
             self._task.stop()
         return Block(
             channels=self.channels,
@@ -284,22 +276,10 @@ class _FiniteTask:
             stream = self._task.in_stream
             return set(stream.overloaded_chans) if stream.overloaded_chans_exist else set()
         except nidaqmx.errors.DaqError as error:
-            if error.error_code not in NO_OVERLOAD_ATTRIBUTE:
+            if error.error_code not in NOT_SUPPORTED:
                 raise
             self._overload_attribute = False
             return set()
-
-    def _at_range_end(self, counts: npt.NDArray[np.int32]) -> set[str]:
-        """Names of channels whose lowest or highest count is at or beyond the end of the range."""
-        names = set()
-        for channel, row, coefficients, (low, high) in zip(
-            self.channels, counts, self._scaling, self._range, strict=True
-        ):
-            ends = polynomial.polyval(np.array([row.min(), row.max()], dtype=np.float64), coefficients)
-            count = abs(coefficients[1])  # V, least significant bit
-            if ends.min() <= low + count or ends.max() >= high - count:
-                names.add(channel.name)
-        return names
 
 
 class TriggeredTask(_FiniteTask):
@@ -316,35 +296,31 @@ class TriggeredTask(_FiniteTask):
                 time.sleep(min(missing / self.sample_rate, LONGEST_ARMING_SLEEP))
 
     def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
-        """The block of the trigger that comes within `timeout` seconds.
-
-        Args:
-            timeout: s.
-            cancelled: called repeatedly, in this thread: whether to give up.
-
-        Raises:
-            AcquisitionCancelledError: `cancelled` said so; the task is stopped and can be started again.
-            TriggerTimeoutError: the block was not complete in time; the task is stopped and can be started again.
-            OverrunError: samples were lost; the task is cleared.
-            InstrumentAbsentError: instrument or server is gone; the task is cleared.
-            DaqError: any other failure; the task is cleared.
-        """
+        """The block of the trigger that comes within `timeout` s; as `daq.instrument.Triggered.wait`."""
         return self._block(timeout + self.samples / self.sample_rate, cancelled)
 
 
 class Recorder(_FiniteTask):
     """Blocks that start on demand, any number of times. Made by `Chassis.record`."""
 
+    def input_range(self, name: str) -> tuple[float, float]:
+        """Ends of the range of the input of channel `name`, V, positive for a positive quantity."""
+        return self._range[[channel.name for channel in self.channels].index(name)]
+
+    def is_dc_coupled(self, name: str) -> bool | None:
+        """Whether the input of channel `name` lets a mean voltage pass; None where the instrument does not say."""
+        with translated(f"coupling of channel {name!r}"):
+            try:
+                return self._task.ai_channels[name].ai_coupling is Coupling.DC
+            except nidaqmx.errors.DaqError as error:
+                if error.error_code not in NOT_SUPPORTED:
+                    raise
+                return None
+
     def record(
         self, duration: float | None = None, timeout: float = 5.0, cancelled: Callable[[], bool] | None = None
     ) -> Block:
-        """The block that starts now; errors as for `TriggeredTask.wait`.
-
-        Args:
-            duration: s; None for the duration of the block before.
-            timeout: s that it may take beyond its duration.
-            cancelled: called repeatedly, in this thread: whether to give up.
-        """
+        """The block that starts now; as `daq.instrument.OnDemand.record`."""
         samples = self.samples if duration is None else max(2, round(duration * self.sample_rate))
         if samples != self.samples:
             with self._cleared_on_error("record"):

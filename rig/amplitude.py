@@ -9,6 +9,7 @@ import statistics
 from dataclasses import dataclass
 from itertools import pairwise
 
+from rig.errors import RigError
 from rig.registers import CYCLES_REPORTED, State
 from rig.tester import Tester
 from rig.tester_status import TesterStatus
@@ -20,6 +21,7 @@ NEARBY = 10.0  # Hz; the gain at a frequency within this is a good estimate
 MARGIN = 0.1  # of the tolerance, between the target and the lower amplitude that is aimed at
 MEAN_ERROR = 0.25  # of the tolerance; the mean of the cycles has to be known as well as this
 SIMILAR = 1.25  # ratio of two targets up to which one has about the gain of the other: specimens soften
+LOWERED, STAYED = 0.5, 0.9  # a command lowered to less than the first, and an amplitude that keeps more than the second
 GOOD_ENOUGH = 0.5  # of the tolerance; the rest is for the difference between a record and the tester's own measurement
 
 
@@ -57,15 +59,18 @@ class AmplitudeControl:
             The amplitude reached, within half of `tolerance` or not.
 
         Raises:
-            RigError: the tester refused, tripped, does not answer or does not settle.
+            RigError: the tester refused, tripped, does not answer, does not settle or does not follow.
         """
         limit = self._tester.limits.largest_amplitude_pp(frequency)
         aim = (1 - MARGIN * tolerance) * target_pp
         gain = self._gain_near(target_pp, frequency)
         commanded_pp = min(FIRST_FRACTION * target_pp if gain is None else aim / gain, limit)
+        before: Reached | None = None
         for _ in range(ATTEMPTS):
             self._tester.cycle(commanded_pp, frequency)
             reached = self._settle(commanded_pp, tolerance)
+            _check_follows(before, reached)
+            before = reached
             self.correct(target_pp, frequency, reached.amplitude_pp / commanded_pp)
             wanted_pp = min(aim * commanded_pp / reached.amplitude_pp, limit)
             if abs(reached.amplitude_pp / target_pp - 1) <= GOOD_ENOUGH * tolerance or wanted_pp == commanded_pp:
@@ -92,6 +97,18 @@ class AmplitudeControl:
         cycles = self._tester.wait(settled, f"settle at {commanded_pp:g} m").displacement_pp
         mean = statistics.fmean(cycles)
         return Reached(commanded_pp, mean, cycle_noise(cycles) / mean)
+
+
+def _check_follows(before: Reached | None, now: Reached) -> None:
+    """Check that a command that was lowered by much had an effect. Raises RigError where the tester ignored it."""
+    if before is None or now.commanded_pp > LOWERED * before.commanded_pp:
+        return
+    if now.amplitude_pp > STAYED * before.amplitude_pp:
+        raise RigError(
+            f"the amplitude stays at {1e3 * now.amplitude_pp:.3g} mm peak to peak where {1e3 * now.commanded_pp:.3g} "
+            f"mm were commanded after {1e3 * before.commanded_pp:.3g} mm: the tester does not take over its commands; "
+            "look at it"
+        )
 
 
 def is_steady(cycles: tuple[float, ...], tolerance: float) -> bool:

@@ -11,7 +11,7 @@ from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
 from rig.halting import POWERLESS
-from rig.stop_latch import LINE_LOST, StopLatch
+from rig.stop_latch import StopLatch
 from rig.tester import Tester
 from rig.tester_status import MotionHaltedError
 
@@ -89,11 +89,11 @@ class RunControl:
         return sum((number, struck) == (set_number, point) for number, struck, _ in self._withdrawn)
 
     @property
-    def stopped_without_a_person(self) -> str | None:
+    def automatic_stop_reason(self) -> str | None:
         """Why the run was stopped where no person asked for it; None where one did, or it was not stopped."""
         stop = self._latch.in_force
         if stop is not None:
-            return f"STOP by {stop.who}: {stop.why}" if stop.why == LINE_LOST else None
+            return f"STOP by {stop.who}: {stop.why}" if not stop.by_person else None
         return self._why
 
     def is_paused(self) -> bool:

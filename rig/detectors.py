@@ -7,8 +7,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from rig.document import Document
 from rig.errors import RigError, afterwards
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
 from rig.tester_status import Detector
@@ -21,12 +22,6 @@ TIGHTER_IS_HIGHER = Interlock.LOWER_DISPLACEMENT | Interlock.UNDERPEAK
 """Detectors that are tighter with a higher limit; the others are tighter with a lower one."""
 
 ActionName = Literal["indicate", "hold", "stop", "program_interlock", "hydraulic_interlock"]
-
-
-class Document(BaseModel):
-    """A part of a sequence: an unknown key is refused, values cannot be changed, numbers are finite."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class DetectorError(RigError):
@@ -122,9 +117,14 @@ class StepDetectors(Document):
 def check_tighter(wanted: Mapping[Interlock, TighterDetector], in_force: Mapping[Interlock, Detector]) -> None:
     """Check that detectors are as tight as those in force at the tester, or tighter.
 
-    Raises DetectorError where a limit lies farther out, or an action is milder.
+    Raises DetectorError where a limit lies farther out, or an action is milder, or those in force are not known.
     """
     for interlock, tighter in wanted.items():
+        if interlock not in in_force:
+            raise DetectorError(
+                f"detector {name_of(interlock)}: the tester's map does not have it, and no step tightens it; nothing "
+                "was sent. Set it at the instrument, and leave it out of the sequence"
+            )
         found = in_force[interlock]
         limit = float32(tighter.limit)  # as the instrument holds it
         if limit < found.limit if interlock & TIGHTER_IS_HIGHER else limit > found.limit:

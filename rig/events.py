@@ -121,8 +121,8 @@ class BlowRefused(Event):
     faults: tuple[str, ...]
 
 
-class BlowSuspected(Event):
-    """Blow `blow` at `point` was accepted, but does not fit those that came after it, for `reason`; strike one more.
+class BlowInconsistent(Event):
+    """Blow `blow` at `point` was accepted, but is inconsistent with those after it, for `reason`; strike one more.
 
     It stays in the store as it was taken; averages leave it out.
     """
@@ -182,6 +182,12 @@ class SinePointRefused(Event):
     reason: str
 
 
+class ExaminationStep(Event):
+    """An examination of the rig has come to `subject`, a channel or instrument."""
+
+    subject: str
+
+
 class InterlockTripped(Event):
     """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator."""
 
@@ -196,9 +202,9 @@ class InterlockReset(Event):
 
 
 class TesterLineLost(Event):
-    """The tester does not answer any more; where the actuator moves, its watchdog stops it within so many s."""
+    """The tester does not answer any more; its watchdog stops it within so many s (null: it has none)."""
 
-    stops_within: Annotated[float, quantity("s")]
+    stops_within: Annotated[float | None, quantity("s")]
 
 
 class RunPaused(Event):

@@ -11,16 +11,15 @@ from analysis.dof import Dof
 from analysis.modal.blow_check import BlowLimits, BlowReason, BlowVerdict, check_blow
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
-from daq.device import Chassis
 from daq.errors import TriggerTimeoutError
-from daq.task import EdgeTrigger, TriggeredTask
+from daq.instrument import DaqInstrument, EdgeTrigger, Triggered
 from rig.control import RunControl
 from rig.errors import RequestError, RigError
 from rig.events import (
     BlowAccepted,
+    BlowInconsistent,
     BlowMissed,
     BlowRefused,
-    BlowSuspected,
     Observer,
     PointFinished,
     PointStarted,
@@ -74,7 +73,7 @@ class PointProgress:
 
 
 def run_hammer_session(
-    chassis: Chassis,
+    chassis: DaqInstrument,
     channels: Sequence[Channel],
     step: HammerStep,
     operator: Operator,
@@ -145,7 +144,7 @@ def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]
 
 @dataclass(frozen=True)
 class _Session:
-    task: TriggeredTask
+    task: Triggered
     accelerometers: tuple[str, ...]
     step: HammerStep
     operator: Operator
@@ -171,7 +170,7 @@ class _Session:
         while self.lacks(point, accepted):
             if (now := self.sink.withdrawn(point)) != withdrawn:  # withdrawn blows say nothing about the next ones
                 compared, withdrawn = self._no_blows(), now
-                accepted = others = max(accepted, withdrawn)  # a suspect that is withdrawn did not count before
+                accepted = others = max(accepted, withdrawn)  # one that was inconsistent did not count before
             blow += 1
             reason = self._refusal(point, blow, accepted - withdrawn, compared)
             accepted = others + compared.accepted
@@ -199,15 +198,15 @@ class _Session:
             self.observer(BlowMissed(point, blow, self.blow_timeout))
             return f"nobody struck within {self.blow_timeout:g} s"
         verdict = self._judge(block)
-        suspects: dict[int, BlowReason] = {}
+        inconsistent: dict[int, BlowReason] = {}
         if verdict.accepted:
             force, acceleration = block.value(self.step.hammer), block.value(self.accelerometers[0])
-            suspects = compared.add(blow, force, acceleration, block.sample_rate)
-            verdict = replace(verdict, reasons=tuple(suspects[number] for number in suspects if number == blow))
+            inconsistent = compared.add(blow, force, acceleration, block.sample_rate)
+            verdict = replace(verdict, reasons=tuple(inconsistent[number] for number in inconsistent if number == blow))
         self.sink.add_blow(point, blow, block, verdict)
-        for number, suspicion in suspects.items():
+        for number, why in inconsistent.items():
             if number != blow:
-                self.observer(BlowSuspected(point, number, str(suspicion)))
+                self.observer(BlowInconsistent(point, number, str(why)))
         if verdict.accepted:
             self.observer(BlowAccepted(point, blow, accepted + 1, self.step.blows, verdict.peak_force))
             return None

@@ -5,15 +5,19 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from daq.channels import Channel
-from daq.device import Chassis
 from daq.device import connect as connect_daq
 from daq.errors import ChannelError
+from daq.instrument import DaqInstrument
+from daq.stream import OpenSource
+from daq.streamed import StreamedInstrument
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
 from rig.stop_latch import StopLatch
 from rig.tester import Tester
 from rig.tester import connect as connect_tester
+from rig.tester_lacks import Lack
 from rig.tester_limits import TesterLimits
+from rig.tester_map import OURS, TesterMap
 from rig.thermometer import Thermometer
 from store.instrument import Instrument, StoredChannel
 
@@ -25,14 +29,18 @@ class Instruments:
     """Addresses, channel table and limits; nothing is open yet.
 
     Attributes:
-        daq_address: "local", or "grpc://host:port".
-        tester_url: "tcp://host:port" or "rtu:///dev/ttyS0?baudrate=115200"; None where the rig has no tester.
+        daq_address: "local", "grpc://host:port", or what `open_source` takes.
+        tester_url: "tcp://host:port", "rtu:///dev/ttyS0?baudrate=115200", or what the codec of its map takes; None
+            where the rig has no tester.
         thermometer_url: serial port or pyserial URL.
         channels: the channel table.
         limits: what the rig may ask of the tester.
         rig: name of the rig, for its stored limits and for the lock that the driving process holds.
         latch: STOP of the rig, for all that moves its actuator.
         unused: a context in which the run only waits, and leaves the tester to others.
+        tester_map: the registers of the tester's controller.
+        tester_without: what the tester may lack of what its stops need.
+        open_source: of the plug-in that acquires; None: NI-DAQmx.
     """
 
     daq_address: str
@@ -43,6 +51,9 @@ class Instruments:
     rig: str = "rig"
     latch: StopLatch = field(default_factory=StopLatch, compare=False)
     unused: Callable[[], AbstractContextManager[None]] = field(default=nullcontext, compare=False)
+    tester_map: TesterMap = OURS
+    tester_without: frozenset[Lack] = frozenset()
+    open_source: OpenSource | None = None
 
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.
@@ -56,13 +67,19 @@ class Instruments:
             raise ChannelError(f"no channel {', '.join(missing)} in the channel table; it has {known}")
         return tuple(table[name] for name in names)
 
+    def daq(self) -> DaqInstrument:
+        """The acquisition instrument, open. Raises DaqError where it does not answer."""
+        if self.open_source is None:
+            return connect_daq(self.daq_address)
+        return StreamedInstrument(self.daq_address, self.open_source)
+
     @contextmanager
-    def acquisition(self) -> Iterator[tuple[Chassis, Thermometer]]:
+    def acquisition(self) -> Iterator[tuple[DaqInstrument, Thermometer]]:
         """Chassis and thermometer, open until the context is left.
 
         Raises DaqError, RigError where an instrument does not answer.
         """
-        with connect_daq(self.daq_address) as chassis, Thermometer(self.thermometer_url) as thermometer:
+        with self.daq() as chassis, Thermometer(self.thermometer_url) as thermometer:
             yield chassis, thermometer
 
     @contextmanager
@@ -73,7 +90,10 @@ class Instruments:
         """
         if self.tester_url is None:
             raise RigError(NO_TESTER)
-        with connect_tester(self.tester_url, self.limits, latch=self.latch) as tester, tester.reporting_to(observer):
+        connection = connect_tester(
+            self.tester_url, self.limits, latch=self.latch, tester_map=self.tester_map, without=self.tester_without
+        )
+        with connection as tester, tester.reporting_to(observer):
             yield tester
 
 
@@ -95,5 +115,8 @@ def stored_channel(channel: Channel) -> StoredChannel:
             calibrated_on=channel.calibrated_on,
             sensitivity=channel.sensitivity,
             sensitivity_unit=f"V/({channel.unit})",
+            certificate=channel.certificate or None,
+            uncertainty=channel.uncertainty,
+            due_on=channel.due_on,
         ),
     )

@@ -1,10 +1,11 @@
-"""Modbus to one device, by URL: the only module of the rig that knows pymodbus.
+"""Modbus to one device, by URL: with `rig.codec_framer` the only module of the rig that knows pymodbus.
 
 Every call is one transaction, ends within its timeout from connecting to the last byte of the reply, and either returns
 or raises one of three errors: no answer, a refusal by the device, or a reply that does not answer the request (another
 transaction, unit, function, address or length, or an echo). A write is sent once and never repeated here, because a
 write whose reply was lost has been done; a caller that repeats it has to make that harmless. An urgent call goes before
-all that wait, and one that waits for a reply just then has `HURRY` left for it.
+all that wait, and one that waits for a reply just then has `HURRY` left for it. A codec (`rig.tester_codec`) puts
+frames of another protocol in place of those of Modbus, and changes nothing else.
 """
 
 import logging
@@ -25,8 +26,10 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.register_message import WriteMultipleRegistersResponse
 from pymodbus.transport import CommParams
 
+from rig.codec_framer import CodecError, CodecFramer
 from rig.errors import RigError
 from rig.fair_lock import FairLock
+from rig.tester_codec import TesterCodec
 
 DEFAULT_PORT = 502
 DEFAULT_BAUD_RATE = 19_200
@@ -34,7 +37,7 @@ DEVICE_ID = 1  # Modbus unit number
 HURRY = 0.05  # s that a reply may still take where an urgent request waits; a sound instrument answers in a few ms
 SLICE = 0.01  # s between two looks at whether an urgent request waits
 SERIAL_PAUSE = 0.001  # s between two looks at a serial line
-READ_INPUT, WRITE_COIL, WRITE_HOLDING = 4, 5, 16  # function codes
+READ_HOLDING, READ_INPUT, WRITE_COIL, WRITE_HOLDING = 3, 4, 5, 16  # function codes
 EXCEPTION = 0x80  # the bit of a function code in a reply that refuses
 
 _WORDS = {
@@ -89,16 +92,18 @@ class ModbusLink:
     Args:
         url: where the device is; RTU takes baudrate, parity (N, E, O) and stopbits as query.
         timeout: of each request, from connecting to the end of the reply, s.
+        codec: of a controller with another protocol, whose URL is ``name+tcp://host:port`` or
+            ``name+serial:///dev/ttyS0?baudrate=19200``.
 
     Raises:
-        RigError: the URL is not one of those two forms.
+        RigError: the URL is not one of those forms.
     """
 
-    def __init__(self, url: str, timeout: float = 0.5) -> None:
+    def __init__(self, url: str, timeout: float = 0.5, codec: TesterCodec | None = None) -> None:
         self.url = url
         self.timeout = timeout
         self._lock = FairLock()
-        self._client = _client(url, timeout)
+        self._client = _client(url, timeout, codec)
         self._client.register(_WriteReply)
         self._client.is_overtaken = lambda: self._lock.is_urgent
         # every failure is raised from here; pymodbus would log it a second time
@@ -110,11 +115,19 @@ class ModbusLink:
         Raises:
             ModbusUnreachableError, ModbusRefusedError, ModbusProtocolError: see there.
         """
-        what = f"read {count} input registers from {address}"
+        return self._read(READ_INPUT, address, count, by, urgent)
+
+    def read_holding(self, address: int, count: int, by: float = math.inf, *, urgent: bool = False) -> list[int]:
+        """Read `count` holding registers; like `read_input`."""
+        return self._read(READ_HOLDING, address, count, by, urgent)
+
+    def _read(self, function: int, address: int, count: int, by: float, urgent: bool) -> list[int]:
+        kind = "input" if function == READ_INPUT else "holding"
+        what = f"read {count} {kind} registers from {address}"
+        client = self._client
+        read = client.read_input_registers if function == READ_INPUT else client.read_holding_registers
         with self._locked(what, by, urgent):
-            response = self._ask(
-                what, READ_INPUT, lambda: self._client.read_input_registers(address, count=count, device_id=DEVICE_ID)
-            )
+            response = self._ask(what, function, lambda: read(address, count=count, device_id=DEVICE_ID))
         if len(response.registers) != count:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, {len(response.registers)} came")
         return list(response.registers)
@@ -144,15 +157,17 @@ class ModbusLink:
                 f"{self.url}: asked to {what}, the reply is for {response.count} from {response.address}"
             )
 
-    def write_coil(self, address: int, value: bool, by: float = math.inf, *, urgent: bool = False) -> None:
-        """Write one coil, sent once; ends `by` this time of `time.monotonic`.
+    def write_coil(
+        self, address: int, value: bool, by: float = math.inf, sending: Around = nullcontext, *, urgent: bool = False
+    ) -> None:
+        """Write one coil, sent once, in the context `sending`; ends `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError: no reply; whether the coil was taken is unknown.
             ModbusRefusedError, ModbusProtocolError: see there.
         """
         what = f"write coil {address}"
-        with self._locked(what, by, urgent):
+        with self._locked(what, by, urgent, sending):
             response = self._ask(what, WRITE_COIL, lambda: self._client.write_coil(address, value, device_id=DEVICE_ID))
         if (response.address, list(response.bits)) != (address, [value]):
             raise ModbusProtocolError(
@@ -179,6 +194,9 @@ class ModbusLink:
             # closed, so that a late reply is not taken for the answer to the next request
             self._disconnect()
             raise ModbusUnreachableError(f"{self.url}: no reply when asked to {what}") from error
+        except CodecError as error:
+            self._disconnect()
+            raise ModbusProtocolError(f"{self.url}: asked to {what}, {error}") from error
         except (ModbusException, ValueError, IndexError) as error:
             self._disconnect()
             raise ModbusProtocolError(f"{self.url}: asked to {what}, the reply makes no sense ({error})") from error
@@ -307,15 +325,17 @@ class _SerialClient(_Deadline, ModbusSerialClient):
         raise ConnectionException("the port is closed")
 
 
-def _client(url: str, timeout: float) -> _TcpClient | _SerialClient:
+def _client(url: str, timeout: float, codec: TesterCodec | None) -> _TcpClient | _SerialClient:
+    client: _TcpClient | _SerialClient
     try:
         parts = urlsplit(url)
-        if parts.scheme == "tcp" and parts.hostname:
-            return _TcpClient(parts.hostname, port=parts.port or DEFAULT_PORT, timeout=timeout, retries=0)
+        scheme = parts.scheme if codec is None else parts.scheme.rpartition("+")[2]
         port = parts.netloc + parts.path
-        if parts.scheme == "rtu" and port:
+        if scheme == "tcp" and parts.hostname:
+            client = _TcpClient(parts.hostname, port=parts.port or DEFAULT_PORT, timeout=timeout, retries=0)
+        elif scheme == ("rtu" if codec is None else "serial") and port:
             options = {name: values[-1] for name, values in parse_qs(parts.query).items()}
-            return _SerialClient(
+            client = _SerialClient(
                 port,
                 framer=FramerType.RTU,
                 baudrate=int(options.get("baudrate", DEFAULT_BAUD_RATE)),
@@ -324,6 +344,13 @@ def _client(url: str, timeout: float) -> _TcpClient | _SerialClient:
                 timeout=timeout,
                 retries=0,
             )
+        else:
+            raise ValueError("there is no such line")
     except ValueError as error:
-        raise RigError(f"{url!r} is no Modbus address: {error}") from error
-    raise RigError(f"{url!r} is no Modbus address; write tcp://host:port or rtu:///dev/ttyS0?baudrate=19200")
+        forms = "tcp://host:port or rtu:///dev/ttyS0?baudrate=19200"
+        if codec is not None:
+            forms = "name+tcp://host:port or name+serial:///dev/ttyS0?baudrate=19200, with the name of a plug-in"
+        raise RigError(f"{url!r} is no address of a tester ({error}); write {forms}") from error
+    if codec is not None:
+        client.framer = client.transaction.framer = CodecFramer(codec)
+    return client

@@ -7,6 +7,13 @@ from store.states import BLANK
 
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 """The beam as a specimen to mount, and its two ways of mounting: in cords, and on its joints."""
+SENSOR, CALIBRATOR, MASS = "accelerometer", "calibrator", "mass"
+"""The accelerometer as what is mounted: on the beam, on a hand-held calibrator, or on a mass that hangs in cords."""
+SENSOR_PLACES = {
+    BEAM: "the accelerometer back on the beam",
+    CALIBRATOR: "the accelerometer on the calibrator, and switch that on",
+    MASS: "the accelerometer on the hanging mass, opposite to where the hammer strikes, its axis along the blow",
+}
 
 
 class Operator(Protocol):
@@ -30,7 +37,8 @@ class Operator(Protocol):
 
         `configuration` is "compression" (one cylinder), "shear" or "angled" (a pair); "blank" asks for the known piece
         `specimen` in their place. The specimen "beam" is hung in cords ("suspended") or put on its joints
-        ("supported"); a run without a suspended beam does not ask for it.
+        ("supported"); a run without a suspended beam does not ask for it. Checks ask for the "accelerometer" on a
+        "calibrator", on a suspended "mass", and back on the "beam".
         """
 
     def do_task(self, text: str) -> None:  # noqa: ARG002 - overridden where the operator is waited for
@@ -43,6 +51,8 @@ def mounting_text(specimen: str, configuration: str) -> str:
     if specimen == BEAM:
         where = "in its cords, free of the joints" if configuration == SUSPENDED else "on its joints"
         return f"the beam {where}"
+    if specimen == SENSOR:
+        return SENSOR_PLACES[configuration]
     if configuration == BLANK:
         return f"the known piece {specimen!r} in place of a specimen"
     return f"the cylinders of joint {specimen} in {configuration}"

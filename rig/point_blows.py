@@ -40,7 +40,7 @@ class PointBlows:
     _force: list[Real] = field(default_factory=list)
     _acceleration: list[Real] = field(default_factory=list)
     _numbers: list[int] = field(default_factory=list)
-    _suspects: dict[int, BlowReason] = field(default_factory=dict)
+    _inconsistent: dict[int, BlowReason] = field(default_factory=dict)
     _refused: set[int] = field(default_factory=set)
 
     @classmethod
@@ -54,31 +54,31 @@ class PointBlows:
         """
         numbers, force, acceleration = map(list, zip(*blows, strict=True))
         found = cls(highest, force, acceleration, numbers)
-        found._suspects = found._judged(sample_rate)
+        found._inconsistent = found._judged(sample_rate)
         return found
 
     @property
     def accepted(self) -> int:
         """Number of blows that count."""
-        return sum(number not in self._suspects and number not in self._refused for number in self._numbers)
+        return sum(number not in self._inconsistent and number not in self._refused for number in self._numbers)
 
     def add(self, number: int, force: Real, acceleration: Real, sample_rate: float) -> dict[int, BlowReason]:
         """Take blow `number`: force (samples,) in N, acceleration (samples,) in m/s^2, `sample_rate` in Hz.
 
         Returns:
-            The newly suspected blows and the reasons. One of them may be `number` itself; it is then refused for good,
-            whatever later blows say.
+            The blows that are inconsistent since then, and the reasons. One of them may be `number` itself; it is then
+            refused for good, whatever later blows say.
         """
         self._force.append(force)
         self._acceleration.append(acceleration)
         self._numbers.append(number)
-        before = self._suspects
-        self._suspects = self._judged(sample_rate)
-        if number in self._suspects:
+        before = self._inconsistent
+        self._inconsistent = self._judged(sample_rate)
+        if number in self._inconsistent:
             self._refused.add(number)
         return {
             blow: reason
-            for blow, reason in self._suspects.items()
+            for blow, reason in self._inconsistent.items()
             if blow == number or (blow not in before and blow not in self._refused)
         }
 

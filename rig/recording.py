@@ -69,6 +69,7 @@ class SineRecorder:
             commanded_pp_mm=round(1e3 * point.amplitude_pp, 9),
             reached_pp_mm=1e3 * point.reached_pp,
             frequency=point.frequency,
+            driven_frequency=point.driven_frequency if point.driven_frequency != point.frequency else None,
             elapsed=time.monotonic() - self._started,
             recorded_at=point.block.started_at,
             temperature_c=point.temperature_celsius,

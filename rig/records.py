@@ -111,6 +111,7 @@ class SinePointRecord:
     elapsed: float
     recorded_at: datetime
     temperature_c: float
+    driven_frequency: float | None = None
     kind: Literal["sine"] = "sine"
 
 

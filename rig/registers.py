@@ -146,7 +146,9 @@ class DataType(Enum):
     """How a value is laid out; the value is its `struct` format, big-endian."""
 
     UINT16 = ">H"
+    INT16 = ">h"
     UINT32 = ">I"
+    INT32 = ">i"
     FLOAT32 = ">f"
     TEXT16 = ">16s"
 
@@ -168,6 +170,8 @@ class Register:
         minimum: smallest value with a meaning, in `unit`.
         maximum: largest value with a meaning, in `unit`.
         count: number of values; a value with more than one is a tuple of floats.
+        scale: of a number in the register, to the value in `unit`.
+        low_byte_first, low_word_first: order within a word, and of the two words of a value; both high first here.
     """
 
     name: str
@@ -177,6 +181,9 @@ class Register:
     minimum: float = 0.0
     maximum: float = 65535.0
     count: int = 1
+    scale: float = 1.0
+    low_byte_first: bool = False
+    low_word_first: bool = False
 
     @property
     def words(self) -> int:
@@ -190,12 +197,13 @@ class ChecksumError(ValueError):
 
 @dataclass(frozen=True)
 class Block:
-    """A run of registers that is read or written whole, closed by a CRC-16."""
+    """A run of registers that is read or written whole, closed by a CRC-16 where it is `checked`, as all here are."""
 
     name: str
     kind: Kind
     address: int
     registers: tuple[Register, ...]
+    checked: bool = True
 
     @property
     def writable(self) -> bool:
@@ -205,7 +213,7 @@ class Block:
     @property
     def count(self) -> int:
         """Number of 16-bit registers, the checksum included."""
-        return sum(register.words for register in self.registers) + 1
+        return sum(register.words for register in self.registers) + self.checked
 
     def address_of(self, name: str) -> int:
         """Modbus address (from 0) of the first word of register `name`.
@@ -232,13 +240,13 @@ class Block:
             struct.error: a value does not fit its data type.
         """
         words = [word for register in self.registers for word in _encode(register, values[register.name])]
-        return [*words, checksum(words)]
+        return [*words, checksum(words)] if self.checked else words
 
     def out_of_range(self, values: Mapping[str, Value]) -> list[str]:
         """The `values` outside the range that the map gives their register, as texts; nan is outside."""
         found = []
         for register in self.registers:
-            value = values[register.name]
+            value = values.get(register.name, "")
             if isinstance(value, str):
                 continue
             allowed = f"{register.minimum:g} to {register.maximum:g} {register.unit}".strip()
@@ -256,7 +264,7 @@ class Block:
         """
         if len(words) != self.count:
             raise ChecksumError(f"block {self.name} has {self.count} words, {len(words)} came")
-        if checksum(words[:-1]) != words[-1]:
+        if self.checked and checksum(words[:-1]) != words[-1]:
             raise ChecksumError(f"block {self.name} came with checksum {words[-1]:#06x}, its words give another")
         values, start = dict[str, Value](), 0
         for register in self.registers:
@@ -281,23 +289,41 @@ def float32(value: float) -> float:
 
 
 def _encode(register: Register, value: Value) -> list[int]:
-    items: Sequence[object] = value if isinstance(value, tuple) else (value,)
+    items: Sequence[Value] = value if isinstance(value, tuple) else (value,)
     if len(items) != register.count:
         raise struct.error(f"register {register.name} holds {register.count} values, not {len(items)}")
-    encoded = [item.encode("ascii") if isinstance(item, str) else item for item in items]
-    data = b"".join(struct.pack(register.datatype.value, item) for item in encoded)
-    return list(struct.unpack(f">{register.words}H", data))
+    data = b"".join(struct.pack(register.datatype.value, _counts(register, item)) for item in items)
+    return _ordered(register, struct.unpack(f">{register.words}H", data))
+
+
+def _counts(register: Register, item: Value) -> object:
+    """What the register holds for `item`."""
+    if isinstance(item, str):
+        return item.encode("ascii")
+    if register.scale == 1.0 or isinstance(item, tuple):
+        return item
+    return item / register.scale if register.datatype is DataType.FLOAT32 else round(item / register.scale)
 
 
 def _decode(register: Register, words: Sequence[int]) -> Value:
-    data = struct.pack(f">{len(words)}H", *words)
+    data = struct.pack(f">{len(words)}H", *_ordered(register, words))
     items = [item for (item,) in struct.iter_unpack(register.datatype.value, data)]
     if register.datatype is DataType.TEXT16:
         return str(items[0].rstrip(b"\0").decode("ascii", errors="replace"))
+    if register.scale != 1.0:
+        items = [register.scale * item for item in items]
     if register.count > 1:
         return tuple(items)
     value: int | float = items[0]
     return value
+
+
+def _ordered(register: Register, words: Sequence[int]) -> list[int]:
+    """Words of the wire with the high byte and the high word first, or the other way round."""
+    size = register.datatype.words
+    if register.low_word_first:
+        words = [word for start in range(0, len(words), size) for word in reversed(words[start : start + size])]
+    return [(word & 0xFF) << 8 | word >> 8 for word in words] if register.low_byte_first else list(words)
 
 
 _U16, _U32, _F32, _TEXT = DataType.UINT16, DataType.UINT32, DataType.FLOAT32, DataType.TEXT16

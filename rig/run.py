@@ -88,7 +88,7 @@ def carry_out(
         for step, number in steps:
             work.do(step, number)
     except (KeyboardInterrupt, RunStoppedError):
-        why = control.stopped_without_a_person
+        why = control.automatic_stop_reason
         _end(order, records, RunState.STOPPED, why or "stopped by hand", by_itself=why is not None)
         raise
     except Exception as error:

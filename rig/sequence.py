@@ -15,7 +15,8 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from rig.article import check_identifiable
-from rig.detectors import Document, StepDetectors
+from rig.detectors import StepDetectors
+from rig.document import Document
 from rig.errors import RequestError
 from rig.registers import COMMAND
 from rig.sequence_file import line_of, read_yaml
@@ -39,6 +40,7 @@ LARGEST_MASS = 1e6  # kg
 LARGEST_K = 1e12  # N/m, a thousand times a machine frame
 LARGEST_FORCE = 50_000.0  # N, beyond the largest sledge hammers with a force sensor
 LONGEST_WAIT = 7 * 86_400.0  # s, a week
+LONGEST_PROMPT = 500  # characters
 HIGHEST_FREQUENCY = COMMAND.range_of("frequency")[1]
 LARGEST_MM = 1e3 * COMMAND.range_of("amplitude")[1]
 MOST_POINTS = 1_000  # of a hammer step, and of its steps
@@ -175,7 +177,10 @@ def _check_sines(step: _Sines) -> _Sines:
     return step
 
 
+BESIDE = "points at its multiples are measured a few hertz beside them, clear of hum; null: at them, as planned"
+TASK = "what the operator is asked to do, as a command"
 TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
+Mains = Annotated[Literal[50, 60] | None, quantity("Hz", BESIDE)]
 Configuration = Literal["compression", "shear", "angled"]
 
 
@@ -193,6 +198,7 @@ class SweepStep(Document):
     preset_mm: Annotated[float, quantity("mm", ge=0, le=LARGEST_MM)] = 0.5
     frequencies: Frequencies = Frequencies()
     sample_rate: Annotated[float, quantity("Hz", gt=0, le=LARGEST_RATE)] = 5000.0
+    mains_frequency: Mains = 50
     order: Order = Field(
         default=Order.SEQUENTIAL,
         description="what is shuffled: nothing; amplitudes; mountings and amplitudes; all, frequencies too",
@@ -237,6 +243,7 @@ class BlankStep(Document):
     preset_mm: Annotated[float, quantity("mm", ge=0, le=LARGEST_MM)] = 0.0
     frequencies: Frequencies = Frequencies(first=20.0, last=200.0, step=20.0)
     sample_rate: Annotated[float, quantity("Hz", gt=0, le=LARGEST_RATE)] = 5000.0
+    mains_frequency: Mains = 50
     detectors: StepDetectors | None = Field(default=None, description=TIGHTER)
 
     _checked = model_validator(mode="after")(_check_sines)
@@ -284,7 +291,7 @@ class PromptStep(Document):
     """Ask the operator for a task, and wait until it is done."""
 
     step: Literal["prompt"]
-    text: str = Field(min_length=1, max_length=500, description="what the operator is asked to do, as a command")
+    text: str = Field(min_length=1, max_length=LONGEST_PROMPT, description=TASK)
 
 
 Step = Annotated[HammerStep | SweepStep | BlankStep | WaitStep | SoakStep | PromptStep, Field(discriminator="step")]

@@ -9,12 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rig.halting import REST_PP
-from rig.registers import CommandCode, State, float32
-from rig.tester_status import ImplausibleStatusError, StatusFault, TesterStatus
+from rig.registers import CommandCode, State
+from rig.tester_status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus
 
 CYCLES_LATE = 3.0  # periods, and a time, after which a cycling machine has to have counted a further cycle
 TIME_LATE = 0.3  # s
-CYCLING = frozenset({State.CYCLING, State.SETTLED})
+STOPPED = frozenset({CommandCode.HOLD, CommandCode.HYDRAULICS_OFF})
+"""Commands after which nothing cycles."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Reading:
         status: as it was reported.
         ours: whether the command in force is the last one of this client.
         fresh: whether it has the latest heartbeat of this client.
-        asked: the values of the last command of this client that was confirmed.
+        asked: the values of the last command of this client, as they were confirmed to be in force.
     """
 
     status: TesterStatus
@@ -39,6 +40,7 @@ class StatusWatch:
 
     def __init__(self) -> None:
         self._counted: tuple[float, int, int] | None = None  # when, sequence and cycles as they last changed
+        self._cycling_on_since: float | None = None  # when it first cycled after a command to stop
         self._moving_since: tuple[float, int, int] | None = None  # when rest was claimed in motion, sequence, cycles
 
     def check(self, reading: Reading, now: float) -> None:
@@ -57,6 +59,14 @@ class StatusWatch:
             )
         if reading.ours and status.command is CommandCode.CYCLE and not status.stopped_by:
             self._check_in_force(status, reading.asked)
+        if not (status.state in CYCLING and status.command in STOPPED):
+            self._cycling_on_since = None
+        elif self._cycling_on_since is None:
+            self._cycling_on_since = now
+        elif now - self._cycling_on_since > TIME_LATE:
+            raise ImplausibleStatusError(
+                StatusFault.COMMAND, f"it is {status.state.name}, and {status.command.name} was its last command"
+            )
         if status.state in CYCLING:
             self._check_cycles(status, now)
         else:
@@ -66,7 +76,7 @@ class StatusWatch:
     def _check_in_force(self, status: TesterStatus, asked: Mapping[str, float]) -> None:
         found = {"amplitude": status.amplitude_pp, "frequency": status.frequency}
         for name, value in found.items():
-            if value != float32(asked.get(name, value)):
+            if value != asked.get(name, value):
                 raise ImplausibleStatusError(
                     StatusFault.COMMAND, f"{name} {asked[name]:g} was commanded, {value:g} is in force by now"
                 )

@@ -1,18 +1,19 @@
 """Plans and channels of the steps of a sequence, and their checks before anything moves."""
 
 from daq.channels import Channel
-from daq.device import connect as connect_daq
 from daq.errors import ChannelError, DaqError
 from rig.detectors import check_tighter
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
+from rig.halting import POWERLESS
 from rig.instruments import NO_TESTER, Instruments
-from rig.registers import MAP_VERSION, name_of
+from rig.registers import name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
 from rig.sweep_plan import SweepPlan
+from rig.tester_lacks import unaccepted
 from rig.tester_limits import TesterLimits
 from rig.tester_monitor import poll_tester
-from rig.tester_status import TesterIdentity, TesterTrippedError, interlock_text
+from rig.tester_status import TesterIdentity, TesterMismatchError, TesterTrippedError, interlock_text
 from store.instrument import Instrument
 from store.states import BLANK
 
@@ -46,20 +47,20 @@ def check_instruments(
         with instruments.tester(observer) as tester:
             for step, _ in sequence.sine_steps:
                 check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
+            before = tester.status().state
             tester.stop()  # it is at rest already; this shows that it obeys
             status = tester.status()
-            if tester.disobeyed is not None:
-                raise RigError(
-                    f"the tester does not obey ({tester.disobeyed}), so that its emergency stop was pulled; repair it, "
-                    "then reset"
-                ) from tester.disobeyed
+            if before in POWERLESS and status.state not in POWERLESS:
+                raise TesterMismatchError(
+                    f"a hold switched the hydraulics of the tester on ({status.state.name}), which were shut down: "
+                    f"correct hold in {instruments.tester_map.name}"
+                )
+            tester.check_obeys()
             if status.stopped_by:
                 held = interlock_text(status.stopped_by)
                 why = f"the tester is stopped by {held}; remove the cause, then reset"
                 raise TesterTrippedError(why, status.interlocks)
-            found.append(
-                Instrument("tester", "elastomer tester", tester.identity.serial, details=_details(tester.identity))
-            )
+            found.append(tester_instrument(tester.identity))
     return tuple(found)
 
 
@@ -77,7 +78,7 @@ def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError 
         except ChannelError as error:
             found.append(error)
     try:
-        with connect_daq(instruments.daq_address) as chassis:
+        with instruments.daq() as chassis:
             for table in tables:
                 chassis.verify(table)
     except DaqError as error:
@@ -86,7 +87,9 @@ def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError 
         try:
             if instruments.tester_url is None:
                 raise RigError(NO_TESTER)
-            held = poll_tester(instruments.tester_url).stopped_by
+            if why := unaccepted(instruments.tester_map.lacks, instruments.tester_without):
+                raise TesterMismatchError(f"{instruments.tester_map.name} has {why}")
+            held = poll_tester(instruments.tester_url, instruments.tester_map).stopped_by
             if held:
                 raise RigError(f"the tester is stopped by {interlock_text(held)}; remove the cause, then reset")
         except RigError as error:
@@ -94,10 +97,11 @@ def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError 
     return found
 
 
-def _details(identity: TesterIdentity) -> dict[str, object]:
-    """The identity of a tester as the catalogue stores it: its limits, and limit and action of each detector."""
-    return {
-        "map_version": MAP_VERSION,
+def tester_instrument(identity: TesterIdentity) -> Instrument:
+    """The tester as the catalogue stores it: its limits, and limit and action of each detector."""
+    details = {
+        "map": identity.map_name,
+        "lacks": sorted(identity.lacks),
         "watchdog_time": identity.watchdog_time,
         "limits": dict(identity.limits),
         "detectors": {
@@ -105,6 +109,7 @@ def _details(identity: TesterIdentity) -> dict[str, object]:
             for interlock, detector in identity.detectors.items()
         },
     }
+    return Instrument("tester", "elastomer tester", identity.serial, details=details)
 
 
 def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
@@ -117,6 +122,7 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
             preset=step.preset_mm * 1e-3,
             configurations=(BLANK,),
             specimens=(step.piece,),
+            mains_frequency=step.mains_frequency,
             first_number=first_number,
             detectors=detectors,
         )
@@ -128,6 +134,7 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
         specimens=step.specimens,
         order=step.order,
         seed=step.seed or 0,
+        mains_frequency=step.mains_frequency,
         first_number=first_number,
         detectors=detectors,
     )

@@ -18,8 +18,6 @@ from dataclasses import dataclass
 
 from rig.errors import RequestError, RigError, RunStoppedError
 
-LINE_LOST = "its line is lost"
-"""Why a STOP is set that nobody has pressed: a lost line of a STOP button is taken for a press."""
 LONGEST_TEXT = 200  # characters kept of who and why: callers may send anything, a latch has constant memory
 
 
@@ -33,11 +31,18 @@ class LeaseLostError(RigError):
 
 @dataclass(frozen=True)
 class Stop:
-    """A STOP in force: its number, counted up with every STOP of this process, and who asked for it last, and why."""
+    """A STOP in force.
+
+    Attributes:
+        epoch: its number, counted up with every STOP of this process.
+        who, why: who asked for it last, and why.
+        by_person: whether that was a person; a lost line of a STOP button is none.
+    """
 
     epoch: int
     who: str
     why: str
+    by_person: bool
 
 
 class StopLatch:
@@ -54,11 +59,11 @@ class StopLatch:
         """The STOP that is in force; None where there is none."""
         return self._stop
 
-    def stop(self, who: str, why: str) -> Stop:
+    def stop(self, who: str, why: str, *, by_person: bool = True) -> Stop:
         """Set the latch; when this returns, no motion command is written until it is reset."""
         with self._lock:
             self._epoch += 1
-            self._stop = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT])
+            self._stop = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT], by_person)
             return self._stop
 
     def reset(self, epoch: int, lease: int | None = None) -> None:

@@ -3,25 +3,29 @@
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
 passed to a sink with both amplitudes and the temperature. A sweep can be paused, resumed and stopped.
-From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored.
+From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored. Where it says that
+it rests, the displacement channel has to agree.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Protocol, TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from analysis.direct.sine import fit_sine
+from analysis.direct.sine import SineFit, fit_sine
 from analysis.errors import AnalysisError
 from daq.block import Block
 from daq.errors import AcquisitionCancelledError
-from daq.task import Recorder
+from daq.instrument import OnDemand
 from rig.amplitude import AmplitudeControl, Reached
 from rig.control import RunControl
 from rig.detectors import tightened_detectors
+from rig.displacement_witness import DisplacementWitness
+from rig.errors import RigError
 from rig.events import Observer, SinePointMeasured, SinePointRefused, SpecimenMounted, ignore_event
 from rig.operator import Operator
 from rig.sweep_plan import Mounting, Sine, SweepPlan
@@ -29,8 +33,13 @@ from rig.tester import Tester
 from rig.tester_monitor import monitored
 from rig.thermometer import Thermometer
 
+_Recorded = TypeVar("_Recorded")
+
 RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
+OTHER_MOTION = 0.5
+"""Peak-to-peak motion at other frequencies, over the amplitude asked for, that a record may have at most where it has
+less at its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +51,7 @@ class SinePoint:
         specimen: the joint whose cylinders were in the tester, or the known piece.
         configuration: compression, shear or angled; blank for a known piece.
         amplitude_pp: peak-to-peak displacement asked for, m.
-        frequency: Hz.
+        frequency: Hz, as planned; driven_frequency: at which the actuator moved, beside a multiple of the mains.
         preset: mean displacement, m.
         commanded_pp: amplitude commanded in order to reach it, m.
         reached_pp: first harmonic of the recorded displacement, peak to peak, m.
@@ -56,6 +65,7 @@ class SinePoint:
     configuration: str
     amplitude_pp: float
     frequency: float
+    driven_frequency: float
     preset: float
     commanded_pp: float
     reached_pp: float
@@ -74,7 +84,7 @@ class SineSink(Protocol):
 def run_sweep(
     plan: SweepPlan,
     tester: Tester,
-    recorder: Recorder,
+    recorder: OnDemand,
     thermometer: Thermometer,
     operator: Operator,
     sink: SineSink,
@@ -91,12 +101,20 @@ def run_sweep(
         LimitExceededError: the plan is beyond the rig's limits; nothing moved.
         DetectorError: a detector of the plan is looser than that in force at the tester; nothing moved.
         RunStoppedError: `control` asked for it; earlier points are in the sink.
+        ActuatorNotAtRestError, StopDisobeyedError: a stop that anybody asked for ended in the emergency stop.
         RigError, DaqError: an instrument failed; earlier points are in the sink.
     """
     plan.check(tester.limits)
     control = control or RunControl()
-    sweep = _Sweep(plan, tester, recorder, thermometer, control, observer)
-    with tightened_detectors(tester, plan.detectors), tester.at_rest_afterwards(), control.driving(tester):
+    witness = DisplacementWitness(recorder)
+    sweep = _Sweep(plan, tester, witness, thermometer, control, observer)
+    with (
+        tester.obeying_stops(),
+        tightened_detectors(tester, plan.detectors),
+        tester.witnessed_by(witness.motion_pp),
+        tester.at_rest_afterwards(),
+        control.driving(tester),
+    ):
         for mounting in plan.mountings():
             sines = [sine for sine in mounting.sines if sine.order_number not in completed]
             if not sines:
@@ -119,7 +137,7 @@ class _Sweep:
 
     plan: SweepPlan
     tester: Tester
-    recorder: Recorder
+    witness: DisplacementWitness
     thermometer: Thermometer
     control: RunControl
     observer: Observer
@@ -128,6 +146,7 @@ class _Sweep:
         """Switch hydraulics on, and go to the preset."""
         self.tester.start()
         self.go_to_preset()
+        self.undisturbed(self.witness.learn)
 
     def go_to_preset(self) -> None:
         """Go to the preset, from any state in which an interruption left the actuator."""
@@ -135,7 +154,7 @@ class _Sweep:
 
     def point(self, mounting: Mounting, sine: Sine, amplitudes: AmplitudeControl) -> SinePoint:
         """Measure one point; repeat it where a pause interrupts it."""
-        measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.frequency)
+        measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.driven_frequency)
         reached, reached_pp, block = self.control.carry_out(measure, self.observer, self.go_to_preset)
         return SinePoint(
             sine.order_number,
@@ -143,6 +162,7 @@ class _Sweep:
             mounting.configuration,
             sine.amplitude_pp,
             sine.frequency,
+            sine.driven_frequency,
             self.plan.preset,
             reached.commanded_pp,
             reached_pp,
@@ -159,23 +179,24 @@ class _Sweep:
         for _ in range(RECORDS):
             reached = amplitudes.approach(amplitude_pp, frequency, tolerance)
             duration = self.plan.record_duration(frequency, reached.scatter, tolerance)
-            block = self.record(duration)
+            block = self.undisturbed(partial(self.witness.record, duration))
             fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
             reached_pp = float(fit.amplitude_pp[0])
             if _is_reached(self.plan, amplitude_pp, reached_pp):
                 break
             amplitudes.correct(amplitude_pp, frequency, reached_pp / reached.commanded_pp)
+        _check_motion(fit, amplitude_pp, frequency)
         return reached, reached_pp, block
 
-    def record(self, duration: float) -> Block:
-        """The next `duration` s; an error where something interferes."""
+    def undisturbed(self, record: Callable[[Callable[[], bool]], _Recorded]) -> _Recorded:
+        """What `record` gives, which is told when to give up; an error where something interferes."""
         try:
-            block = self.recorder.record(duration, cancelled=self.is_cancelled)
+            recorded = record(self.is_cancelled)
         except AcquisitionCancelledError:
             self.tester.measured()  # raises the reason, where it was the tester
             raise
         self.tester.measured()
-        return block
+        return recorded
 
     def is_cancelled(self) -> bool:
         """Whether the record is to end early."""
@@ -203,6 +224,19 @@ def uncorrected(
     return found.stiffness, found.loss_factor
 
 
+def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:
+    """Check that the record moves at its own frequency. Raises RigError where it rather moves at another one."""
+    harmonics = np.abs(fit.harmonics[0])
+    own_pp = 2 * float(harmonics[0])
+    other_pp = 2 * float(np.sqrt(2 * np.mean(fit.residual[0] ** 2) + np.sum(harmonics[1:] ** 2)))
+    if other_pp > max(own_pp, OTHER_MOTION * amplitude_pp):
+        raise RigError(
+            f"the displacement moves by {1e3 * other_pp:.3g} mm peak to peak beside {frequency:g} Hz, and by "
+            f"{1e3 * own_pp:.3g} mm at it: the tester did not take over its command, or the channel is disturbed; look "
+            "at both. The point was not stored"
+        )
+
+
 def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:
     return abs(reached_pp / amplitude_pp - 1) <= plan.tolerance_at(amplitude_pp)
 
@@ -213,6 +247,6 @@ def _report(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
         reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"
         observer(SinePointRefused(*what, reason))
     block, number = point.block, point.order_number - plan.first_number + 1
-    found = uncorrected(block.value("displacement"), block.value("force"), block.sample_rate, point.frequency)
+    found = uncorrected(block.value("displacement"), block.value("force"), block.sample_rate, point.driven_frequency)
     stiffness, loss_factor = (None, None) if found is None else found
     observer(SinePointMeasured(*what, number, plan.points, 1e3 * point.reached_pp, stiffness, loss_factor))

@@ -31,11 +31,13 @@ class Order(StrEnum):
 
 @dataclass(frozen=True)
 class Sine:
-    """One point to measure: its number in the run from 1, amplitude in m peak to peak, frequency in Hz."""
+    """One point to measure: its number in the run from 1, amplitude in m peak to peak, frequency in Hz as planned, and
+    `driven_frequency`, at which the actuator moves."""
 
     order_number: int
     amplitude_pp: float
     frequency: float
+    driven_frequency: float
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,7 @@ class SweepPlan:
         fewest_cycles: in a record; with ten, 98 % of stiffnesses lay within three standard errors from their scatter.
         most_cycles: in a record, however noisy, unless `shortest_record` asks for more.
         shortest_record: s.
+        mains_frequency: Hz; points at its multiples are measured beside them. None: at them, as planned.
         order: the parts that are shuffled; the others are measured in the order given above.
         seed: of the shuffling.
         first_number: order number of the first point, where a run has measured others before.
@@ -87,6 +90,7 @@ class SweepPlan:
     fewest_cycles: int = 24
     most_cycles: int = 60
     shortest_record: float = 0.5
+    mains_frequency: float | None = None
     order: Order = Order.SEQUENTIAL
     seed: int = 0
     first_number: int = 1
@@ -119,7 +123,20 @@ class SweepPlan:
         for interlock, detector in self.detectors.items():
             limits.check_detector(interlock, detector.limit)
         for amplitude_pp, frequency in self.sines():
-            limits.check_cycle(amplitude_pp, frequency)
+            limits.check_cycle(amplitude_pp, self.driven_frequency(frequency))
+
+    def driven_frequency(self, frequency: float) -> float:
+        """Frequency in Hz at which a point that is planned at `frequency` is measured.
+
+        Hum cannot be told from a sine of its own frequency. A cycle apart in the shortest record they are orthogonal.
+        """
+        if self.mains_frequency is None:
+            return frequency
+        hum = self.mains_frequency * max(1, round(frequency / self.mains_frequency))
+        apart = 1 / self.record_duration(hum, 0.0, self.tolerance)
+        if abs(frequency - hum) > (1 - 1e-9) * apart:
+            return frequency
+        return hum + apart if frequency > hum else hum - apart
 
     def sines(self) -> Iterator[tuple[float, float]]:
         """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, in the order given."""
@@ -143,7 +160,7 @@ class SweepPlan:
                 specimen,
                 configuration,
                 tuple(
-                    Sine(next(numbers), amplitude_pp, frequency)
+                    Sine(next(numbers), amplitude_pp, frequency, self.driven_frequency(frequency))
                     for amplitude_pp in ordered(self.amplitudes_pp, Order.AMPLITUDES)
                     for frequency in ordered(self.frequencies, Order.ALL)
                 ),

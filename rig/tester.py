@@ -10,36 +10,28 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 
-from rig.errors import RigError, afterwards
+from rig.errors import RigError, RunStoppedError, afterwards
 from rig.events import InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
 from rig.halting import AT_REST, ESCALATE, POWERLESS, Progress, RestJudge
 from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
-from rig.registers import (
-    DETECTORS,
-    IDENTITY,
-    MAP_VERSION,
-    NO_INTERLOCK,
-    Action,
-    CommandCode,
-    Interlock,
-    State,
-    Units,
-    name_of,
-)
+from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
 from rig.status_watch import Reading, StatusWatch
 from rig.stop_latch import StopLatch
+from rig.tester_identity import verified_identity
+from rig.tester_lacks import Lack
 from rig.tester_limits import TesterLimits
+from rig.tester_map import OURS, TesterMap
 from rig.tester_status import (
     ActuatorNotAtRestError,
     Detector,
     LineLostError,
     MotionHaltedError,
-    TesterIdentity,
-    TesterMismatchError,
+    StopDisobeyedError,
     TesterStatus,
+    TesterTrippedError,
     detectors_from,
     interlock_text,
 )
@@ -49,7 +41,6 @@ FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
 COIL_TIME = 0.2  # s for writing the coil of the emergency stop
 REST_UNKNOWN = "the actuator was not confirmed at rest"
-HAS_TO_STOP = (Interlock.UPPER_DISPLACEMENT, Interlock.LOWER_DISPLACEMENT, Interlock.FORCE, Interlock.ERROR)
 
 log = logging.getLogger(__name__)
 
@@ -62,15 +53,19 @@ def connect(
     timeout: float = 0.25,
     observer: Observer = ignore_event,
     latch: StopLatch | None = None,
+    tester_map: TesterMap = OURS,
+    without: Collection[Lack] = (),
 ) -> Iterator[Tester]:
     """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
 
     Args:
-        url: ``tcp://host:port`` or ``rtu:///dev/ttyS0?baudrate=115200``.
+        url: ``tcp://host:port``, ``rtu:///dev/ttyS0?baudrate=115200``, or as its codec has it.
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
         observer: gets events about interlocks.
         latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
+        tester_map: the registers of its controller.
+        without: of `NEEDS_CONSENT`, what it may lack.
 
     Raises:
         TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops
@@ -78,8 +73,8 @@ def connect(
         ActuatorNotAtRestError: on leaving, the instrument did not confirm that the actuator is at rest.
         RigError: no tester answers at `url`.
     """
-    with closing(ModbusLink(url, timeout)) as link:
-        tester = Tester(TesterWire(link), limits or TesterLimits(), observer, latch)
+    with closing(ModbusLink(url, timeout, tester_map.codec)) as link:
+        tester = Tester(TesterWire(link, tester_map), limits or TesterLimits(), observer, latch, without)
         try:
             with tester.at_rest_afterwards():
                 yield tester
@@ -100,6 +95,7 @@ class Tester:
         limits: TesterLimits,
         observer: Observer = ignore_event,
         latch: StopLatch | None = None,
+        without: Collection[Lack] = (),
     ) -> None:
         self.limits = limits
         self._latch = latch or StopLatch()
@@ -109,12 +105,14 @@ class Tester:
         self._reporting = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
+        self._moved = False  # since it was shut down last, so that it may move still
+        self._witness: Callable[[], float | None] = lambda: None
         self._failure: Exception | None = None
         self._disobeyed: RigError | None = None
         self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
         self._watch = StatusWatch()
         self._watching = threading.Lock()
-        self.identity = self._verify()
+        self.identity = verified_identity(wire, without)
         wire.join()
         self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
 
@@ -183,6 +181,7 @@ class Tester:
             self._see_that_the_watchdog_acted(self._unknown)
             return
         self._bring_to_rest()
+        self._moved = False
         try:
             self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
             by = time.monotonic() + ESCALATE
@@ -207,14 +206,65 @@ class Tester:
         """Why the tester was given up; None where it was not."""
         return self._failure
 
-    @property
-    def disobeyed(self) -> RigError | None:
-        """Why the emergency stop was pulled here; None where it was not."""
-        return self._disobeyed
+    def check_obeys(self) -> None:
+        """Check that no stop ended in the emergency stop.
+
+        Raises:
+            ActuatorNotAtRestError: one did, and that did not help either.
+            StopDisobeyedError: one did.
+        """
+        if self._unknown is not None:
+            raise self._unknown
+        if self._disobeyed is not None:
+            raise StopDisobeyedError(
+                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was pulled; repair it, then "
+                "reset"
+            ) from self._disobeyed
+
+    @contextmanager
+    def obeying_stops(self) -> Iterator[None]:
+        """Do `check_obeys` when the context is left; its error has precedence over a request to stop, and a trip."""
+        try:
+            yield
+        except (RunStoppedError, TesterTrippedError):
+            self.check_obeys()
+            raise
+        self.check_obeys()
+
+    @contextmanager
+    def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
+        """Believe rest only where another instrument agrees, while the context lasts.
+
+        Args:
+            motion_pp: oscillation that it measures now, m peak to peak, from any thread; None where there is none
+                beyond its noise, or it cannot tell.
+        """
+        before, self._witness = self._witness, motion_pp
+        try:
+            yield
+        finally:
+            self._witness = before
 
     def emergency_stop(self) -> None:
-        """Trip the emergency stop, whatever the instrument is doing."""
+        """Trip the emergency stop, whatever the instrument is doing; it has to have one that the network trips."""
         self._wire.emergency_stop(COIL_TIME)
+
+    def withhold_heartbeat(self, patience: float) -> float | None:
+        """Send no heartbeat until the watchdog has tripped; hydraulics have to be on, which is what it watches over.
+
+        Returns the seconds until it did; None where it did not within `patience` s. Heartbeats go on then.
+        """
+        self._heartbeat.join()
+        began, waited = time.monotonic(), 0.0
+        try:
+            while waited < patience:
+                waited = time.monotonic() - began
+                if Interlock.WATCHDOG in self.status().interlocks:
+                    return waited
+                time.sleep(LONGEST_POLL)
+            return None
+        finally:
+            self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
 
     def reset(self) -> None:
         """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
@@ -229,7 +279,8 @@ class Tester:
 
     def detectors(self) -> dict[Interlock, Detector]:
         """The limit detectors as they are in force at the instrument."""
-        return detectors_from(self._wire.read(DETECTORS))
+        values = self._wire.detectors()
+        return detectors_from(values) if values else {}
 
     def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
         """Set a detector, for the range of a test say; the instrument accepts a tighter one only.
@@ -319,39 +370,6 @@ class Tester:
         """Stop the heartbeat; the actuator has to be at rest."""
         self._heartbeat.join()
 
-    def _verify(self) -> TesterIdentity:
-        url = self._wire.url
-        try:
-            found = self._wire.read(IDENTITY)
-        except ModbusProtocolError as error:
-            raise TesterMismatchError(f"{url} is no tester with this register map: {error}") from error
-        if found["map_version"] != MAP_VERSION:
-            raise TesterMismatchError(
-                f"{url} has register map version {found['map_version']}, this driver knows {MAP_VERSION}; "
-                "install matching software"
-            )
-        if found["units"] != Units.SI:
-            raise TesterMismatchError(f"{url} works in units code {found['units']}, not in SI (1); set it")
-        watching = self._wire.read(DETECTORS)
-        detectors = detectors_from(watching)
-        limits = {name: value for name, value in found.items() if isinstance(value, float)}
-        watchdog_time = limits.pop("watchdog_time")
-        if not watchdog_time > 0:
-            raise TesterMismatchError(f"{url} has its watchdog off; set its time before driving it")
-        limits |= {f"{name_of(interlock)}_limit": detector.limit for interlock, detector in detectors.items()}
-        missing = [name for name, value in limits.items() if name != "lower_displacement_limit" and not value > 0]
-        if missing:
-            raise TesterMismatchError(f"{url} has no {', '.join(missing)}; set it at the instrument")
-        strange = [*IDENTITY.out_of_range(found), *DETECTORS.out_of_range(watching)]
-        if strange:
-            raise TesterMismatchError(f"{url} has {', '.join(strange)}; set it at the instrument")
-        mild = [name_of(interlock) for interlock in HAS_TO_STOP if detectors[interlock].action < Action.HOLD]
-        if mild:
-            raise TesterMismatchError(
-                f"{url} only indicates {', '.join(mild)}; set these detectors to stop the actuator"
-            )
-        return TesterIdentity(str(found["serial"]), watchdog_time, limits, detectors)
-
     def _move(self, code: CommandCode, **values: float) -> None:
         self._wire.command(code, self._moving, **values)
 
@@ -363,7 +381,7 @@ class Tester:
                 raise self._failure
             if self._halted:
                 raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
-            self._undisturbed = True
+            self._undisturbed = self._moved = True
             yield
 
     @contextmanager
@@ -381,20 +399,29 @@ class Tester:
             self._pull_emergency_stop(error)
 
     def _pull_emergency_stop(self, why: RigError) -> None:
-        log.warning("the tester did not stop as asked (%s); pulling the emergency stop", why)
+        has_one = Lack.EMERGENCY_STOP not in self.identity.lacks
+        what = "pulling the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
+        log.warning("the tester did not stop as asked (%s); %s", why, what)
         self._disobeyed = why
         try:
-            self._wire.emergency_stop(COIL_TIME)
-            self._wait_for_rest(time.monotonic(), lambda reading: Interlock.EMERGENCY_STOP in reading.status.interlocks)
+            if has_one:
+                self._wire.emergency_stop(COIL_TIME)
+            else:
+                self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
+            self._wait_for_rest(time.monotonic(), self._shows_power_is_off)
         except RigError as worse:
             self._heartbeat.stop()  # so that the watchdog acts
             self._unknown = ActuatorNotAtRestError(
-                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); its watchdog stops it within "
-                f"{self.identity.watchdog_time:g} s, look at it before going near"
+                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); {self.identity.last_resort}"
             )
             if self._failure is None:
                 self._failure = self._unknown
             raise self._unknown from why
+
+    def _shows_power_is_off(self, reading: Reading) -> bool:
+        if self._wire.map.emergency_stop and self._wire.map.shows_emergency_stop:
+            return Interlock.EMERGENCY_STOP in reading.status.interlocks
+        return reading.status.state in POWERLESS
 
     def _wait_for_rest(self, began: float, shows_it: Callable[[Reading], bool]) -> None:
         """Return when the actuator is at rest. Raises RigError where it goes on moving, or shows nothing.
@@ -412,15 +439,25 @@ class Tester:
                     raise
                 continue
             progress = judge.judge(reading.status, time.monotonic())
-            if not shows_it(reading):
+            if not shows_it(reading) and time.monotonic() - began >= self._wire.map.response_time:
                 raise RigError(f"{self._wire.url}: an old status, or another client commands the tester")
-            if progress is Progress.RESTS:
+            if progress is Progress.RESTS and shows_it(reading):
+                self._check_with_witness(reading.status.state)
                 self._report(reading.status)
                 return
             if progress is Progress.MOVES:
                 state = reading.status.state.name
                 raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
             time.sleep(FIRST_POLL)
+
+    def _check_with_witness(self, state: State) -> None:
+        """Check that what says that it rests does not move. Raises RigError where another instrument sees it move."""
+        motion_pp = self._witness() if self._moved else None
+        if motion_pp is not None:
+            raise RigError(
+                f"{self._wire.url}: it says that it rests ({state.name}), and the acquisition device sees it move by "
+                f"{1e3 * motion_pp:.3g} mm peak to peak"
+            )
 
     def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
         """Look once, without a wait: return where the actuator is at rest by now. Raises `unknown` where it is not."""
@@ -433,15 +470,11 @@ class Tester:
         self._report(reading.status)
 
     def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
-        within = self.identity.watchdog_time
-        lost = LineLostError(
-            f"line lost ({error}); the tester stops itself within {within:g} s by its watchdog, look at it before "
-            "going near"
-        )
+        lost = LineLostError(f"line lost ({error}); {self.identity.last_resort}")
         self._heartbeat.stop()  # one that still arrives would keep the watchdog from acting
         self._failure = lost
         log.warning("%s", lost)
-        self._observer(TesterLineLost(within))
+        self._observer(TesterLineLost(self.identity.watchdog_time))
         return lost
 
     def _report(self, status: TesterStatus) -> None:

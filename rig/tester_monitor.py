@@ -12,9 +12,10 @@ from contextlib import closing, contextmanager
 
 from rig.errors import RigError
 from rig.modbus import ModbusLink
-from rig.registers import STATUS, ChecksumError
 from rig.tester import Tester
-from rig.tester_status import MotionHaltedError, TesterStatus, status_from
+from rig.tester_map import OURS, TesterMap
+from rig.tester_status import MotionHaltedError, TesterStatus
+from rig.tester_wire import TesterWire
 
 INTERVAL = 0.1  # s, between two polls while a run drives
 TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that the next client has the line soon
@@ -63,16 +64,12 @@ def _give_up(tester: Tester, why: Exception) -> None:
         log.warning("%s", error)  # the run, which ends now, shuts down once more and raises it
 
 
-def poll_tester(url: str) -> TesterStatus:
+def poll_tester(url: str, tester_map: TesterMap = OURS) -> TesterStatus:
     """The status of the tester at `url`, read once by a process that does not drive it.
 
-    One read of the STATUS block: nothing is commanded, armed or reset, and no heartbeat is sent, so the watchdog is not
+    One read of its status: nothing is commanded, armed or reset, and no heartbeat is sent, so the watchdog is not
     affected. The connection is closed again, for an instrument or a serial line that takes one client at a time. Raises
     RigError where it does not answer within `TIMEOUT`, or not with a status.
     """
-    with closing(ModbusLink(url, timeout=TIMEOUT)) as link:
-        words = link.read_input(STATUS.address, STATUS.count)
-    try:
-        return status_from(STATUS.unpack(words))
-    except ChecksumError as error:
-        raise RigError(f"{url}: {error}") from error
+    with closing(ModbusLink(url, TIMEOUT, tester_map.codec)) as link:
+        return TesterWire(link, tester_map).poll()

@@ -8,6 +8,10 @@ from typing import Any, cast
 
 from rig.errors import RigError
 from rig.registers import DETECTED, STATUS, Action, CommandCode, Interlock, Refusal, State, Value, name_of
+from rig.tester_lacks import Lack
+
+CYCLING = frozenset({State.CYCLING, State.SETTLED})
+"""States in which the actuator cycles."""
 
 
 class TesterMismatchError(RigError):
@@ -38,8 +42,12 @@ class ActuatorNotAtRestError(RigError):
     """The instrument did not confirm that the actuator is at rest; check it before going near."""
 
 
+class StopDisobeyedError(RigError):
+    """A stop was not obeyed, so that the emergency stop was pulled; the actuator is at rest. Repair it, then reset."""
+
+
 class LineLostError(RigError):
-    """The tester does not answer any more: nothing is known of the actuator but that its watchdog stops it."""
+    """The tester does not answer any more: nothing is known of the actuator but that its watchdog, if any, stops it."""
 
 
 class StatusFault(StrEnum):
@@ -74,12 +82,35 @@ class Detector:
 
 @dataclass(frozen=True)
 class TesterIdentity:
-    """The identity of the instrument, and its limits in SI units as they were in force when it was connected."""
+    """The identity of the instrument, and its limits in SI units as they were in force when it was connected.
+
+    Attributes:
+        serial: number of the instrument, or what its map calls it.
+        watchdog_time: s; None where it has no watchdog.
+        limits: by name, as far as they are known.
+        detectors: as far as they are known.
+        map_name: of the register map by which it is driven.
+        lacks: what it does not have.
+    """
 
     serial: str
-    watchdog_time: float
+    watchdog_time: float | None
     limits: Mapping[str, float]
     detectors: Mapping[Interlock, Detector]
+    map_name: str
+    lacks: frozenset[Lack] = frozenset()
+
+    @property
+    def last_resort(self) -> str:
+        """What stops it where this program cannot, and what to do."""
+        return f"{last_resort(self.watchdog_time)}, look at it before going near"
+
+
+def last_resort(watchdog_time: float | None) -> str:
+    """What stops a tester that does not answer, whose watchdog has this time in s; None: it has no watchdog."""
+    if watchdog_time is None:
+        return "it has no watchdog: press the red button"
+    return f"its watchdog stops it within {watchdog_time:g} s"
 
 
 @dataclass(frozen=True)

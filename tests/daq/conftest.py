@@ -7,19 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.channels import Channel, ChannelKind
+from daq.channels import Channel
 from daq.device import Chassis, connect
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
+from tests.channels import HAMMER_CHANNELS, TESTER_CHANNELS
 
 Real = NDArray[np.float64]
-
-HAMMER = Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3)
-ACCELEROMETER = Channel(
-    "accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3
-)
-DISPLACEMENT = Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3)
-FORCE = Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000)
 
 
 class Plant:
@@ -79,9 +73,9 @@ def chassis(server: DaqServer) -> Iterator[Chassis]:
 
 @pytest.fixture
 def hammer_table() -> tuple[Channel, ...]:
-    return HAMMER, ACCELEROMETER
+    return HAMMER_CHANNELS
 
 
 @pytest.fixture
 def tester_table() -> tuple[Channel, ...]:
-    return DISPLACEMENT, FORCE
+    return TESTER_CHANNELS

@@ -1,6 +1,5 @@
 """Connecting, and checking the channel table, against a server on loopback."""
 
-import socket
 import threading
 import time
 from concurrent import futures
@@ -13,6 +12,7 @@ from daq.channels import Channel, ChannelKind
 from daq.device import Chassis, connect
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from simlab.daq_server import DaqServer
+from tests.ports import free_port
 
 Table = tuple[Channel, ...]
 
@@ -33,9 +33,7 @@ def test_an_address_of_another_form_is_refused_with_the_form_wanted(address: str
 
 
 def test_a_server_that_is_not_there_is_an_absent_instrument_within_the_timeout() -> None:
-    with socket.socket() as unused:
-        unused.bind(("127.0.0.1", 0))
-        port = unused.getsockname()[1]
+    port = free_port()
     before = time.monotonic()
     with pytest.raises(InstrumentAbsentError, match=f"no NI gRPC device server at 127.0.0.1:{port}"):
         connect(f"grpc://127.0.0.1:{port}", timeout=0.3)

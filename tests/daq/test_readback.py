@@ -14,8 +14,8 @@ from daq.channels import Channel
 from daq.device import Chassis
 from daq.device import connect as connect_daq
 from daq.errors import AcquisitionCancelledError, DaqError
+from daq.instrument import EdgeTrigger
 from daq.readback import agreed
-from daq.task import EdgeTrigger
 from simlab.daq_server import DaqServer, start_daq_server
 from simlab.daq_service import Message, NiDaqmx
 from simlab.daq_tasks import Task

@@ -14,7 +14,7 @@ import pytest
 from daq.channels import Channel
 from daq.device import Chassis
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError, OverrunError, TriggerTimeoutError
-from daq.task import EdgeTrigger
+from daq.instrument import EdgeTrigger
 from simlab.daq_server import DaqServer
 
 if TYPE_CHECKING:
@@ -41,6 +41,23 @@ def test_a_triggered_block_is_the_bench_within_half_a_count(
     for channel in hammer_table:
         error = block.value(channel.name) - signals[channel.name]
         assert np.max(np.abs(error)) <= COUNT[5.0] / 2 / channel.sensitivity * (1 + 1e-6)
+
+
+def test_a_sensor_that_is_turned_round_triggers_and_counts_as_its_polarity_says(
+    chassis: Chassis, server: DaqServer, plant: Plant, hammer_table: Table
+) -> None:
+    turned = tuple(replace(channel, polarity=-1) for channel in hammer_table)
+    for channel in turned:
+        server.faults.set("inverted", channel.physical)
+    with chassis.triggered(turned, 5120, 0.5, TRIGGER) as task:
+        task.arm()
+        plant.strike()
+        block = task.wait(5)
+    assert block.value("hammer").max() == pytest.approx(100.0, rel=0.01)
+    assert block.value("hammer").min() > -1e-3
+    signals = plant.hammer_signals(*plant.served[-1])
+    assert np.allclose(block.value("accelerometer"), signals["accelerometer"], atol=1e-3)
+    assert not block.overloaded
 
 
 def test_the_trigger_index_is_the_first_sample_above_the_level(

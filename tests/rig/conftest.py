@@ -1,5 +1,6 @@
 """A whole simulated laboratory, an empty catalogue, and a small sequence for them."""
 
+import shutil
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from datetime import date
@@ -115,7 +116,8 @@ def instruments(whole_laboratory: Laboratory) -> Instruments:
 
 
 @pytest.fixture
-def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
+def catalogue(sqlite_template: Path, tmp_path: Path) -> Iterator[Catalogue]:
+    shutil.copy(sqlite_template, tmp_path / "lab.db")
     with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
         yield opened
 

@@ -1,4 +1,4 @@
-"""Whoever strikes and mounts in the tests of whole sequences."""
+"""The person who strikes and mounts in the tests of whole sequences."""
 
 from collections.abc import Callable
 

@@ -6,7 +6,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 from daq import device
-from daq.channels import Channel, ChannelKind
 from rig import tester
 from rig.control import RunControl
 from rig.events import Event
@@ -23,12 +22,8 @@ from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer, start_tester_server
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+from tests.channels import TESTER_CHANNELS
 from tests.waiting import LONG
-
-CHANNELS = (
-    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
-    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
-)
 
 
 @dataclass
@@ -48,7 +43,7 @@ class SweepLaboratory(Operator):
     def sweep(self, control: RunControl) -> None:
         with (
             device.connect(self.daq.address) as chassis,
-            chassis.record(CHANNELS, 5120.0, 3.0) as recorder,
+            chassis.record(TESTER_CHANNELS, 5120.0, 3.0) as recorder,
             Thermometer(self.thermometer.url, 0.2) as thermometer,
             tester.connect(
                 self.tester.url, self.limits, timeout=1.0, observer=self.events.append, latch=self.latch
@@ -104,7 +99,7 @@ def sweeping(plan: SweepPlan, speed: float, limits: DeviceLimits | None = None) 
         stack.callback(daq.stop)
         server = start_tester_server(bench, limits=limits)
         stack.callback(server.stop)
-        thermometer = start_thermometer_server(bench)
+        thermometer = start_thermometer_server(bench, pty=True)
         stack.callback(thermometer.stop)
         yield SweepLaboratory(plan, bench, daq, server, thermometer)
 

@@ -9,7 +9,6 @@ import pytest
 
 from analysis.dof import Dof
 from daq import device
-from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError
 from rig import tester
 from rig.control import RunControl
@@ -20,20 +19,17 @@ from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
 from rig.sequence import HammerStep
 from rig.sweep_plan import SweepPlan
-from rig.tester_status import MotionHaltedError, TesterRefusedError
+from rig.tester_status import MotionHaltedError, StopDisobeyedError, TesterRefusedError
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import start_tester_server
+from tests.channels import HAMMER_CHANNELS
 from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping
 from tests.waiting import until
 
-HAMMER_TABLE = (
-    Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),
-    Channel("accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3),
-)
 # 3 s of record at 10 times the wall's speed: long enough to be interrupted
 PLAN = SweepPlan(
     frequencies=(20.0, 25.0), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=3.0
@@ -161,7 +157,9 @@ def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
             server.faults.set("refuse")
             driver.halt()
             assert driver.status().interlocks is Interlock.EMERGENCY_STOP
-            assert isinstance(driver.disobeyed, TesterRefusedError)  # and not the silence of a last hurried attempt
+            with pytest.raises(StopDisobeyedError) as said:
+                driver.check_obeys()
+            assert isinstance(said.value.__cause__, TesterRefusedError)  # and not the silence of a last hurried attempt
             assert server.actuator.steady_pp() == 0.0
             server.faults.clear()
     finally:
@@ -211,7 +209,7 @@ def hammer() -> Iterator[tuple[Session, Callable[[RunControl], None]]]:
     def run(control: RunControl) -> None:
         step = HammerStep(step="hammer", points=("5y",), blows=2, block_seconds=0.5, trigger_level=5.0)
         with device.connect(server.address) as chassis:
-            run_hammer_session(chassis, HAMMER_TABLE, step, session, session, session.events.append, control)
+            run_hammer_session(chassis, HAMMER_CHANNELS, step, session, session, session.events.append, control)
 
     yield session, run
     server.stop()

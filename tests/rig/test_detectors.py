@@ -171,9 +171,7 @@ def test_detectors_that_make_no_sense_are_refused_with_their_place(
 ) -> None:
     with_detectors(document, **detectors)
     if kind == "blank":
-        document["steps"] = [
-            {"step": "blank", "preset_mm": 0.5, "amplitude_pp_mm": 0.1, "detectors": detectors},
-        ]
+        document["steps"] = [{"step": "blank", "preset_mm": 0.5, "amplitude_pp_mm": 0.1, "detectors": detectors}]
     with pytest.raises(SequenceError) as refused:
         sequence_from(document)
     assert words in str(refused.value)

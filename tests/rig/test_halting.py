@@ -264,7 +264,7 @@ def test_a_lost_line_is_said_at_once_and_the_run_ends_within_three_seconds(
             told.append(time.monotonic())
             driver.wait(lambda _: False, "lose its line", timeout=30.0)
 
-    with pytest.raises(LineLostError, match=r"line lost .*the tester stops itself within 2 s"):
+    with pytest.raises(LineLostError, match=r"line lost .*its watchdog stops it within 2 s"):
         work()
     lost, said = told
     assert said - lost < 1.5

@@ -11,14 +11,14 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.modal.blow_check import BlowFault, BlowVerdict
 from daq.block import Block
-from daq.channels import Channel, ChannelKind
+from daq.channels import Channel
 from daq.device import Chassis, connect
 from daq.errors import ChannelError, InstrumentAbsentError
 from rig.events import (
     BlowAccepted,
+    BlowInconsistent,
     BlowMissed,
     BlowRefused,
-    BlowSuspected,
     Event,
     PointFinished,
     PointStarted,
@@ -31,13 +31,9 @@ from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
 from simlab.ordinary import BenchConditions
+from tests.channels import ACCELEROMETER, HAMMER, HAMMER_CHANNELS
 
 SPEED = 100.0
-HAMMER = Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3)
-ACCELEROMETER = Channel(
-    "accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3
-)
-TABLE = (HAMMER, ACCELEROMETER)
 POINT = Dof(5, Direction.Y)
 END = Dof(1, Direction.X)
 
@@ -107,7 +103,7 @@ def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(
 ) -> None:
     blows, events = Blows(), list[Event]()
     before = time.monotonic()
-    run_hammer_session(chassis, TABLE, step(POINT, END), Hand(bench), blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(POINT, END), Hand(bench), blows, events.append)
     assert time.monotonic() - before < 20  # s, for at least 40 s of blocks
     assert (blows.accepted(POINT), blows.accepted(END)) == (10, 10)
     assert [e for e in events if isinstance(e, PointStarted)] == [PointStarted(POINT, 1, 2), PointStarted(END, 2, 2)]
@@ -120,7 +116,7 @@ def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigge
     chassis: Chassis, bench: SimulatedBench
 ) -> None:
     blows = Blows()
-    run_hammer_session(chassis, TABLE, step(blows=1), Hand(bench), blows)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=1), Hand(bench), blows)
     ((point, number, block, verdict),) = blows.taken
     assert (point, number) == (POINT, 1)
     assert (block.duration, block.trigger_index) == (2.0, 256)
@@ -145,7 +141,7 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
     chassis: Chassis, bench: SimulatedBench, what: str, fault: BlowFault, reason: str
 ) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", what, "clean")
-    run_hammer_session(chassis, TABLE, step(blows=2), hand, blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=2), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True, False, True]
     assert fault in blows.taken[1][3].faults
     (refused,) = (e for e in events if isinstance(e, BlowRefused))
@@ -158,9 +154,9 @@ def test_a_bad_blow_is_refused_with_its_reason_and_repeated(
 
 def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "clean", "clean", "at 6y")
-    run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=3), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True, True, False, True]
-    assert blows.taken[2][3].faults == (BlowFault.WRONG_POINT,)
+    assert blows.taken[2][3].faults == (BlowFault.INCONSISTENT,)
     (refused,) = (e for e in events if isinstance(e, BlowRefused))
     assert refused.blow == 3
     assert "was another point struck?" in refused.reason
@@ -169,10 +165,10 @@ def test_a_blow_at_another_point_is_refused_once_three_are_there(chassis: Chassi
 
 def test_an_earlier_blow_at_another_point_is_reported_and_replaced(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "at 6y")
-    run_hammer_session(chassis, TABLE, step(blows=3), hand, blows, events.append)
-    (suspected,) = (e for e in events if isinstance(e, BlowSuspected))
-    assert (suspected.point, suspected.blow) == (POINT, 1)
-    assert "was another point struck?" in suspected.reason
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=3), hand, blows, events.append)
+    (inconsistent,) = (e for e in events if isinstance(e, BlowInconsistent))
+    assert (inconsistent.point, inconsistent.blow) == (POINT, 1)
+    assert "was another point struck?" in inconsistent.reason
     assert [verdict.accepted for *_, verdict in blows.taken] == [True] * 4
     assert events[-1] == PointFinished(POINT, accepted=3, refused=0)
 
@@ -181,8 +177,10 @@ def test_a_point_is_given_up_where_later_blows_do_not_fit_the_first_two(
     chassis: Chassis, bench: SimulatedBench
 ) -> None:
     hand = Hand(bench, "clean", "clean", "at 6y")
-    with pytest.raises(PointGivenUpError, match=r"the last: does not fit its point: .* was another point struck\?"):
-        run_hammer_session(chassis, TABLE, step(blows=3), hand, Blows(), refusals_in_a_row=1)
+    with pytest.raises(
+        PointGivenUpError, match=r"the last: inconsistent with the others at its point: .* was another point struck\?"
+    ):
+        run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=3), hand, Blows(), refusals_in_a_row=1)
 
 
 def test_an_overload_of_the_instrument_refuses_the_blow(
@@ -191,7 +189,7 @@ def test_an_overload_of_the_instrument_refuses_the_blow(
     server.faults.set("cable_open", "cDAQ1Mod1/ai1")
     blows = Blows()
     with pytest.raises(PointGivenUpError, match="overload"):
-        run_hammer_session(chassis, TABLE, step(), Hand(bench), blows, refusals_in_a_row=1)
+        run_hammer_session(chassis, HAMMER_CHANNELS, step(), Hand(bench), blows, refusals_in_a_row=1)
     assert BlowFault.OVERLOAD in blows.taken[0][3].faults
 
 
@@ -200,13 +198,15 @@ def test_a_point_is_given_up_after_too_many_refusals_in_a_row(chassis: Chassis, 
     with pytest.raises(
         PointGivenUpError, match=r"point 5y: given up after 3 blows in a row.*with 1 of 10 accepted; the last: "
     ):
-        run_hammer_session(chassis, TABLE, step(), hand, blows, refusals_in_a_row=3)
+        run_hammer_session(chassis, HAMMER_CHANNELS, step(), hand, blows, refusals_in_a_row=3)
     assert [verdict.accepted for *_, verdict in blows.taken] == [False, True, False, False, False]
 
 
 def test_a_missing_blow_is_reported_and_asked_for_again(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events, hand = Blows(), list[Event](), Hand(bench, "", "clean")
-    run_hammer_session(chassis, TABLE, step(blows=1, block_seconds=0.2), hand, blows, events.append, blow_timeout=0.5)
+    run_hammer_session(
+        chassis, HAMMER_CHANNELS, step(blows=1, block_seconds=0.2), hand, blows, events.append, blow_timeout=0.5
+    )
     assert BlowMissed(POINT, 1, 0.5) in events
     assert [number for _, number, _, _ in blows.taken] == [2]
 
@@ -215,7 +215,7 @@ def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: SimulatedBen
     with pytest.raises(PointGivenUpError, match=r"the last: nobody struck within 0\.05 s"):
         run_hammer_session(
             chassis,
-            TABLE,
+            HAMMER_CHANNELS,
             step(block_seconds=0.2),
             Hand(bench, "", ""),
             Blows(),
@@ -226,7 +226,7 @@ def test_a_point_without_blows_is_given_up(chassis: Chassis, bench: SimulatedBen
 
 def test_a_coerced_rate_is_reported_and_the_block_keeps_its_duration(chassis: Chassis, bench: SimulatedBench) -> None:
     blows, events = Blows(), list[Event]()
-    run_hammer_session(chassis, TABLE, step(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=1, sample_rate=4096.0), Hand(bench), blows, events.append)
     assert events[0] == RateCoerced(4096.0, 51200 / 12)
     assert blows.taken[0][2].duration == pytest.approx(2.0, abs=1e-3)
 
@@ -266,7 +266,7 @@ def test_an_instrument_that_disappears_ends_the_session_and_keeps_the_blows(
             super().strike(point, blow)
 
     with pytest.raises(InstrumentAbsentError, match="check power and cable"):
-        run_hammer_session(chassis, TABLE, step(), Unplugger(bench), blows)
+        run_hammer_session(chassis, HAMMER_CHANNELS, step(), Unplugger(bench), blows)
     assert blows.accepted(POINT) == 2
 
 
@@ -278,7 +278,7 @@ def test_a_repeated_point_is_not_compared_with_its_withdrawn_blows(chassis: Chas
             return 3 if len(self.taken) >= 3 else 0
 
     hand, blows, events = Hand(bench, "at 9y", "at 9y", "at 9y"), Repeated(), list[Event]()
-    run_hammer_session(chassis, TABLE, step(POINT, blows=4), hand, blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(POINT, blows=4), hand, blows, events.append)
     assert [verdict.accepted for *_, verdict in blows.taken] == [True] * 7
     assert [event.accepted for event in events if isinstance(event, BlowAccepted)] == [1, 2, 3, 1, 2, 3, 4]
 
@@ -291,6 +291,6 @@ def test_a_withdrawn_blow_is_replaced_although_its_point_was_left(chassis: Chass
             return int(point == POINT and self.accepted(END) > 0)
 
     hand, blows, events = Hand(bench), Withdrawn(), list[Event]()
-    run_hammer_session(chassis, TABLE, step(POINT, END, blows=1), hand, blows, events.append)
+    run_hammer_session(chassis, HAMMER_CHANNELS, step(POINT, END, blows=1), hand, blows, events.append)
     assert hand.asked == [(POINT, 1), (END, 1), (POINT, 2)]
     assert [event.point for event in events if isinstance(event, PointStarted)] == [POINT, END, POINT]

@@ -211,11 +211,7 @@ def test_the_network_cannot_loosen_a_detector(interlock: Interlock, limit: float
         assert driver.detectors() == before
 
 
-@given(
-    st.sampled_from(DETECTED),
-    st.floats(-1e-2, 1e4, allow_nan=False),
-    st.sampled_from(Action),
-)
+@given(st.sampled_from(DETECTED), st.floats(-1e-2, 1e4, allow_nan=False), st.sampled_from(Action))
 def test_a_detector_is_never_looser_than_at_the_instrument(interlock: Interlock, limit: float, action: Action) -> None:
     widest = {one: DeviceLimits().detector(one) for one in DETECTED}
     detectors = Detectors(widest)

@@ -41,7 +41,7 @@ ACQUIRING = """
 import sys
 from daq.channels import Channel, ChannelKind
 from daq.device import connect
-from daq.task import EdgeTrigger
+from daq.instrument import EdgeTrigger
 channels = (Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),)
 trigger = EdgeTrigger("hammer", 5.0, 0.01)
 with connect(sys.argv[1]) as chassis, chassis.triggered(channels, 5120.0, 0.1, trigger) as task:

@@ -11,13 +11,7 @@ from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
-from rig.modbus import (
-    HURRY,
-    ModbusLink,
-    ModbusProtocolError,
-    ModbusRefusedError,
-    ModbusUnreachableError,
-)
+from rig.modbus import HURRY, ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.registers import STATUS
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

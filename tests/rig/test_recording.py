@@ -105,7 +105,7 @@ def sine(channel_table: tuple[Channel, ...]) -> SinePoint:
     volts = np.stack([0.1 * np.sin(2 * np.pi * 40 * times), 0.5 * np.sin(2 * np.pi * 40 * times + 0.1)])
     counts = np.round(volts / 3e-4).astype(np.int32)
     block = Block(channel_table[2:], counts, ((0.0, 3e-4), (0.0, 3e-4)), 5000.0, STARTED)
-    return SinePoint(7, "I", "shear", 1e-5, 40.0, 5e-4, 1.1e-5, 0.98e-5, True, 23.4, block)
+    return SinePoint(7, "I", "shear", 1e-5, 40.0, 40.0, 5e-4, 1.1e-5, 0.98e-5, True, 23.4, block)
 
 
 def test_a_sine_point_is_written_as_it_was_asked_for_and_as_it_was_reached(written: Written, sine: SinePoint) -> None:
@@ -114,6 +114,7 @@ def test_a_sine_point_is_written_as_it_was_asked_for_and_as_it_was_reached(writt
     assert isinstance(record, SinePointRecord)
     assert (record.order_number, record.specimen, record.configuration) == (7, "I", "shear")
     assert (record.frequency, record.temperature_c, record.recorded_at) == (40.0, 23.4, STARTED)
+    assert record.driven_frequency is None
     assert record.commanded_pp_mm == 0.01  # the series it belongs to: no rounding of 1e3 * 1e-5
     assert record.reached_pp_mm == pytest.approx(0.0098)
     since_start = (datetime.now(UTC) - STARTED).total_seconds()
@@ -121,3 +122,12 @@ def test_a_sine_point_is_written_as_it_was_asked_for_and_as_it_was_reached(writt
     assert waveform is not None
     np.testing.assert_array_equal(waveform.samples, sine.block.counts)
     assert waveform.trigger_index is None
+
+
+def test_a_point_that_was_moved_off_the_mains_keeps_the_frequency_of_its_plan(
+    written: Written, sine: SinePoint
+) -> None:
+    SineRecorder(written, STARTED).add_sine(replace(sine, frequency=50.0, driven_frequency=48.0))
+    ((record, _),) = written.records
+    assert isinstance(record, SinePointRecord)
+    assert (record.frequency, record.driven_frequency) == (50.0, 48.0)

@@ -12,16 +12,7 @@ from rig import spool
 from rig.completed_points import CompletedPoint, CompletedPoints, StruckBlow
 from rig.events import Event, SinePointMeasured
 from rig.instruments import Instruments
-from rig.records import (
-    BeginRecord,
-    BegunWith,
-    BlowRecord,
-    EndRecord,
-    Record,
-    ResetRecord,
-    RunOrder,
-    SinePointRecord,
-)
+from rig.records import BeginRecord, BegunWith, BlowRecord, EndRecord, Record, ResetRecord, RunOrder, SinePointRecord
 from rig.registers import State
 from rig.run import carry_out
 from rig.sequence import Sequence, sequence_from

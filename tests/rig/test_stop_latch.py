@@ -1,5 +1,6 @@
 """STOP is latched: what may move, who may reset, and that no motion command is written after a STOP."""
 
+import struct
 import sys
 import threading
 from collections.abc import Iterator
@@ -15,8 +16,9 @@ from rig import tester
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.instruments import Instruments
+from rig.modbus import WRITE_HOLDING
 from rig.operator import Operator
-from rig.registers import CommandCode, State
+from rig.registers import COMMAND, CommandCode, State
 from rig.sequence import Sequence
 from rig.stop_latch import LONGEST_TEXT, LeaseLostError, StopLatch, StopNotResetError
 from rig.sweep_plan import SweepPlan
@@ -192,7 +194,7 @@ def test_a_motion_command_whose_reply_was_lost_is_not_sent_again_after_a_stop(se
             proxy.impair(Impairment(lost=Way.BOTH))
             waiting = threading.Thread(target=cycle)
             waiting.start()
-            until(lambda: driver._wire._lock._held)  # the command is on its way
+            until(lambda: any(is_command(piece) for piece in tuple(proxy.lost)))  # only then it cannot arrive after all
             latch.stop("page", "STOP was pressed")
             proxy.mend()
             waiting.join()
@@ -200,6 +202,11 @@ def test_a_motion_command_whose_reply_was_lost_is_not_sent_again_after_a_stop(se
         assert CommandCode.CYCLE not in server.device.applied
     finally:
         proxy.stop()
+
+
+def is_command(frame: bytes) -> bool:
+    """Whether this request on Modbus TCP writes the COMMAND block."""
+    return frame[7:10] == struct.pack(">BH", WRITE_HOLDING, COMMAND.address)
 
 
 def test_a_stop_before_a_run_begins_keeps_it_from_moving_however_late_it_begins(

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from daq import device
-from daq.channels import Channel, ChannelKind
 from daq.errors import DaqError
 from rig import tester, tester_limits, tester_status
 from rig.errors import RigError
@@ -27,11 +26,8 @@ from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
+from tests.channels import TESTER_CHANNELS
 
-CHANNELS = (
-    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
-    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
-)
 SAMPLE_RATE = 5120.0
 SMALL = SweepPlan(
     frequencies=(20.0, 25.0, 200.0),
@@ -98,7 +94,7 @@ def sweep(
 ) -> None:
     with (
         device.connect(laboratory.daq.address) as chassis,
-        chassis.record(CHANNELS, SAMPLE_RATE, 0.5) as recorder,
+        chassis.record(TESTER_CHANNELS, SAMPLE_RATE, 0.5) as recorder,
         Thermometer(laboratory.thermometer.url, 0.2) as thermometer,
         tester.connect(laboratory.tester.url, limits) as driver,
     ):
@@ -130,6 +126,19 @@ def test_a_small_sweep_finds_the_truth_at_the_amplitudes_asked_for(laboratory: L
     assert [type(event) for event in events].count(SpecimenMounted) == 2
     assert [type(event) for event in events].count(SinePointMeasured) == SMALL.points
     assert laboratory.is_safe()
+
+
+def test_a_point_at_the_mains_is_measured_beside_it_under_its_planned_frequency(laboratory: Laboratory) -> None:
+    sink = Sink(laboratory)
+    plan = replace(SMALL, frequencies=(50.0,), amplitudes_pp=(1e-4,), configurations=("shear",), mains_frequency=50)
+    sweep(laboratory, sink, plan)
+    ((point, number),) = zip(sink.points, sink.dwells, strict=True)
+    assert (point.frequency, point.driven_frequency) == (50.0, 48.0)
+    truth = laboratory.tester.actuator.log[number]
+    assert truth.frequency == pytest.approx(48.0)
+    signals = point.block.value("displacement"), point.block.value("force")
+    found = dynamic_stiffness(*signals, point.block.sample_rate, 48.0)
+    assert found.stiffness == pytest.approx(truth.stiffness, rel=0.01)
 
 
 def test_specimens_are_mounted_only_while_hydraulics_are_off(laboratory: Laboratory) -> None:

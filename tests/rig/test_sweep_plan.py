@@ -91,3 +91,29 @@ def test_an_order_once_drawn_stays_whatever_python_resumes_it() -> None:
         for amplitude, sines in groupby(drawn[0].sines, key=lambda sine: sine.amplitude_pp)
     }
     assert series == {1e-5: [10.0, 15.0, 5.0], 5e-5: [5.0, 10.0, 15.0], 1e-4: [10.0, 15.0, 5.0]}
+
+
+def test_points_at_multiples_of_the_mains_are_driven_a_cycle_of_the_record_beside_them_and_stay_in_the_plan() -> None:
+    plan = SweepPlan(mains_frequency=50)
+    sines = plan.mountings()[0].sines[:40]
+    moved = {sine.frequency: sine.driven_frequency for sine in sines if sine.driven_frequency != sine.frequency}
+    assert moved == {50.0: 48.0, 100.0: 98.0, 150.0: 148.0, 200.0: 198.0}
+    assert [sine.frequency for sine in sines] == list(plan.frequencies)
+
+
+@given(st.floats(1.0, 500.0), st.sampled_from([50, 60]), st.integers(2, 40), st.floats(0.0, 3.0))
+def test_no_point_is_less_than_a_cycle_from_a_multiple_and_none_moves_that_is_clear(
+    frequency: float, mains: int, cycles: int, shortest: float
+) -> None:
+    plan = SweepPlan(mains_frequency=mains, fewest_cycles=cycles, shortest_record=shortest)
+    driven = plan.driven_frequency(frequency)
+    hum = mains * max(1, round(frequency / mains))
+    apart = 1 / plan.record_duration(hum, 0.0, plan.tolerance)
+    assert driven > 0
+    assert abs(driven - hum) >= 0.999 * apart
+    assert abs(driven - frequency) <= 1.001 * apart
+    assert driven == frequency or abs(frequency - hum) < apart
+
+
+def test_a_plan_that_does_not_know_the_mains_moves_nothing() -> None:
+    assert all(sine.driven_frequency == sine.frequency for each in SweepPlan().mountings() for sine in each.sines)

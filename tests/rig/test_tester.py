@@ -1,6 +1,5 @@
 """The tester's driver against the simulated tester on real wires: Modbus TCP and Modbus RTU."""
 
-import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from simlab import tester_server
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
+from tests.ports import free_port
 
 # names that pytest does not take for tests
 Server: TypeAlias = tester_server.TesterServer
@@ -200,10 +200,7 @@ def test_an_error_inside_comes_out_with_a_note_that_rest_was_not_confirmed(serve
 )
 def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, fault: str, words: str) -> None:
     either.faults.set(fault)
-    with (
-        pytest.raises(tester_status.TesterMismatchError, match=words),
-        tester.connect(either.url, timeout=TIMEOUT),
-    ):
+    with pytest.raises(tester_status.TesterMismatchError, match=words), tester.connect(either.url, timeout=TIMEOUT):
         pytest.fail("connected")
     assert either.device.applied == []
 
@@ -219,10 +216,7 @@ def test_a_tester_that_is_not_as_it_should_be_is_not_driven(either: Server, faul
 def test_limits_that_limit_nothing_are_refused(limits: DeviceLimits, words: str) -> None:
     server = tester_server.start_tester_server(ordinary_bench(7, Clock(100.0)), limits=limits)
     try:
-        with (
-            pytest.raises(tester_status.TesterMismatchError, match=words),
-            tester.connect(server.url, timeout=TIMEOUT),
-        ):
+        with pytest.raises(tester_status.TesterMismatchError, match=words), tester.connect(server.url, timeout=TIMEOUT):
             pytest.fail("connected")
         assert server.device.applied == []
     finally:
@@ -230,8 +224,7 @@ def test_limits_that_limit_nothing_are_refused(limits: DeviceLimits, words: str)
 
 
 def test_an_absent_tester_is_said_within_the_timeouts() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
+    port = free_port()
     begin = time.monotonic()
     with (
         pytest.raises(modbus.ModbusUnreachableError, match=f"127.0.0.1:{port}: no connection"),
@@ -245,7 +238,7 @@ def test_an_absent_tester_is_said_within_the_timeouts() -> None:
     "url", ["127.0.0.1:502", "tcp://", "rtu://", "http://x", "tcp://host:port", "rtu:///dev/x?baudrate=fast"]
 )
 def test_an_address_of_another_form_is_refused_with_the_two_forms_there_are(url: str) -> None:
-    with pytest.raises(RigError, match="is no Modbus address"):
+    with pytest.raises(RigError, match="is no address of a tester"):
         modbus.ModbusLink(url)
 
 

@@ -83,12 +83,7 @@ def test_a_wait_that_is_paused_goes_on_when_it_is_resumed() -> None:
 
 def test_a_soak_ends_when_readings_have_stayed_within_the_band_for_the_time(room: Room) -> None:
     events = list[Event]()
-    soak(
-        within(0.5, 0.2, 10.0),
-        room(20.0, 21.0, 22.0, 22.6, 22.9),
-        events.append,
-        RunControl(),
-    )
+    soak(within(0.5, 0.2, 10.0), room(20.0, 21.0, 22.0, 22.6, 22.9), events.append, RunControl())
     started, ended = events
     assert started == SoakStarted(0.5, 0.2, 10.0)
     assert isinstance(ended, SoakEnded)
@@ -112,12 +107,7 @@ def test_a_pause_counts_for_nothing_in_a_soak(room: Room, monkeypatch: pytest.Mo
 
 def test_a_soak_about_a_temperature_begins_when_it_is_reached(room: Room) -> None:
     events = list[Event]()
-    soak(
-        within(1.0, 0.1, 10.0, 23.0),
-        room(21.0, 21.0, 21.0, 22.6, 23.4),
-        events.append,
-        RunControl(),
-    )
+    soak(within(1.0, 0.1, 10.0, 23.0), room(21.0, 21.0, 21.0, 22.6, 23.4), events.append, RunControl())
     ended = events[-1]
     assert isinstance(ended, SoakEnded)
     assert ended.celsius == 23.4
@@ -128,32 +118,17 @@ def test_a_temperature_that_does_not_settle_is_said_with_its_figures(room: Room)
         r"within a band of 0\.5 K about 23 C for 0\.1 s in 0\.3 s; it is 21\.00 C and has been within the band for 0 s"
     )
     with pytest.raises(SoakError, match=words):
-        soak(
-            within(0.5, 0.1, 0.3, 23.0),
-            room(21.0),
-            ignore_event,
-            RunControl(),
-        )
+        soak(within(0.5, 0.1, 0.3, 23.0), room(21.0), ignore_event, RunControl())
     restless = room(*(20.0 + step % 2 for step in range(1000)))
     with pytest.raises(SoakError, match=r"within a band of 0\.5 K for 0\.1 s in 0\.3 s; it is 2[01]\.00 C"):
-        soak(
-            within(0.5, 0.1, 0.3),
-            restless,
-            ignore_event,
-            RunControl(),
-        )
+        soak(within(0.5, 0.1, 0.3), restless, ignore_event, RunControl())
 
 
 def test_a_stop_ends_a_soak(room: Room, stopping: Callable[[RunControl, float], None]) -> None:
     control = RunControl()
     stopping(control, 0.05)
     with pytest.raises(RunStoppedError):
-        soak(
-            within(0.5, 3600.0, 7200.0),
-            room(23.0),
-            ignore_event,
-            control,
-        )
+        soak(within(0.5, 3600.0, 7200.0), room(23.0), ignore_event, control)
 
 
 def test_a_sequence_waits_and_soaks_on_the_thermometers_wire(

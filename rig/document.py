@@ -1,0 +1,9 @@
+"""What every part of a file from outside is checked by: sequences, maps of testers, corrected simulations."""
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Document(BaseModel):
+    """A part of a file: an unknown key is refused, values cannot be changed, numbers are finite."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

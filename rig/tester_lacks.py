@@ -1,0 +1,54 @@
+"""What a tester's controller may lack, and what that means for people at the machine."""
+
+from collections.abc import Collection, Mapping
+from enum import StrEnum
+
+
+class Lack(StrEnum):
+    """What a controller does not have, and the driver then cannot do."""
+
+    WATCHDOG = "watchdog"
+    EMERGENCY_STOP = "emergency_stop"
+    COMMAND_NUMBERS = "command_numbers"
+    VALUES_IN_FORCE = "values_in_force"
+    READ_BACK = "read_back"
+    STATUS_AGE = "status_age"
+    CHECKSUM = "checksum"
+    INTERLOCKS = "interlocks"
+    DETECTORS = "detectors"
+    LIMITS = "limits"
+    FORCE_SWING = "force_swing"
+
+
+CONSEQUENCES: Mapping[Lack, str] = {
+    Lack.WATCHDOG: "it moves on where program, computer or line are lost; only the red button stops it then",
+    Lack.EMERGENCY_STOP: "a stop that it does not obey is followed by hydraulics off alone, then by the red button",
+    Lack.COMMAND_NUMBERS: "a command that was delayed on the way, or is another client's, looks like the last one here",
+    Lack.VALUES_IN_FORCE: "amplitude and frequency are known as they were sent; of another client's, records tell",
+    Lack.READ_BACK: "a value that changed on the way to it moves the actuator, within its own limits and the rig's",
+    Lack.STATUS_AGE: "a status that stands still is noticed while it cycles, not at rest",
+    Lack.CHECKSUM: "a bit that changes on a TCP line is noticed where the value is implausible",
+    Lack.INTERLOCKS: "what stopped it is not known here; look at its own display",
+    Lack.DETECTORS: "limits and actions of its detectors are not known here; no sequence tightens them",
+    Lack.LIMITS: "its own limits on commands are not known here; the rig's limits are all that is checked before",
+    Lack.FORCE_SWING: "only the mean force is compared with the rig's limit while it cycles",
+}
+"""What each lack means for people at the machine."""
+
+NEEDS_CONSENT = frozenset({Lack.WATCHDOG, Lack.EMERGENCY_STOP})
+"""Without these a stop may fail: `tester_without` in the configuration has to name them."""
+
+
+def lack_text(lack: Lack) -> str:
+    """A lack and its consequence, as the end of a sentence about the tester."""
+    return f"no {lack.replace('_', ' ')}: {CONSEQUENCES[lack]}"
+
+
+def unaccepted(lacks: Collection[Lack], without: Collection[Lack]) -> str:
+    """Why a tester with these lacks is not driven where `without` is accepted, and what to do; empty where it is."""
+    needed = sorted(NEEDS_CONSENT & set(lacks))
+    if set(needed) <= set(without):
+        return ""
+    meanings = "; ".join(lack_text(each) for each in needed if each not in without)
+    named = ", ".join(f'"{each}"' for each in needed)
+    return f"{meanings}. Where that is acceptable, write into jointlab.toml: tester_without = [{named}]"

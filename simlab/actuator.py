@@ -15,15 +15,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simlab.bench import Mounted
 
 Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 # where a segment tabulates the specimen: densely about the steady amplitude, coarsely over all the machine can do
 _COARSE = np.geomspace(2e-7, 5e-4, 9)
-_FINE = np.geomspace(0.75, 1.33, 9)
+_FINE = np.geomspace(0.75, 1.33, 33)
 HISTORY = 600.0
 """Bench time in s for which signals can be asked for afterwards; devices that record them are seconds behind."""
 DROPPED = 100  # segments beyond that time that are dropped together, as this copies the others
@@ -31,22 +32,25 @@ _NOISE_TICK = 1e-7  # s; two samples closer than this share their noise
 
 
 class TesterBench(Protocol):
-    """The part of the bench that the actuator works against; amplitudes zero to peak in m, forces in N."""
+    """The part of the bench that the actuator works against; amplitudes zero to peak in m, results shaped like them.
+
+    Of many amplitudes together, because the tester's reply to a command waits for them.
+    """
 
     @property
     def mounted(self) -> Mounted | None:
         """What is in the tester; None while it is empty."""
 
-    def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
+    def dynamic_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
         """k + ih in N/m at `amplitude` and `frequency` Hz, with all that the machine moves besides."""
 
-    def own_stiffness(self, amplitude: float, frequency: float) -> complex:
+    def own_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
         """k + ih in N/m of the specimen alone while the machine moves by `amplitude` at `frequency` Hz."""
 
-    def static_force(self, preset: float) -> float:
-        """Force that holds the specimen at `preset` m."""
+    def static_force(self, preset: ArrayLike) -> Real:
+        """Force in N that holds the specimen at `preset` m."""
 
-    def third_harmonic(self, amplitude: float) -> float:
+    def third_harmonic(self, amplitude: ArrayLike) -> Real:
         """Third harmonic of the force over its first, in phase with it."""
 
 
@@ -95,6 +99,7 @@ class Dwell:
         stiffness: k of the specimen itself, at what it sees of that amplitude, N/m.
         damping: h of the specimen itself, N/m.
         start: bench time of the command, s.
+        stiffness_slope, damping_slope: change of k and h with the logarithm of amplitude, N/m.
     """
 
     specimen: str
@@ -105,6 +110,8 @@ class Dwell:
     stiffness: float
     damping: float
     start: float
+    stiffness_slope: float = 0.0
+    damping_slope: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,7 @@ class _Segment:
     """Motion from one command to the next: exponential in amplitude, a ramp in mean, constant in frequency."""
 
     amplitudes: Real  # (knots,) m, rising, where stiffness and third harmonic are tabulated
-    stiffness: NDArray[np.complex128]  # (knots,) N/m
+    stiffness: Complex  # (knots,) N/m
     third: Real  # (knots,)
     positions: Real  # (knots,) m, rising, where the static force is tabulated
     static: Real  # (knots,) N
@@ -289,16 +296,18 @@ class Actuator:
         cycling, mounted = amplitude > 0.0, self._bench.mounted
         steady = self._steady(amplitude, frequency)
         knots, stiffness, third = last.amplitudes, last.stiffness, last.third
-        if cycling:  # a stop fades out on the same tables: those of 18 amplitudes take 10 ms, and its reply waits
+        if cycling:  # a stop fades out on the same tables
             knots = np.union1d(_COARSE, _FINE * steady)
-            stiffness = np.array([self._stiffness(float(knot), frequency) for knot in knots])
-            third = np.array([self._bench.third_harmonic(float(knot)) if mounted else 0.0 for knot in knots])
+            stiffness = self._stiffness(knots, frequency)
+            third = self._bench.third_harmonic(knots) if mounted else np.zeros(knots.size)
         positions = np.linspace(min(mean_from, preset), max(mean_from, preset) + 1e-9, 9)
-        static = np.array([self._bench.static_force(float(x)) if mounted else 0.0 for x in positions])
+        static = self._bench.static_force(positions) if mounted else np.zeros(positions.size)
         if cycling and mounted is not None:
-            at = self._bench.own_stiffness(steady, frequency)
+            at, less, more = self._bench.own_stiffness(steady * np.array([1.0, 0.99, 1.01]), frequency)
+            slope = (more - less) / 0.02
+            truth = at.real, at.imag, now, slope.real, slope.imag
             names = (mounted.specimen, mounted.configuration)
-            self._log.append(Dwell(*names, frequency, 2 * amplitude, 2 * steady, at.real, at.imag, now))
+            self._log.append(Dwell(*names, frequency, 2 * amplitude, 2 * steady, *truth))
         segments, starts = self._past
         if (old := bisect_right(starts, now - HISTORY) - 1) >= DROPPED:
             self._past = segments, starts = segments[old:], starts[old:]
@@ -332,12 +341,12 @@ class Actuator:
         unloaded = amplitude * self.servo_gain * self.servo.response(frequency)
         reached = unloaded
         for _ in range(4):  # converges by a factor of some hundred a step
-            reached = unloaded / (1 + abs(self._stiffness(reached, frequency)) / self.servo.stiffness)
+            reached = unloaded / (1 + abs(complex(self._stiffness(reached, frequency))) / self.servo.stiffness)
         return reached
 
-    def _stiffness(self, amplitude: float, frequency: float) -> complex:
+    def _stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
         if self._bench.mounted is None or frequency == 0.0:
-            return 0j
+            return np.zeros(np.shape(amplitude), np.complex128)
         return self._bench.dynamic_stiffness(amplitude, frequency)
 
 

@@ -10,6 +10,7 @@ from threading import RLock
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
@@ -32,10 +33,17 @@ from simlab.truth import direct_truth, free_truth, joint_truth, modal_truth
 REACTION = 0.3
 HAMMER_CHANNELS = ("hammer", "accelerometer")
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
+SENSOR, CALIBRATOR, MASS = "accelerometer", "calibrator", "mass"
+"""The accelerometer as what is mounted: on the beam, on a hand-held calibrator, or on a mass that hangs in cords."""
+TONE, TONE_RMS = 159.15, 10.0  # Hz and m/s^2 of the calibrator
+SUSPENDED_MASS = 3.0
+"""kg of the hanging mass with the accelerometer; somebody strikes it by 100 N each second, 3 ms long."""
 SUSPENDED_MEMORY = 6.0
 """Seconds that a blow is heard on the hanging beam: its sharpest mode has died out to 1e-7 by then."""
 WHOLE_TEST = 720
 """Sine points after which a drift that follows the order of the test is complete."""
+NO_AMPLITUDE = 1e-12
+"""m, in place of 0, at which a specimen has no stiffness."""
 
 
 class TesterActuator(Protocol):
@@ -80,6 +88,7 @@ class SimulatedBench:
         self._weather = self._random(5).uniform([-0.2, 0, 0], [0.2, 2 * np.pi, 2 * np.pi])
         self._hum = [effect for effect in case.effects if isinstance(effect, MainsHum)]
         self._setup = 0
+        self._sensor_on = BEAM
         self._blows: list[SimulatedBlow] = []
         self._mounted: Mounted | None = None
         self._actuator: TesterActuator | None = None
@@ -138,15 +147,18 @@ class SimulatedBench:
 
     def hammer_signals(self, start: float, rate: float, samples: int) -> dict[str, Real]:
         """``hammer`` in N and ``accelerometer`` in m/s^2, each (samples,), at bench times start + i / rate."""
+        times = start + np.arange(samples) / rate
         with self._lock:
-            clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
+            if self._sensor_on == BEAM:
+                clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
+            else:
+                clean = _beside_the_beam(self._sensor_on, times)
         first = round(start * rate)
         noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
         signals = {
             name: self.gains[name] * signal + rms * white_noise(self.seed, channel, first, samples)
             for channel, (name, signal, rms) in enumerate(zip(HAMMER_CHANNELS, clean, noise, strict=True))
         }
-        times = start + np.arange(samples) / rate
         for effect in self._hum:
             for tone, amplitude in effect.tones.items():
                 signals["accelerometer"] += amplitude * np.sin(2 * np.pi * tone * times)
@@ -203,11 +215,16 @@ class SimulatedBench:
         """Put the cylinders of joint `specimen` (I or II) into the tester in compression, shear or angled.
 
         In the configuration blank, `specimen` is a known piece: blank, empty or mass. The `specimen` beam does not go
-        into the tester: it is hung in cords (suspended) or put on its joints (supported).
+        into the tester: it is hung in cords (suspended) or put on its joints (supported). The accelerometer goes on the
+        beam, on a calibrator or on a suspended mass.
 
         Raises:
             ValueError: no such specimen, piece or configuration.
         """
+        if specimen == SENSOR and configuration in (BEAM, CALIBRATOR, MASS):
+            with self._lock:
+                self._sensor_on = configuration
+            return
         if specimen == BEAM and configuration in (SUSPENDED, SUPPORTED):
             self._hang(suspended=configuration == SUSPENDED)
             return
@@ -227,49 +244,51 @@ class SimulatedBench:
         with self._lock:
             return self._mounted
 
-    def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        """k + ih in N/m as the machine finds it that moves by `amplitude` m, zero to peak, at `frequency` Hz.
+    def dynamic_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
+        """k + ih in N/m, shaped like `amplitude`, as the machine finds it that moves by that, m zero to peak, at Hz.
 
         Raises:
             ValueError: the tester is empty.
         """
         found = self.conditions.frame.in_series(self.own_stiffness(amplitude, frequency), frequency)
-        return complex(as_tested(self.built, np.array([found]), self._point(amplitude, frequency))[0])
+        points = self._points(np.ravel(amplitude), frequency)
+        return as_tested(self.built, np.ravel(found), points).reshape(np.shape(amplitude))
 
-    def own_stiffness(self, amplitude: float, frequency: float) -> complex:
-        """k + ih in N/m of the mounted specimen itself, at its share of the machine's `amplitude`, as warm as the room.
+    def own_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
+        """k + ih in N/m, shaped like `amplitude`, of the mounted specimen itself, as warm as the room.
+
+        The specimen sees its share of the machine's amplitude.
 
         Raises:
             ValueError: the tester is empty.
         """
         mounted, temperature = self._require_mounted(), self.temperature(self.clock.now())
         if mounted.configuration == BLANK:
-            return PIECES[mounted.specimen].dynamic_stiffness(frequency)
+            return np.full(np.shape(amplitude), PIECES[mounted.specimen].dynamic_stiffness(frequency))
         return self.conditions.frame.specimen_share(
-            lambda seen: self._specimen(seen, frequency, temperature), amplitude, frequency
+            lambda seen: self._specimen(seen, frequency, temperature), np.asarray(amplitude, np.float64), frequency
         )[1]
 
-    def static_force(self, preset: float) -> float:
-        """Force in N that holds the mounted specimen at `preset` m.
+    def static_force(self, preset: ArrayLike) -> Real:
+        """Force in N, shaped like `preset`, that holds the mounted specimen there, m.
 
         Raises:
             ValueError: the tester is empty.
         """
         mounted = self._require_mounted()
 
-        def own(position: float) -> float:
+        def own(position: Real) -> Real:
             if mounted.configuration == BLANK:
                 return PIECES[mounted.specimen].stiffness * position
-            if position == 0.0:
-                return 0.0
             cylinder = self._cylinder(mounted)
-            static = self._specimen(abs(position), cylinder.static_frequency, REFERENCE_TEMPERATURE).real
-            return static * position * (1 + cylinder.locking * abs(position))
+            size = np.maximum(np.abs(position), NO_AMPLITUDE)
+            static = self._specimen(size, cylinder.static_frequency, REFERENCE_TEMPERATURE).real
+            return static * position * (1 + cylinder.locking * size)
 
-        return self.conditions.frame.static_force(own, preset)
+        return self.conditions.frame.static_force(own, np.asarray(preset, np.float64))
 
-    def third_harmonic(self, amplitude: float) -> float:
-        """Third harmonic of the force over its first, in phase with it, at zero-to-peak `amplitude` m.
+    def third_harmonic(self, amplitude: ArrayLike) -> Real:
+        """Third harmonic of the force over its first, in phase with it, shaped like `amplitude`, m zero to peak.
 
         Filled rubber has its own law; of linear cylinders it is as in the files of a case: 0.15 % of the tester, and
         more where an effect lets the stiffness change with amplitude.
@@ -278,24 +297,26 @@ class SimulatedBench:
             ValueError: the tester is empty.
         """
         mounted = self._require_mounted()
+        amplitude = np.asarray(amplitude, np.float64)
         if mounted.configuration == BLANK:
-            return 0.0
+            return np.zeros(amplitude.shape)
         cylinder = self._cylinder(mounted)
         if isinstance(cylinder, ElastomerCylinder):
             return cylinder.third_harmonic(mounted.configuration, amplitude)
         stiffness, step = self.own_stiffness(amplitude, 50.0), 0.05
-        change = abs(self.own_stiffness(amplitude * (1 + step), 50.0) / stiffness - 1) / step
-        return 0.0015 + 0.05 * change
+        change = np.abs(self.own_stiffness(amplitude * (1 + step), 50.0) / stiffness - 1) / step
+        return np.asarray(0.0015 + 0.05 * change)
 
     def _cylinder(self, mounted: Mounted) -> SimulatedCylinder:
         return self.built.article.joints[mounted.specimen].cylinders[0]
 
-    def _specimen(self, amplitude: float, frequency: float, temperature: float) -> complex:
-        """k + ih in N/m of the mounted cylinders at their own `amplitude`."""
-        return complex(specimen_stiffness(self.built, self._point(amplitude, frequency, temperature))[0])
+    def _specimen(self, amplitude: Real, frequency: float, temperature: float) -> Complex:
+        """k + ih in N/m of the mounted cylinders, shaped like their own `amplitude`."""
+        points = self._points(np.ravel(amplitude), frequency, temperature)
+        return specimen_stiffness(self.built, points).reshape(np.shape(amplitude))
 
-    def _point(self, amplitude: float, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
-        """One sine point of the mounted specimen, after as much of the test as the actuator has done."""
+    def _points(self, amplitude: Real, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
+        """Sine points of the mounted specimen at `amplitude` (points,), after as much of the test as was done."""
         mounted = self._require_mounted()
         if mounted.configuration == BLANK:
             mounted = Mounted(JOINT_NAMES[0], CONFIGURATIONS[0])
@@ -304,7 +325,7 @@ class SimulatedBench:
             JOINT_NAMES.index(mounted.specimen),
             CONFIGURATIONS.index(mounted.configuration),
             2e3 * amplitude,
-            np.array([frequency]),
+            np.full(amplitude.size, frequency),
             temperature,
             order=min(done / (WHOLE_TEST - 1), 1.0),
         )
@@ -418,3 +439,11 @@ def case_bench(case: Case, clock: Clock) -> SimulatedBench:
         cross_axis=0.0,
     )
     return SimulatedBench(case, clock, conditions, CampaignOperator(case, campaign))
+
+
+def _beside_the_beam(place: str, times: Real) -> Real:
+    """(2, samples) force of the hammer in N and acceleration in m/s^2 on a calibrator or a struck mass, at `times`."""
+    if place == CALIBRATOR:
+        return np.stack([np.zeros_like(times), np.sqrt(2) * TONE_RMS * np.sin(2 * np.pi * TONE * times)])
+    force = 100.0 * np.exp(-((((times % 1.0) - 0.5) / 1.5e-3) ** 2))
+    return np.stack([force, force / SUSPENDED_MASS])

@@ -53,7 +53,7 @@ class StatusError(Exception):
         super().__init__(" ".join(part for part in (meaning(code), details, f"Status code: {self.code}.") if part))
 
 
-ON_A_CHANNEL = ("overload", "cable_open")
+ON_A_CHANNEL = ("overload", "cable_open", "inverted", "weak", "hum", "noisy", "dead", "saturated", "offset")
 ON_THE_CHASSIS = ("overrun", "device_gone")
 OVERLOAD_GAIN = 1000.0
 
@@ -63,6 +63,9 @@ class DaqFaults:
 
     - ``overload`` of a channel: its sensor gives a thousand times what it should.
     - ``cable_open`` of a channel: nothing is connected to it.
+    - ``inverted``, ``weak``, ``dead`` of a channel: its sensor is turned round, gives a tenth, or nothing.
+    - ``hum``, ``noisy`` of a channel: 50 Hz from the mains, or noise, far above the noise of a sensor.
+    - ``saturated``, ``offset`` of a channel: its conditioner stands at the end of its range, or a tenth of it off zero.
     - ``overrun``: the next read finds its samples overwritten.
     - ``device_gone``: every call that needs the chassis fails, reads that wait included.
 

@@ -1,19 +1,21 @@
 """The simulated C Series modules, the sensors wired to them, and the way from SI to counts."""
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simlab.daq_errors import Code, StatusError
+from simlab.daq_errors import OVERLOAD_GAIN, Code, StatusError
 
 Real = NDArray[np.float64]
 Counts = NDArray[np.int32]
 
 IDLE_NOISE = 50e-6  # V rms, of an input that no sensor drives
 SLOWEST_DIVISOR = 31
+CONVERTER_NOISE = 5e-6  # V rms, of a shorted input
+HUM, NOISY = 5e-3, 2e-3  # V: amplitude of picked-up mains, rms of a bad contact
 
 
 @dataclass(frozen=True)
@@ -167,3 +169,24 @@ def input_volts(
     if sensor is None or signal is None or (sensor.iepe and not excited):
         return idle_volts(physical, first, samples)
     return signal * sensor.sensitivity
+
+
+def faulty_volts(volts: Real, present: Callable[[str], bool], module: Module, start: float, rate: float) -> Real:
+    """What `volts` (samples,) become by the faults of a channel that are `present`, from bench time `start` on."""
+    times = start + np.arange(volts.size) / rate
+    noise = np.random.default_rng(round(start * rate)).standard_normal(volts.size)
+    if present("overload"):
+        volts = volts * OVERLOAD_GAIN
+    if present("inverted"):
+        volts = -volts
+    if present("weak"):
+        volts = volts / 10
+    if present("dead"):
+        volts = CONVERTER_NOISE * noise
+    if present("hum"):
+        volts = volts + HUM * np.sin(2 * np.pi * 50 * times)
+    if present("noisy"):
+        volts = volts + NOISY * noise
+    if present("offset"):
+        volts = volts + 0.1 * module.volts
+    return np.full(volts.size, 1.05 * module.volts) if present("saturated") else volts

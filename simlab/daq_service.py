@@ -164,15 +164,16 @@ class NiDaqmx:
         self._task(request).set_trigger(None)
 
     def _edge(self, request: Message) -> Trigger:
-        """The trigger that a request describes; the bench knows the rising edges of the hammer only."""
+        """The trigger that a request describes; the bench knows where the hammer's force rises only."""
         channel = self._task(request).channel(request.trigger_source)
         sensor = self._chassis.wiring.get(channel.physical)
         if sensor is None or sensor.signal != "hammer":
             raise StatusError(
                 Code.INVALID_ANALOG_TRIG_SRC, f"Source: {channel.name}. The bench triggers on its hammer only."
             )
-        if request.trigger_slope_raw != Slope.RISING.value:
-            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, "Trigger slope. The bench triggers on rising edges only.")
+        falls = request.trigger_slope_raw == Slope.FALLING.value
+        if falls and not (request.trigger_level < 0 and self._faults.present("inverted", channel.physical)):
+            raise StatusError(Code.INVALID_ATTRIBUTE_VALUE, "Trigger slope. The bench triggers where force rises only.")
         return Trigger(channel, request.trigger_level, request.pretrigger_samples)
 
     # -- running

@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 
 from simlab.clock import Clock
 from simlab.daq_channels import VirtualChannel
-from simlab.daq_errors import OVERLOAD_GAIN, Code, DaqFaults, StatusError
-from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, input_volts
+from simlab.daq_errors import Code, DaqFaults, StatusError
+from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, faulty_volts, input_volts
 
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
@@ -25,7 +26,7 @@ BUFFER_SIZES = ((100.0, 1_000), (10_000.0, 10_000), (1_000_000.0, 100_000))  # N
 
 @dataclass(frozen=True)
 class Trigger:
-    """An edge through `level` (in its unit) of `channel`, rising; `pretrigger` samples are kept from before it."""
+    """An edge through `level` (in its unit) of `channel`, away from zero; `pretrigger` samples are kept before it."""
 
     channel: VirtualChannel
     level: float
@@ -253,7 +254,7 @@ class Task:
         sensor = self._sensor(trigger.channel)
         if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
             return None
-        level = trigger.level * trigger.channel.volts_per_unit / sensor.sensitivity
+        level = abs(trigger.level) * trigger.channel.volts_per_unit / sensor.sensitivity
         try:
             return rising_sample(self.bench, level, started, self.rate, trigger.pretrigger)
         except ValueError as error:
@@ -341,8 +342,9 @@ class Task:
             signal = signals.get(sensor.signal) if sensor else None
             excited = channel.excitation_current > 0
             volts = input_volts(channel.physical, sensor, signal, excited, first, samples)
-            if self.faults.present("overload", channel.physical):
-                volts = volts * OVERLOAD_GAIN
+            volts = faulty_volts(
+                volts, partial(self.faults.present, channel=channel.physical), channel.module, start, self.rate
+            )
             if np.max(np.abs(volts)) > channel.module.volts:
                 self.new_overloads |= {channel.name}
             counts[row] = channel.module.counts(volts)

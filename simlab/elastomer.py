@@ -120,13 +120,13 @@ class ElastomerCylinder:
         ]
         return np.stack(columns, axis=-1)
 
-    def third_harmonic(self, configuration: str, amplitude: float) -> float:
+    def third_harmonic(self, configuration: str, amplitude: Real) -> Real:
         """Third harmonic of the force over the first: 0.1 % at 0.01 mm peak to peak, 0.7 % at 0.1 mm.
 
         It is in phase with the first (a force c1 sin p + c3 sin 3p), a little less in shear.
         """
         share = {"compression": 1.0, "angled": 0.9, "shear": 0.6}[configuration]
-        return float(share * 0.007 * (amplitude / 50e-6) ** 0.85)
+        return np.asarray(share * 0.007 * (amplitude / 50e-6) ** 0.85)
 
 
 @dataclass(frozen=True)

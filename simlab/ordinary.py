@@ -26,8 +26,6 @@ from simlab.elastomer import BLOW_AMPLITUDE, REFERENCE_TEMPERATURE, ElastomerCyl
 from simlab.hammer_operator import PLACE_SCATTER, PULSE_WIDTH
 from simlab.tester_frame import TesterFrame
 
-TERMS_BETWEEN_KINKS = 24
-"""Of the beam's series from each joint, and from the accelerometer, to the next: exact to 8 kHz, to 1e-4 (m/s^2)/N."""
 CYLINDERS = {
     "I": ElastomerCylinder(shear=0.36e6, compression=2.30e6, rotation=18.0),
     "II": ElastomerCylinder(shear=0.49e6, compression=2.70e6, rotation=22.0),
@@ -77,8 +75,7 @@ def draw_article(seed: int, tolerances: float = 1.0) -> SimulatedArticle:
             cylinders=(scattered(CYLINDERS[name], rng, tolerances), scattered(CYLINDERS[name], rng, tolerances)),
         )
     sensor = NODE_POSITIONS[SENSOR_NODE - 1] + float(off("node_position")[0])
-    kinks = tuple(sorted([sensor, *(joint.position for joint in joints.values())]))
-    return SimulatedArticle(replace(beam, terms=TERMS_BETWEEN_KINKS, kinks=kinks), joints, sensor)
+    return SimulatedArticle(beam, joints, sensor)
 
 
 def ordinary_case(seed: int, conditions: BenchConditions) -> Case:
@@ -90,10 +87,7 @@ def ordinary_case(seed: int, conditions: BenchConditions) -> Case:
     """
     points = draw_points(np.random.default_rng([seed, 1]), "sequential", REFERENCE_TEMPERATURE)
     setup = Setup(
-        peak_force=conditions.peak_force,
-        gain=1.0,
-        offsets=(0.0,) * len(MEASURED),
-        temperature=REFERENCE_TEMPERATURE,
+        peak_force=conditions.peak_force, gain=1.0, offsets=(0.0,) * len(MEASURED), temperature=REFERENCE_TEMPERATURE
     )
     campaign = Campaign(
         node_positions=NODE_POSITIONS,

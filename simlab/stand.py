@@ -7,7 +7,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from simlab.article import SimulatedArticle, SimulatedJoint, lateral_stiffness
+from simlab.article import SimulatedArticle, SimulatedJoint, lateral_stiffness, with_kinks
 from simlab.beam import FreeModes, Load, Real, free_modes
 from simlab.case.blows import half_sine_spectrum
 from simlab.case.campaign import MEASURED, ROWS, Campaign, Row
@@ -42,7 +42,7 @@ class BuiltCase:
         """Let the effects of `case` touch its article and its campaign."""
         article = reduce(lambda known, effect: effect.built(known), case.effects, case.article)
         campaign = reduce(lambda known, effect: effect.measured(known), case.effects, case.campaign)
-        return cls(article, campaign, case.effects)
+        return cls(with_kinks(article), campaign, case.effects)
 
 
 class Stand:

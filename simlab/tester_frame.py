@@ -4,6 +4,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 ITERATIONS = 8  # each is nearer by the share of the motion that the frame takes
 
 
@@ -21,31 +26,29 @@ class TesterFrame:
     fixture_mass: float = 0.0
     delay: float = 0.0
 
-    def specimen_share(
-        self, own: Callable[[float], complex], amplitude: float, frequency: float
-    ) -> tuple[float, complex]:
-        """Amplitude that the specimen sees when the machine moves by `amplitude`, m, and its stiffness k + ih at it.
+    def specimen_share(self, own: Callable[[Real], Complex], amplitude: Real, frequency: float) -> tuple[Real, Complex]:
+        """Amplitudes that the specimen sees when the machine moves by `amplitude`, m, and its stiffness k + ih at them.
 
-        `own` is the specimen's stiffness in N/m by its amplitude in m.
+        `own` is the specimen's stiffness in N/m by its amplitude in m; all arrays have the shape of `amplitude`.
         """
         seen = amplitude
         for _ in range(ITERATIONS if self.compliance else 0):
-            seen = amplitude / abs(1 + self.compliance * self._sprung(own(seen), frequency))
+            seen = amplitude / np.abs(1 + self.compliance * self._sprung(own(seen), frequency))
         return seen, own(seen)
 
-    def in_series(self, specimen: complex, frequency: float) -> complex:
+    def in_series(self, specimen: Complex, frequency: float) -> Complex:
         """What a specimen of stiffness k + ih looks like from the machine, N/m."""
         sprung = self._sprung(specimen, frequency)
-        return sprung / (1 + self.compliance * sprung)
+        return np.asarray(sprung / (1 + self.compliance * sprung))
 
-    def static_force(self, own: Callable[[float], float], preset: float) -> float:
-        """Force in N that holds the specimen and the frame at `preset` m; `own` is the specimen's by its position."""
+    def static_force(self, own: Callable[[Real], Real], preset: Real) -> Real:
+        """Force in N, shaped like `preset`, that holds specimen and frame there, m; `own` is the specimen's alone."""
         force = own(preset)
         for _ in range(ITERATIONS if self.compliance else 0):
             force = own(preset - self.compliance * force)
         return force
 
-    def _sprung(self, specimen: complex, frequency: float) -> complex:
+    def _sprung(self, specimen: Complex, frequency: float) -> Complex:
         return specimen - (2 * math.pi * frequency) ** 2 * self.fixture_mass
 
 

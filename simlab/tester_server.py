@@ -10,9 +10,11 @@ import asyncio
 import logging
 import os
 import struct
+import sys
 import threading
 import tty
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Sequence
+from contextlib import suppress
 from enum import StrEnum
 from typing import cast
 
@@ -45,6 +47,7 @@ from simlab.tester_device import DeviceLimits, TesterDevice
 DEVICE_ID = 1
 BAUD_RATE = 115_200
 TICK = 0.01  # s on the wall, between two looks at detectors and watchdog
+FIRST = 2  # real-time priority of the simulated tester, above that of the program that drives it
 
 _EXCEPTIONS = {
     Refusal.BUSY: ExcCodes.DEVICE_BUSY,
@@ -70,6 +73,8 @@ class TesterFault(StrEnum):
     WRONG_UNITS = "wrong_units"
     NO_WATCHDOG = "no_watchdog"
     NO_LIMITS = "no_limits"
+    DEAD_WATCHDOG = "dead_watchdog"  # it has a time, and never trips
+    DEAD_EMERGENCY_STOP = "dead_emergency_stop"  # its coil is written, and nothing happens
     MILD_DETECTOR = "mild_detector"  # the force detector only indicates
     LOST_REPLY = "lost_reply"  # a command is applied and its reply does not arrive
     FLIPPED_COMMAND = "flipped_command"  # one bit of a command changes on the way
@@ -90,10 +95,12 @@ class TesterServer:
             or written, of a command, or EMERGENCY_STOP.
     """
 
+    known_faults: Sequence[StrEnum] = tuple(TesterFault)
+
     def __init__(self, device: TesterDevice, actuator: Actuator, rtu: bool, port: int) -> None:
         self.device = device
         self.actuator = actuator
-        self.faults = Faults(TesterFault)
+        self.faults = Faults(self.known_faults)
         self.script = Script[Refusal | ExcCodes]()
         self.url = ""
         self._server: ModbusTcpServer | ModbusSerialServer | None = None
@@ -122,6 +129,7 @@ class TesterServer:
         self._thread.join()
 
     def _run(self, serve: Coroutine[None, None, None]) -> None:
+        _come_first()
         try:
             asyncio.run(serve)
         except Exception as error:
@@ -158,10 +166,15 @@ class TesterServer:
         self._server = server
         self._started.set()
         while not self._stopping.is_set():
+            self._keep_watch()
             self.device.tick()
             await asyncio.sleep(TICK)
         await server.shutdown()  # type: ignore[no-untyped-call]  # pymodbus leaves it without types
         await asyncio.sleep(0)  # let the closed transports say so
+
+    def _keep_watch(self) -> None:
+        """Let the watchdog work, or not."""
+        self.device.watchdog_works = not self.faults.take(TesterFault.DEAD_WATCHDOG)
 
     def _sim_device(self) -> SimDevice:
         def registers(kind: Kind) -> list[SimData]:
@@ -195,7 +208,8 @@ class TesterServer:
                 return answer
             if address != EMERGENCY_STOP_COIL or not values[0]:
                 return ExcCodes.ILLEGAL_VALUE
-            self.device.emergency_stop(latched=False)
+            if not self.faults.take(TesterFault.DEAD_EMERGENCY_STOP):
+                self.device.emergency_stop(latched=False)
             return None
         for block in BLOCKS:
             if function == _WRITE_HOLDING and block.writable and (address, count) == (block.address, block.count):
@@ -203,6 +217,7 @@ class TesterServer:
         return ExcCodes.ILLEGAL_ADDRESS
 
     def _read(self, block: Block) -> list[int]:
+        self._keep_watch()
         self._set_servo()
         if block is STATUS:
             return self.device.read(block)
@@ -226,16 +241,16 @@ class TesterServer:
             return answer
         if isinstance(answer, Refusal):
             self.device.refuse(answer)
-            return _exception(answer)
+            return exception_of(answer)
         if block is COMMAND:
             self._set_servo()
             if self.faults.take(TesterFault.REFUSE):
-                return _exception(Refusal.FAULT)
+                return exception_of(Refusal.FAULT)
             if self.faults.take(TesterFault.BUSY):
-                return _exception(Refusal.BUSY)
+                return exception_of(Refusal.BUSY)
             self._lose_reply = self.faults.take(TesterFault.LOST_REPLY)
         refusal = self.device.write(block, words)
-        return None if refusal is Refusal.NONE else _exception(refusal)
+        return None if refusal is Refusal.NONE else exception_of(refusal)
 
     def _set_servo(self) -> None:
         weak, strong = self.faults.take(TesterFault.WEAK_SERVO), self.faults.take(TesterFault.RUNAWAY_SERVO)
@@ -303,7 +318,8 @@ class PtyLine:
         os.write(sink, os.read(source, 4096))
 
 
-def _exception(refusal: Refusal) -> ExcCodes:
+def exception_of(refusal: Refusal) -> ExcCodes:
+    """The Modbus exception that tells a refusal."""
     return _EXCEPTIONS.get(refusal, ExcCodes.ILLEGAL_VALUE)
 
 
@@ -336,3 +352,10 @@ def start_tester_server(
     actuator = Actuator(bench, bench.clock.now, bench.seed)
     bench.attach_actuator(actuator)
     return TesterServer(TesterDevice(actuator, bench.clock.now, limits), actuator, rtu, port)
+
+
+def _come_first() -> None:
+    """Let this thread come first where that is allowed: a real instrument has a processor of its own."""
+    if sys.platform == "linux":
+        with suppress(PermissionError):
+            os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(FIRST))

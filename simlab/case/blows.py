@@ -50,7 +50,7 @@ def strike(
     """`count` blows a row, each a little elsewhere and differently hard, with both sensors' noise.
 
     Args:
-        accelerance, slope: (rows, lines) true accelerance, and its change along the bar, per m.
+        accelerance, slope: (rows, lines) true accelerance, and its change along the beam, per m.
         frequency: (lines,) Hz.
     """
     rows, lines = accelerance.shape

@@ -54,7 +54,7 @@ class Setup:
     Attributes:
         peak_force: of a blow, N.
         gain: of the measuring chain.
-        offsets: (rows measured,) m by which the marks are off along the bar.
+        offsets: (rows measured,) m by which the marks are off along the beam.
         temperature: deg C.
     """
 
@@ -94,7 +94,7 @@ class Points:
         cls,
         specimen: int,
         configuration: int,
-        amplitude_pp_mm: float,
+        amplitude_pp_mm: float | Real,
         frequency: Real,
         temperature: float,
         order: float = 0.0,
@@ -124,7 +124,7 @@ class Campaign:
         tester_gain: of the tester's stiffness.
         pulse_width: of a blow, s.
         force_noise, acceleration_noise: of one blow's record, N s and m/s^2 s.
-        place_scatter: standard deviation of single blows along the bar, m.
+        place_scatter: standard deviation of single blows along the beam, m.
         direct_noise: of the tester at 0.1 mm peak to peak, in thousandths of the stiffness; inverse to the amplitude.
         joint_amplitude: deformation of the cylinders under a blow of 100 N, m zero to peak.
         amplitude_fall: power of frequency above 80 Hz with which that amplitude falls; 0 is one amplitude for all.

@@ -24,8 +24,6 @@ from simlab.elastomer import LinearCylinder
 
 EFFECTS: tuple[str, ...] = tuple(CATALOGUE)
 """Every effect of the catalogue that shows in averaged data."""
-RECORD_ONLY: tuple[str, ...] = tuple(RECORD_EFFECTS)
-"""Effects of the catalogue that show in raw blows; a case has them if they are asked for by name."""
 NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
 """Effects outside the catalogue."""
 

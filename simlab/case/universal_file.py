@@ -30,7 +30,7 @@ class Function:
     Attributes:
         kind: function type: 1 time history, 4 frequency response, 6 coherence.
         name: first identification line.
-        response, reference: where it was read, and where the bar was struck.
+        response, reference: where it was read, and where the beam was struck.
         axis, ordinate, denominator: what is on which axis.
         step: of the axis, s or Hz.
         values: (samples,) real or complex.

@@ -5,10 +5,7 @@ from collections.abc import Callable
 import nidaqmx
 import numpy as np
 import pytest
-from nidaqmx.constants import (
-    AccelUnits,
-    AcquisitionType,
-)
+from nidaqmx.constants import AccelUnits, AcquisitionType
 from nidaqmx.errors import DaqError
 from numpy.typing import NDArray
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simlab.article import SimulatedArticle
+from simlab.article import SimulatedArticle, with_kinks
 from simlab.beam import Real, free_modes
 from simlab.coupling import Complex, CoupledBeam, block_diagonal
 
@@ -42,7 +42,7 @@ def shake(
     Raises:
         RuntimeError: no steady amplitude is found at some line.
     """
-    modes = free_modes(article.beam)
+    modes = free_modes(with_kinks(article).beam)
     pushed = modes.shape("y", shaker)[None]
     places = {name: [modes.shape(way, joint.position) for way in "xyr"] for name, joint in article.joints.items()}
     omega = np.asarray(2 * np.pi * frequency, dtype=np.complex128)

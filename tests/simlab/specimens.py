@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from simlab.article import SimulatedArticle
+from simlab.article import SimulatedArticle, with_kinks
 from simlab.case.campaign import CONFIGURATIONS, Points
 from simlab.case.simulate import specimen_stiffness
 from simlab.coupling import Complex
@@ -15,7 +15,7 @@ from simlab.stand import BuiltCase
 def built_of(article: SimulatedArticle, peak_force: float = 100.0) -> BuiltCase:
     """The ordinary case with this article."""
     case = BuiltCase.of(ordinary_case(1, BenchConditions(peak_force=peak_force)))
-    return BuiltCase(article, case.campaign, ())
+    return BuiltCase(with_kinks(article), case.campaign, ())
 
 
 def stiffness_of(

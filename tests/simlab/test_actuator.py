@@ -1,13 +1,12 @@
 """The tester's plant: bandwidth, droop, noise of an absolute size, and a truth that its signals agree with."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
-from simlab.actuator import Actuator, Servo
+from simlab.actuator import Actuator, Complex, Real, Servo
 from simlab.bench import Mounted
 
 QUIET = Servo(cycle_noise=0.0, displacement_noise=0.0, force_noise=0.0)
@@ -24,16 +23,16 @@ class Rubber:
     def now(self) -> float:
         return self.time
 
-    def dynamic_stiffness(self, amplitude: float, frequency: float) -> complex:
-        return self.scale * 7e5 * (1 + 0.1j) * math.pow(amplitude / 5e-5, -0.25) * (1 + frequency / 2000)
+    def dynamic_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
+        return self.scale * 7e5 * (1 + 0.1j) * np.power(np.divide(amplitude, 5e-5), -0.25) * (1 + frequency / 2000)
 
     own_stiffness = dynamic_stiffness
 
-    def static_force(self, preset: float) -> float:
-        return self.scale * 4e5 * preset
+    def static_force(self, preset: ArrayLike) -> Real:
+        return self.scale * 4e5 * np.asarray(preset)
 
-    def third_harmonic(self, amplitude: float) -> float:
-        return 0.02
+    def third_harmonic(self, amplitude: ArrayLike) -> Real:
+        return np.full(np.shape(amplitude), 0.02)
 
 
 def harmonics(signal: np.ndarray, times: np.ndarray, frequency: float, count: int = 3) -> np.ndarray:

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx._stubs.nidaqmx_pb2_grpc import NiDAQmxStub
-from nidaqmx.constants import (
-    FillMode,
-)
+from nidaqmx.constants import FillMode
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import DaqReadError
 from nidaqmx.stream_readers import AnalogMultiChannelReader, AnalogUnscaledReader

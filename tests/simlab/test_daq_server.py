@@ -8,9 +8,7 @@ import pytest
 from nidaqmx import GrpcSessionOptions
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx._stubs.nidaqmx_pb2_grpc import NiDAQmxStub
-from nidaqmx.constants import (
-    ExcitationSource,
-)
+from nidaqmx.constants import ExcitationSource
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import RpcError
 from nidaqmx.system import System

@@ -1,10 +1,7 @@
 """Triggers of the simulated NI-DAQmx server: where a record lies around an edge, and what no bench can trigger on."""
 
 import numpy as np
-from nidaqmx.constants import (
-    Slope,
-    TaskMode,
-)
+from nidaqmx.constants import Slope, TaskMode
 from nidaqmx.error_codes import DAQmxErrors
 
 from tests.simlab.daq_client import HALF_COUNT, NewTask, Ramps, finite, raised

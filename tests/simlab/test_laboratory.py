@@ -14,6 +14,7 @@ import pytest
 
 from simlab.laboratory import Addresses, Laboratory, LaboratoryProcess
 from simlab.operator_server import OperatorClient
+from tests.ports import free_port
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -45,8 +46,7 @@ def test_every_address_answers_until_the_laboratory_stops() -> None:
 def test_a_port_that_is_taken_stops_what_had_started() -> None:
     with Laboratory(seed=1) as first:
         taken = int(first.addresses.operator.rpartition(":")[2])
-        with socket.create_server(("127.0.0.1", 0)) as spare:
-            port = int(spare.getsockname()[1])
+        port = free_port()
         with pytest.raises(OSError, match="in use"):
             Laboratory(seed=1, ports={"operator": taken, "thermometer": port})
         assert not answers(f"127.0.0.1:{port}")

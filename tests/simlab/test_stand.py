@@ -116,7 +116,8 @@ def test_a_beam_with_its_kinks_is_the_limit_of_ever_longer_series() -> None:
 
     def peak(terms: int, kinks: tuple[float, ...] = ()) -> Complex:
         beam = dataclasses.replace(ARTICLE.beam, terms=terms, kinks=kinks)
-        stand = Stand(built_of(dataclasses.replace(ARTICLE, beam=beam)), frequency)
+        article = dataclasses.replace(ARTICLE, beam=beam)
+        stand = Stand(dataclasses.replace(built_of(ARTICLE), article=article), frequency)
         return stand.blow(Row(9, "y"), 0, 100.0, Load(0.7, y=1.0))
 
     exact = peak(24, kinks)

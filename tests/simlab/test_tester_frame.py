@@ -6,29 +6,33 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from simlab.actuator import Actuator, Servo
 from simlab.bench import Mounted, ordinary_bench
 from simlab.clock import Clock
 from simlab.ordinary import BenchConditions
-from simlab.tester_frame import PIECES, KnownPiece, TesterFrame
+from simlab.tester_frame import PIECES, Complex, KnownPiece, Real, TesterFrame
 from tests.simlab.specimens import stiffness_of
 
 FRAME = TesterFrame(compliance=3e-8, fixture_mass=0.15, delay=150e-6)
 OMEGA = 2 * math.pi * 100.0
 
 
-def softening(amplitude: float) -> complex:
-    return 2e6 * (1 + 0.1j) * math.pow(amplitude / 1e-5, -0.3)
+def softening(amplitude: Real) -> Complex:
+    return np.asarray(2e6 * (1 + 0.1j) * (amplitude / 1e-5) ** -0.3)
 
 
-@given(st.floats(0.0, 5e-8), st.floats(0.0, 0.5), st.floats(1e-6, 1e-4), st.floats(5.0, 200.0))
-def test_specimen_and_frame_share_the_motion(
-    compliance: float, mass: float, amplitude: float, frequency: float
-) -> None:
+@given(
+    st.floats(0.0, 5e-8),
+    st.floats(0.0, 0.5),
+    arrays(np.float64, 3, elements=st.floats(1e-6, 1e-4)),
+    st.floats(5.0, 200.0),
+)
+def test_specimen_and_frame_share_the_motion(compliance: float, mass: float, amplitude: Real, frequency: float) -> None:
     frame = TesterFrame(compliance, mass)
     seen, own = frame.specimen_share(softening, amplitude, frequency)
-    assert own == softening(seen)
+    assert np.array_equal(own, softening(seen))
     sprung = own - (2 * math.pi * frequency) ** 2 * mass
     force = sprung * seen
     assert abs(seen + compliance * force) == pytest.approx(amplitude, rel=1e-4)
@@ -37,13 +41,14 @@ def test_specimen_and_frame_share_the_motion(
 
 def test_a_tester_that_adds_nothing_changes_nothing() -> None:
     rigid = TesterFrame()
-    assert rigid.specimen_share(softening, 1e-5, 50.0) == (1e-5, softening(1e-5))
-    assert rigid.in_series(2e6 + 1e5j, 50.0) == 2e6 + 1e5j
-    assert rigid.static_force(lambda x: 1e6 * x, 5e-4) == 500.0
+    amplitude, stiffness = np.array([1e-5]), np.array([2e6 + 1e5j])
+    assert rigid.specimen_share(softening, amplitude, 50.0) == (amplitude, softening(amplitude))
+    assert rigid.in_series(stiffness, 50.0) == stiffness
+    assert rigid.static_force(lambda x: 1e6 * x, np.array([5e-4])) == 500.0
 
 
 def test_the_preset_is_shared_too() -> None:
-    force = FRAME.static_force(lambda x: 1e6 * x, 5e-4)
+    force = FRAME.static_force(lambda x: 1e6 * x, np.array([5e-4]))
     assert force == pytest.approx(5e-4 / (1 / 1e6 + FRAME.compliance), rel=1e-6)
 
 

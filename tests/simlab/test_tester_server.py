@@ -317,7 +317,7 @@ def test_stops_are_accepted_while_tripped(wire: Wire, server: Server) -> None:
 
 
 def test_too_much_force_stops_the_program_and_resets_only_after_unloading(bench: SimulatedBench) -> None:
-    server = tester_server.start_tester_server(bench, limits=DeviceLimits(force_limit=bench.static_force(4e-4)))
+    server = tester_server.start_tester_server(bench, limits=DeviceLimits(force_limit=float(bench.static_force(4e-4))))
     wire = Wire(server)
     try:
         wire.command(CommandCode.HYDRAULICS_ON)

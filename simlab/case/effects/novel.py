@@ -68,11 +68,7 @@ class MidSpanSpring(SimulatedEffect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MidSpanSpring:
-        values = {
-            "x": article.beam.length * rng.uniform(0.42, 0.58),
-            "k": 4e5 * size,
-            "eta": rng.uniform(0.0, 0.1),
-        }
+        values = {"x": article.beam.length * rng.uniform(0.42, 0.58), "k": 4e5 * size, "eta": rng.uniform(0.0, 0.1)}
         return cls(size, "linear", values)
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
@@ -204,11 +200,7 @@ class TesterRipple(SimulatedEffect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> TesterRipple:
-        values = {
-            "depth": 0.05 * size,
-            "period_hz": rng.uniform(25.0, 120.0),
-            "phase": rng.uniform(0.0, 2 * np.pi),
-        }
+        values = {"depth": 0.05 * size, "period_hz": rng.uniform(25.0, 120.0), "phase": rng.uniform(0.0, 2 * np.pi)}
         return cls(size, "sine", values)
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:

@@ -19,11 +19,7 @@ class JointMass(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> JointMass:
         law = one_of(rng, "equal", "equal", "different", "one_joint")
         mass = 0.3 * size
-        shares = {
-            "equal": (1.0, 1.0),
-            "different": (1.0, rng.uniform(0.3, 0.9)),
-            "one_joint": (1.0, 0.0),
-        }[law]
+        shares = {"equal": (1.0, 1.0), "different": (1.0, rng.uniform(0.3, 0.9)), "one_joint": (1.0, 0.0)}[law]
         if law != "equal" and rng.random() < 0.5:
             shares = shares[::-1]
         return cls(size, law, {"m": mass * sum(shares) / 2, "m_I": mass * shares[0], "m_II": mass * shares[1]})
@@ -167,11 +163,7 @@ class OutOfPlaneBending(SimulatedEffect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> OutOfPlaneBending:
-        values = {
-            "coupling": 0.08 * size,
-            "transverse_leak": rng.uniform(0.0, 0.15),
-            "eta": rng.uniform(0.002, 0.01),
-        }
+        values = {"coupling": 0.08 * size, "transverse_leak": rng.uniform(0.0, 0.15), "eta": rng.uniform(0.002, 0.01)}
         return cls(size, one_of(rng, "two_modes", "two_modes", "one_mode", "all_modes"), values)
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:

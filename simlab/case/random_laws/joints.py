@@ -30,10 +30,10 @@ class AmplitudeDependence(SimulatedEffect):
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> AmplitudeDependence:
         values = {
-            "fall": 2.0 * size,
+            "drop": 2.0 * size,
             "centre": log_uniform(rng, 4e-6, 80e-6),
             "decades": rng.uniform(0.35, 0.9),
-            "loss_peak": size * rng.uniform(0.3, 1.4),
+            "loss_height": size * rng.uniform(0.3, 1.4),
             "loss_later": rng.uniform(-0.08, 0.08),
             "shear_share": rng.uniform(0.5, 1.0),
         }
@@ -55,7 +55,7 @@ class AmplitudeDependence(SimulatedEffect):
         width = self.number("decades") / 5.0
         density = np.exp(0.6 * curve(self.values, "density", GRID) - 0.5 * ((GRID - centre) / width) ** 2)
         loss = np.interp(u - self.number("loss_later"), GRID, density / density.max())
-        return 1.0 + share * self.number("fall") * (1.0 - rising(density, u)), 1.0 + self.number("loss_peak") * loss
+        return 1.0 + share * self.number("drop") * (1.0 - rising(density, u)), 1.0 + self.number("loss_height") * loss
 
 
 class CubicStiffness(SimulatedEffect):
@@ -180,13 +180,13 @@ class PreloadStiffening(SimulatedEffect):
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PreloadStiffening:
         values = {"s": size, "shear_share": rng.uniform(0.1, 1.0), "loss_share": rng.uniform(0.0, 1.2)}
-        values |= {f"share_{name}": rng.uniform(0.7, 1.0) for name in CONFIGURATIONS}
+        values |= {f"held_{name}": rng.uniform(0.7, 1.3) for name in CONFIGURATIONS[1:]}  # `s` is that in compression
         return cls(size, "random_shares", values)
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
         if state.configuration is None:
             return stiffness
-        mounted = np.array([self.number(f"share_{name}") for name in CONFIGURATIONS])[state.configuration]
+        mounted = np.array([1.0, *(self.number(f"held_{name}") for name in CONFIGURATIONS[1:])])[state.configuration]
         shares = np.array([self.number("shear_share"), 1.0, 1.0])
         strain = self.number("s") * PRESET_MM * mounted[:, None] * shares
         return np.asarray(

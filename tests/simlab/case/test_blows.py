@@ -19,7 +19,8 @@ from simlab.case.blows import (
     strike,
 )
 from simlab.case.campaign import AVERAGES, RECORDED
-from simlab.case.draw import RECORD_ONLY, CaseKind, draw_case
+from simlab.case.draw import CaseKind, draw_case
+from simlab.case.effects import RECORD_EFFECTS
 from simlab.case.simulate import simulate
 
 CAMPAIGN = replace(draw_case(1, CaseKind.NONE).campaign, place_scatter=0.0)
@@ -100,7 +101,7 @@ def test_a_record_has_its_pulse_where_it_should_and_its_spectrum_back() -> None:
     np.testing.assert_allclose(back[passed], spectrum[passed], atol=1e-12)
 
 
-@pytest.mark.parametrize("name", RECORD_ONLY)
+@pytest.mark.parametrize("name", RECORD_EFFECTS)
 def test_effects_on_records_keep_raw_blows_and_leave_noiseless_readings(name: str) -> None:
     seen = simulate(draw_case(4, CaseKind.SINGLE, [name]))
     assert seen.campaign.recorded == RECORDED

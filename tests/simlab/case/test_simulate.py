@@ -20,6 +20,7 @@ from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE
 from simlab.case.simulate import Simulated, simulate
 from simlab.coupling import Complex
 from simlab.elastomer import LinearCylinder
+from simlab.stand import BuiltCase, Stand
 from tests.recordings import find_recording
 
 BOTH_RIGS = {
@@ -59,6 +60,14 @@ def with_law(name: str, law: str) -> Case:
     kind = CaseKind.SINGLE if name in EFFECTS else CaseKind.NOVEL
     cases = (draw_case(seed, kind, [name], 1.0) for seed in range(60))
     return next(case for case in cases if case.effects[0].law == law)
+
+
+def test_a_longer_series_changes_no_case_by_as_much_as_its_noise() -> None:
+    built = BuiltCase.of(draw_case(101, CaseKind.NONE))
+    beam = built.article.beam
+    longer = replace(built, article=replace(built.article, beam=replace(beam, terms=beam.terms + 12)))
+    (found, _), (exact, _) = (Stand(each, LINES).read(0) for each in (built, longer))
+    assert np.max(np.abs(found - exact)) < 1e-4  # (m/s^2)/N; the noise of a line is 1e-3
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, *NOVELTIES])
